@@ -155,10 +155,34 @@ def level(given: claims.Given) -> list[Claim]:
     for each in costs.values():
         low, high = MetabolicCost("", 1.0, each["speed"], each["none"]).band()
         inside += [low <= rate <= high for rate in expected_rates(each["speed"]).values()]
+    recorded = _recorded()
+    rows.append(
+        Claim("gross rate, joints of records: mean error", float(np.mean(recorded)), "%", 10)
+    )
+    rows.append(
+        Claim("gross rate, joints of records: largest", float(np.abs(recorded).max()), "%", 10)
+    )
     rows.append(
         Claim("published rates inside the band", 100.0 * float(np.mean(inside)), "%", len(inside))
     )
     return rows
+
+
+def _recorded() -> list[float]:
+    """% by which the joints' rate of each record is off what is expected at its speed."""
+    from gaitval.datasets.subject_file import load_subject
+    from gaitval.gait.cycle_curves import recorded_curves
+    from gaitval.quantities.metabolic_rate import expected_rates, joint_rates
+
+    off = []
+    for number in TEN:
+        record = load_subject(str(number)).record()
+        found = joint_rates(recorded_curves(record), dict.fromkeys("rl", record.stride_time))
+        assert found is not None
+        gross = np.mean([rate for rate in found.figures["gross"].values() if rate is not None])
+        expected = np.mean(list(expected_rates(record.speed).values()))
+        off.append(100.0 * float(gross / expected - 1.0))
+    return off
 
 
 @claims.measured("data")

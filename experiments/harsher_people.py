@@ -14,27 +14,36 @@ Constants are chosen on people of `CHOSEN_ON`; the claims are made of the others
 from a rule. Interrupted, the same command resumes.
 """
 
+import argparse
 import hashlib
 import pickle
-from dataclasses import dataclass, replace
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
-from experiments.bodies import person_of
+from experiments.bodies import as_scaled, fit_of, person_of
+from experiments.harsh_people import leg
 from gaitval.apps.virtual.person import as_subject, drawn_parameters, seen, walked, with_errors
 from gaitval.arrays import Array
+from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import Configuration, ContactSettings, load_configuration
 from gaitval.coordinates import ARM, COORDINATES, SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycle_curves import Curves
 from gaitval.identification.prior import prior_sd
+from gaitval.identification.shared_errors import identified
+from gaitval.identification.verdicts import WEAK
+from gaitval.measurement.sources import NINETY
 from gaitval.model.body import BodyModel, Segment
 from gaitval.model.extended import extended_body
 from gaitval.policy.storage import Policy, load_start
 from gaitval.reference.motion import ReferenceMotion, moved
+from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsher.json"
@@ -251,3 +260,83 @@ def made(number: int, seed: int, kept: Path) -> HarsherPerson | str:
     kept.mkdir(parents=True, exist_ok=True)
     file.write_bytes(pickle.dumps(found))
     return found
+
+
+def one(number: int, seed: int, kept: Path) -> dict[str, Any]:
+    """What was found of one person, for a file."""
+    person = made(number, seed, kept)
+    about = {"number": number, "seed": seed, "by": "stature" if number // 2 % 2 else "markers"}
+    if isinstance(person, str):
+        return about | {"refused": person}
+    began = time.process_time()
+    fit, model = fit_of(person.subject), scale_subject(person.subject).model
+    found = identified(fit, as_scaled(fit, person.subject))
+    mean, sd = found.legs.estimate
+    return about | {
+        "faults": asdict(person.faults),
+        "truth": person.truth.tolist(),
+        "prior_mean": found.posterior.prior_mean.tolist(),
+        "prior_sd": found.posterior.prior_sd.tolist(),
+        "mean": found.posterior.mean.tolist(),
+        "sd": found.posterior.sd.tolist(),
+        "leg": leg(found.posterior, model, person.truth),
+        "leg_difference": {"truth": person.faults.left_leg, "mean": mean, "sd": sd},
+        "deviance": found.cost,
+        "processor_seconds": time.process_time() - began,
+    }
+
+
+def said(people: Sequence[Mapping[str, Any]]) -> str:
+    """The table of the docs: legs, parameters, differences of legs."""
+
+    def rms(values: Sequence[float]) -> float:
+        return float(np.sqrt(np.mean(np.square(values))))
+
+    rows = []
+    for by in ("markers", "stature"):
+        legs = [each["leg"] for each in people if each.get("leg") and each["by"] == by]
+        scaled, off = [leg["truth"] for leg in legs], [leg["truth"] - leg["mean"] for leg in legs]
+        held = [abs(o) <= NINETY * leg["sd"] for o, leg in zip(off, legs, strict=True)]
+        rows.append(
+            f"{by}: {len(legs)} people, leg {100 * rms(scaled):.2f} -> {100 * rms(off):.2f} cm, "
+            f"ratio {rms(off) / rms(scaled):.2f}, 90 % hold {100 * np.mean(held):.0f} %"
+        )
+    every, weak, differ = [], [], []
+    for each in people:
+        if "leg" not in each:
+            continue
+        truth, mean, sd, before = (
+            np.array(each[key])[2:] for key in ("truth", "mean", "sd", "prior_sd")
+        )
+        inside = np.abs(truth - mean) <= NINETY * sd
+        every += inside.tolist()
+        weak += inside[sd / before <= WEAK].tolist()
+        apart = each["leg_difference"]
+        differ.append(abs(apart["truth"] - apart["mean"]) <= NINETY * apart["sd"])
+    rows.append(
+        f"parameters: 90 % hold {100 * np.mean(every):.0f} % of {len(every)}, of {len(weak)} weak "
+        f"ones {100 * np.mean(weak) if weak else np.nan:.0f} %; differences of legs: "
+        f"{100 * np.mean(differ):.0f} % of {len(differ)}"
+    )
+    return "\n".join(rows)
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--people", type=int, default=40, help="how many")
+    parser.add_argument("--store", type=Path, default=STORE)
+    arguments = parser.parse_args()
+    stored = read_json(arguments.store)["people"] if arguments.store.exists() else []
+    done = {(each["seed"], each["number"]) for each in stored}
+    for number in range(arguments.people):
+        if (arguments.seed, number) not in done:
+            stored.append(one(number, arguments.seed, arguments.store.parent / "harsher_people"))
+            write_json(arguments.store, {"versions": versions(), "people": stored})
+            print(f"{len(stored)} of {arguments.people}", flush=True)
+    print(said(stored))
+
+
+if __name__ == "__main__":
+    main()

@@ -11,6 +11,7 @@ trained at the default step.
 """
 
 import argparse
+import csv
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -84,13 +85,21 @@ def of_folder(folder: Path) -> WalkResult:
     return metrics_of(run, pushes=None).walk
 
 
+COLUMNS = ("subject", "group", "unit", "change", "error")
+
+
 def table(pairs: Mapping[str, tuple[WalkResult, WalkResult]]) -> str:
-    """The file, of the usual and the finer walk by subject."""
-    rows: list[Sequence[object]] = [("subject", "group", "unit", "change", "error")]
-    for name, pair in sorted(pairs.items()):
+    """The file, of the usual and the finer walk by subject; rows of the others stay."""
+    lines = FILE.read_text("utf-8").splitlines() if FILE.exists() else []
+    stored = csv.DictReader(line for line in lines if not line.startswith("#"))
+    rows: list[Sequence[object]] = [
+        tuple(row[name] for name in COLUMNS) for row in stored if row["subject"] not in pairs
+    ]
+    for name, pair in pairs.items():
         for group, unit, change, error in changes(*pair):
             rows.append((name, group, unit, f"{change:.3g}", f"{error:.3g}"))
-    return HEADER + csv_text(rows)
+    rows.sort(key=lambda row: str(row[0]))  # groups stay in their order
+    return HEADER + csv_text([COLUMNS, *rows])
 
 
 def main() -> None:
@@ -109,7 +118,7 @@ def main() -> None:
         pairs[name] = usual, finer
         for group, unit, change, error in changes(usual, finer):
             print(f"{name} {group}: {change:.3g} of {error:.3g} {unit}", flush=True)
-    write_text(FILE, table(pairs))
+        write_text(FILE, table(pairs))
 
 
 if __name__ == "__main__":

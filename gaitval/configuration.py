@@ -7,6 +7,7 @@
 500000
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
@@ -142,9 +143,10 @@ class ScalingSettings(Section):
 class ContactSettings(Section):
     """Contact of the foot spheres with the ground (`gaitval.contact`).
 
-    Hunt-Crossley: friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5, 0.2 m/s),
-    stiffness and dissipation as in the Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with
-    PredSim's 1 MPa the foot sinks in by 12 mm, more than the foot clearance of the recorded swing.
+    Hunt-Crossley: friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5), but at half
+    of its 0.2 m/s, with which a loaded foot crept at 10 cm/s; stiffness and dissipation as in the
+    Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with PredSim's 1 MPa the foot sinks in by 12 mm,
+    more than the foot clearance of the recorded swing.
     """
 
     law: Literal["hunt_crossley", "cubic"] = "hunt_crossley"
@@ -158,7 +160,7 @@ class ContactSettings(Section):
     """Dynamic / static friction; the static coefficient is the body parameter sigma."""
     viscous_friction: NotNegative = 0.5
     """Viscous friction coefficient, s/m."""
-    transition_velocity: Positive = 0.2
+    transition_velocity: Positive = 0.1
     """Slip velocity at which friction is fully developed, m/s."""
     cubic_stiffness: Positive = 5e7
     """Force on a sphere / penetration³, N/m³. As in OpenSim Moco's form of the law; it is meant for
@@ -212,6 +214,9 @@ class EnvironmentSettings(Section):
     """Offset of a joint target for an action of 1, rad."""
     action_limit: Positive = 4.0
     """Actions are clipped at this."""
+    action_time: NotNegative = 0.015
+    """Time constant of the filter between the policy and the joint targets and pace, s: as a muscle
+    is activated. 0: none."""
     arm_share: Fraction = 0.0
     """Fraction of an action's offset that reaches shoulders and elbows. 0: the arms swing as in the
     reference and the policy cannot move them; the record does not contain them."""
@@ -249,6 +254,10 @@ class EnvironmentSettings(Section):
     push_seconds: float = Field(0.05, gt=0, le=10)
     """Duration of a push, s (the paper's 50 ms). A push acts during whole actions; the last one
     with less force if the duration is not a multiple of an action's, so the impulse is exact."""
+
+    def entering(self, action_seconds: float) -> float:
+        """The share of the way to a new action that is gone within its duration, s."""
+        return 1.0 - math.exp(-action_seconds / self.action_time) if self.action_time else 1.0
 
     @property
     def slowest_pace(self) -> float:

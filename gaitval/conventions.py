@@ -126,9 +126,9 @@ def convention_of(name: str) -> Convention:
 
 def beside(convention: Convention) -> list[tuple[str, float]]:
     """Titles of the conventions in which pelvis tilt and hip flexion are others than in this one,
-    and by how many degrees they are less.
+    and by how many degrees they are more.
     """
     apart = {
-        each.title: math.degrees(each.pelvis - convention.pelvis) for each in CONVENTIONS.values()
+        each.title: math.degrees(convention.pelvis - each.pelvis) for each in CONVENTIONS.values()
     }
-    return [(title, less) for title, less in apart.items() if abs(less) >= 0.05]
+    return [(title, more) for title, more in apart.items() if abs(more) >= 0.05]

@@ -4,7 +4,7 @@ Each kind of file has words of its own; loaded when a value is refused.
 """
 
 import difflib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -20,14 +20,33 @@ NO_LONGER: Final[Mapping[str, str]] = dict.fromkeys(
 """Settings of earlier versions, and what to write instead."""
 
 
-def in_subject(subject: type[BaseModel], problem: _Problem) -> str:
-    """A `problem` of a subject file, whose model is `subject`."""
-    location = problem["loc"]
-    where = ".".join(str(key) for key in location)
+def in_subject(subject: type[BaseModel], problems: Sequence[_Problem]) -> list[str]:
+    """The `problems` of a subject file, whose model is `subject`, one line each: a key that is
+    missing because it is misspelt is one.
+    """
+    meant = {
+        (*problem["loc"][:-1], near[0])
+        for problem in problems
+        if problem["type"] == "extra_forbidden" and (near := _near(subject, problem))
+    }
+    return [
+        _in_subject(subject, problem)
+        for problem in problems
+        if problem["type"] != "missing" or problem["loc"] not in meant
+    ]
+
+
+def _near(subject: type[BaseModel], problem: _Problem) -> list[str]:
+    key = str(problem["loc"][-1])
+    return difflib.get_close_matches(key, [*_keys(subject)], n=1, cutoff=0.75)
+
+
+def _in_subject(subject: type[BaseModel], problem: _Problem) -> str:
+    where = ".".join(str(key) for key in problem["loc"])
     if problem["type"] == "missing":
         return f"{where}: missing. Add it."
     if problem["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(str(location[-1]), [*_keys(subject)], n=1, cutoff=0.75)
+        near = _near(subject, problem)
         return f"{where}: unknown key" + (f", did you mean {near[0]}?" if near else ". Remove it.")
     if problem["type"] == "value_error":
         return f"{where}: {problem['ctx']['error']}"

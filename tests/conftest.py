@@ -50,6 +50,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="fail where the raw data are missing, instead of skipping the tests that read them",
     )
+    parser.addoption(
+        "--site",
+        metavar="FOLDER",
+        help="the documentation site that `make docs` has just built, which else is built again",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -162,14 +167,16 @@ def _few_bands(request: pytest.FixtureRequest) -> Iterator[None]:
 def _fitted_once(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[None]:
-    """Equal references are fitted once, but in tests of the fit and programs that tests start; and
-    in tests of drafts, equal markers are matched once.
+    """Equal references are fitted once, and equal moments shared to muscles, but in tests of these
+    and in programs that tests start; and in tests of drafts, equal markers are matched once.
     """
-    from fitted_once import fit_once, match_once
+    from fitted_once import fit_once, match_once, share_once
 
     with pytest.MonkeyPatch.context() as patch:
         if request.path.parent.name != "reference":
             fit_once(patch, shared_folder(tmp_path_factory) / "fitted")
+        if request.path.parent.name != "muscles":
+            share_once(patch)
         if request.path.parent.name == "markers":
             match_once(patch, shared_folder(tmp_path_factory) / "matched")
         yield

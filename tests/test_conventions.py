@@ -39,11 +39,11 @@ def test_a_number_is_a_convention_and_another_word_is_refused():
         load_configuration(settings=["report.convention=isv"])
 
 
-def test_others_are_said_by_what_they_are_less():
-    less = dict(beside(convention_of("gait2392")))
-    assert less[CONVENTIONS["isb"].title] == pytest.approx(-3.18, abs=0.01)
-    assert less[CONVENTIONS["rajagopal2016"].title] == pytest.approx(2.69, abs=0.01)
-    assert CONVENTIONS["gait2392"].title not in less
+def test_others_are_said_by_what_they_are_more():
+    more = dict(beside(convention_of("gait2392")))
+    assert more[CONVENTIONS["isb"].title] == pytest.approx(3.18, abs=0.01)
+    assert more[CONVENTIONS["rajagopal2016"].title] == pytest.approx(-2.69, abs=0.01)
+    assert CONVENTIONS["gait2392"].title not in more
 
 
 def test_a_figure_is_counted_by_the_convention_the_healthy_and_strides_too():

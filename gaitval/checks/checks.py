@@ -10,7 +10,11 @@ from gaitval.checks.force_checks import (
     place_warnings,
     whole_stances,
 )
-from gaitval.checks.marker_checks import foot_marker_warnings, trajectory_warnings
+from gaitval.checks.marker_checks import (
+    foot_marker_warnings,
+    pelvis_marker_warnings,
+    trajectory_warnings,
+)
 from gaitval.checks.motion_checks import (
     aid_warnings,
     motion_warnings,
@@ -48,6 +52,7 @@ def marker_warnings(
             "one of the two has moved, or is not the same marker; left as it is: check the labels",
         )  # fmt: skip
     yield from foot_marker_warnings(standing, walking, landmarks)
+    yield from pelvis_marker_warnings(standing, walking, landmarks)
 
 
 def trial_warnings(

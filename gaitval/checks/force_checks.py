@@ -86,8 +86,6 @@ LARGEST_CUT_N: Final = 35.0
 sample."""
 FEWEST_EDGES: Final = 4
 """Beginnings and ends of contacts that show it."""
-LOWEST_EDGES: Final = 10.0
-"""Percentile of them that stands for the smallest: one contact may be cut by something else."""
 
 SATURATED: Final = "saturated channel"
 """The check of this warning; `said.warnings` names it beside what it looks like."""
@@ -328,12 +326,17 @@ def _cut_below(plate: Plate, where: str) -> Iterator[QualityFlag]:
     if nothing.mean() < NOTHING_SHARE or not (~nothing).any():
         return
     begins, ends = runs(~nothing)
-    edges = np.concatenate([begins[begins > 0], ends[ends < len(size)] - 1])
-    edges = np.abs(plate.force[edges, 2])
-    # What was set to zero is below the smallest of them; the first sample above a threshold is
-    # higher by up to what the force rises from one sample to the next.
-    least = float(np.percentile(edges, LOWEST_EDGES)) if len(edges) >= FEWEST_EDGES else 0.0
-    if least > LARGEST_CUT_N:
+    long = ends - begins > 1
+    begins, ends = begins[long & (begins > 0)], ends[long & (ends < len(size))] - 1
+    up = np.abs(plate.force[:, 2])
+    edges = np.concatenate([up[begins], up[ends]])
+    if len(edges) < FEWEST_EDGES:
+        return
+    # What was set to zero is below the smallest of them, and above what a straight line through the
+    # first two says of the sample before: at a low rate a force rises much from one to the next.
+    before = 2 * edges - np.concatenate([up[begins + 1], up[ends - 1]])
+    least = float(edges.min())
+    if least > LARGEST_CUT_N and np.median(before) > LARGEST_CUT_N / 2:
         yield QualityFlag(
             "forces cut off", where, least, LARGEST_CUT_N, "N",
             f"its forces begin and end at {least:.0f} N or more, and are exactly 0 beside: a "

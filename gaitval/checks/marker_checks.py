@@ -50,6 +50,10 @@ LARGEST_ASYMMETRY: Final = 0.014
 of the other foot: at most 5 mm in 21 public recordings, 8 mm in the walk of Rajagopal et al. 2016
 and in a natural walk of the OpenCap validation (10 mm with trunk sway). A head of a metatarsal that
 is 12 mm lower in standing turns the subtalar joint by 3 degrees."""
+SPINES: Final = ("R.ASIS", "L.ASIS", "R.PSIS", "L.PSIS")
+LARGEST_TWIST: Final = 0.005
+"""m, change of the right rear spine's distance from the plane of the other three: at most 1.8 mm in
+ten walks of eight people."""
 FLAT_PERCENTILE: Final = 15.0
 """Of a marker's height over the trial: a foot is flat for a quarter of the stride or more."""
 FEWEST_MARKERS: Final = 4
@@ -195,6 +199,46 @@ def foot_marker_warnings(
     # A marker that is reported already would make the feet asymmetric, too.
     if not far:
         yield from _asymmetry(changes, landmarks)
+
+
+def pelvis_marker_warnings(
+    standing: Recording, walking: Recording, landmarks: Mapping[str, str]
+) -> Iterator[QualityFlag]:
+    """A warning if the four spines of the pelvis are twisted otherwise in the walk than in
+    standing. A spine's marker that is put up or down leaves all distances as they are: they lie
+    nearly in a plane. `landmarks` are as in `foot_markers`.
+    """
+    names = [landmarks.get(mark, "") for mark in SPINES]
+    if not all(name in trial.names for name in names for trial in (standing, walking)):
+        return
+    stood, walked = (_off_plane(*(trial.marker(n) for n in names)) for trial in (standing, walking))
+    if stood is None or walked is None or abs(walked - stood) <= LARGEST_TWIST:
+        return
+    size = abs(walked - stood)
+    front, rear = (
+        float(np.nanmedian(np.linalg.norm(standing.marker(one) - standing.marker(two), axis=1)))
+        for one, two in (names[:2], names[2:])
+    )
+    yield QualityFlag(
+        "twist of the pelvis", ", ".join(names), size, LARGEST_TWIST, "m",
+        f"{names[2]} is {1000 * size:.0f} mm nearer to, or farther from, the plane of the other "
+        "three in walking than in standing (elsewhere within "
+        f"{1000 * LARGEST_TWIST:.0f} mm): one of the four has moved between the trials, by about "
+        f"{1000 * size:.0f} mm at the rear or {1000 * size * front / rear:.0f} mm at the front, "
+        "up or down. Tilt, list and the hips' angles are some degrees off. Record both with the "
+        "markers untouched",
+    )  # fmt: skip
+
+
+def _off_plane(right: Array, left: Array, rear: Array, other_rear: Array) -> float | None:
+    """m, median over a trial of the signed distance of the right rear spine (T, 3) from the plane
+    of the three others; None if they are never seen together.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normal = np.cross(left - right, other_rear - right)
+        off = ((rear - right) * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)
+    off = off[np.isfinite(off)]
+    return float(np.median(off)) if len(off) else None
 
 
 def _height_changes(

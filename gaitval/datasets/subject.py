@@ -373,7 +373,7 @@ def make_subject(values: Mapping[str, Any], where: str) -> Subject:
     except ValidationError as error:
         from gaitval.refused_values import in_subject
 
-        problems = [in_subject(Subject, item) for item in error.errors() if item["loc"]]
+        problems = in_subject(Subject, [item for item in error.errors() if item["loc"]])
         # `_plausible` runs only if all else is well; what it found has no location.
         whole = [item["ctx"]["error"] for item in error.errors() if not item["loc"]]
     problems += str(whole[0]).split("\n") if whole else implausible(values)

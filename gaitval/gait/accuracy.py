@@ -30,3 +30,7 @@ class RecordAccuracy(NamedTuple):
     """m, forward and sideways, of the hip centres that the moments are about. Regressions from
     markers miss them by 2 to 3 cm, functional methods by 1 (Leardini et al. 1999, J Biomech 32:99,
     from memory)."""
+    ankle_power: float = 0.1
+    """W/kg, in the sagittal plane. Moments and angles that are within their accuracies leave it
+    free by three times as much, and the ankles then did a third more positive work than recorded.
+    """

@@ -273,7 +273,7 @@ class BodyFit:
 
 
 def _law_weights(plain: Array, mass: float, noise: NoiseSettings) -> Array:
-    """Weights (T, 48) of the laws' numbers: those of Newton's laws and of the trunk stay, those of
+    """Weights (T, 52) of the laws' numbers: those of Newton's laws and of the trunk stay, those of
     moments and forces are the noise model's.
     """
     weights, weight = plain.copy(), mass * GRAVITY

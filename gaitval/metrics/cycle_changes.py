@@ -243,14 +243,18 @@ def _difference(
     count = len(found.points)
     size = np.abs(found.points)
     above = beyond(found.points, threshold)
+    shown = above.copy()
     percent = np.linspace(0.0, 100.0, count)
-    for middle, width, t in _changes(found.changes, difference, filters, threshold):
-        there = np.abs(percent - middle) <= 0.5 * width
-        above |= there
-        size[there] = np.maximum(size[there], abs(t))
-    if beyond(found.means, threshold).any() and not above.any():
-        above[:] = True  # all of it a little, and no part of it by itself
-        size = np.maximum(size, np.abs(found.means).max())
+    for middle, width, height in _changes(found.changes, difference, filters, threshold):
+        away = np.abs(percent - middle)
+        if not shown[away <= width].any():  # else its points say where it is
+            there = away <= 0.5 * width
+            above |= there
+            size[there] = np.maximum(size[there], abs(height))
+    whole = float(np.abs(found.means).max())
+    if beyond(found.means, threshold).any() and (whole >= size.max() or not above.any()):
+        above[:] = True  # all of it a little
+        size = np.maximum(size, whole)
     largest = max(float(np.abs(each).max()) for each in found)
     t = np.append(found.points, found.means[0])
     return CurveDifference(t, peaks.p(largest), regions_of(size, above, peaks.p))

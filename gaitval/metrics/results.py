@@ -172,6 +172,10 @@ class WalkResult(Result):
     versions."""
     quantities: dict[str, QuantityResult] = Field(default_factory=dict)
     """As of the record."""
+    energy: dict[str, Number] = Field(default_factory=dict)
+    """Where it goes, J/kg in a right stride: net work of both sides' joints by kind and of the
+    ground (`contact`), the `change` of the body's energy, and what they leave `unexplained` of it.
+    Empty without a cycle, and in files of earlier versions."""
 
 
 class WalkResults(Result):

@@ -35,6 +35,13 @@ WALK_UNITS = {
     "arm_work_share": "%",
     "trunk_motion": "SD",
     "lumbar_moment_peak": "Nm/kg",
+    "toe_moment_peak": "Nm/kg",
+    "toe_work": "J/kg",
+    "moment_ringing": "Nm/kg",
+    "torque_rate": "Nm/kg/s",
+    "free_moment_peak": "% BW height",
+    "foot_creep": "cm/s",
+    "knee_beyond_range": "deg",
     "step_width": "SD",
     "step_width_error": "cm",
     **{measure.name: measure.unit for each in QUANTITIES for measure in each.measures},
@@ -54,7 +61,8 @@ cycle; the errors of speed and stride time are sizes of relative differences fro
 of stance fraction (percentage points of the cycle) and step length sizes of differences;
 `push_survival` is the share of directions in which a push is survived. Skill is 1 less the RMSE
 over that of a prediction without a model (`baselines`); ringing, arms, trunk and step width
-(against other people's, or the person's own) are those of `unrecorded`, joint power, work and
+(against other people's, or the person's own) are those of `unrecorded`, toes, rates of torque and
+what the ground does to a foot those of `torques`, joint power, work and
 others those of `gaitval.quantities`, centre of mass that of `whole_body`, loading and the arm of
 the ground reaction those of `side_measures`. SD are standard deviations between people."""
 

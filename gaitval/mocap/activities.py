@@ -26,6 +26,10 @@ RISES_M: Final = 0.15
 """The pelvis of a walker rises and falls by 0.02 to 0.08 m."""
 RAISED_M: Final = 0.08
 """A foot that is held so much above the other one does not stand on the ground."""
+JUMPS: Final = 0.02
+"""Share of the time in which both heels are raised: a jump of 0.1 m in 10 s."""
+STEPS: Final = 0.1
+"""Share of the time for which each foot of somebody who steps on the spot is raised."""
 FEET: Final = ("Heel", "MT1", "MT2", "MT5", "Toe")
 
 
@@ -122,16 +126,24 @@ def what_instead(recording: Recording, landmarks: Mapping[str, str], pelvis: Arr
     """
     seen = pelvis[np.isfinite(pelvis).all(axis=1)]
     rise = float(np.ptp(np.percentile(seen[:, 2], [2, 98]))) if len(seen) else 0.0
-    if rise > RISES_M:
-        return (
-            f"the pelvis rises and falls by {rise:.2f} m over feet that stay where they are: the "
-            "person sits down, stands up or squats"
-        )
     heels = {
         side: recording.marker(landmarks[f"{side}.Heel"])[:, 2]
         for side in "RL"
         if landmarks.get(f"{side}.Heel") in recording.names
     }
+    if len(heels) == 2:
+        up = np.stack([each - np.nanpercentile(each, 20.0) > RAISED_M for each in heels.values()])
+        together, either = float(up.all(axis=0).mean()), float(up.any(axis=0).mean())
+        # Who stands on the toes raises both heels, and the pelvis by less.
+        if together > JUMPS and rise > RISES_M:
+            return "both feet leave the ground at once: the person jumps"
+        if together < 0.1 * either and min(up.mean(axis=1)) > STEPS:
+            return "the feet are raised in turn where they are: the person steps on the spot"
+    if rise > RISES_M:
+        return (
+            f"the pelvis rises and falls by {rise:.2f} m over feet that stay where they are: the "
+            "person sits down, stands up or squats"
+        )
     if len(heels) == 2:
         apart = heels["R"] - heels["L"]
         apart = apart[np.isfinite(apart)]

@@ -27,6 +27,9 @@ HELD_AWAY_M: Final = 0.08
 """m, likewise, of a marker that rests: feet bend by 0.03 m."""
 SAME_AWAY_M: Final = 0.015
 """m, likewise, of one that is exactly where it was."""
+ONE_AWAY_M: Final = 0.04
+"""m, likewise, of such a one, from one other marker of its segment that moves: a foot bends by
+0.03 m."""
 LEAVES_M: Final = 0.03
 """m. On its way from the body and back it is left out from this on."""
 RESTS: Final = 0.05
@@ -104,13 +107,13 @@ def leave_out_lost(
     findings = []
     for number, name in enumerate(names):
         distances = away[name]
-        if distances is None or not (distances.most > SAME_AWAY_M).any():
+        if distances is None or not (np.maximum(*distances) > SAME_AWAY_M).any():
             continue
-        off, path = distances.most, markers[:, number]
-        lost = _lost(path, off, rate, _elsewhere(number, markers, names, segments))
+        path = markers[:, number]
+        lost = _lost(path, distances, rate, _elsewhere(number, markers, names, segments))
         for begin, end in _merged(lost, distances, path, rate):
             during = slice(begin, end)
-            largest, seconds = float(off[during].max()), (end - begin) / rate
+            largest, seconds = float(np.maximum(*distances)[during].max()), (end - begin) / rate
             how = _how(path[during], markers[during], number, rate)
             until = "from there on" if end == len(markers) else f"for {seconds:.2f} s"
             action = f"{how}: up to {largest:.2f} m off its place on the body; left out {until}"
@@ -204,20 +207,21 @@ def _usual(distance: Array, stands: float | None) -> tuple[float, float] | None:
     return float(known[first : first + count].mean()), float(widths[first])
 
 
-def _lost(path: Array, off: Array, rate: float, elsewhere: Flags) -> Flags:
-    """(T,) whether a marker with the `path` (T, 3) m, which is `off` (T,) m its place and may be at
+def _lost(path: Array, away: _Away, rate: float, elsewhere: Flags) -> Flags:
+    """(T,) whether a marker with the `path` (T, 3) m, which is `away` from its place and may be at
     another's (`elsewhere`), is lost.
     """
+    off = away.most
     step = np.linalg.norm(np.diff(path, axis=0), axis=1)
     step = np.nan_to_num(np.r_[step[:1], step], nan=np.inf)
     same = _held(path, rate)
     rests = _long(step < RESTS / rate, rate)
     lost = (off > AWAY_M) | ((rests | elsewhere) & (off > HELD_AWAY_M))
+    odd = (off > SAME_AWAY_M) | (away.own > ONE_AWAY_M)
     for begin, end in zip(*runs(same), strict=True):
-        # Its distances pass through what they were; the marker is held all the while.
-        away = np.flatnonzero(off[begin:end] > SAME_AWAY_M)
-        if len(away):
-            lost[begin + away[0] : begin + away[-1] + 1] = True
+        # It is held all the while, also where its distances pass through what they were.
+        if odd[begin:end].any():
+            lost[begin:end] = True
     return _long(lost, rate)
 
 

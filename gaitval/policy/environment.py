@@ -90,7 +90,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     tolerance_share : fraction of the tolerances of height, rotation and drift at which an episode
         ends; the training starts with less than 1.
     walker : the simulated body.
-    yardstick, shares, lift : as `judgement` takes them.
+    yardstick, shares, entering, lift : as `judgement` takes them.
     delayed_actions : actions by which it is seen late.
     """
 
@@ -135,6 +135,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.episode.parameters[:] = self._nominal
         # The last share is the pace's.
         self.shares = np.array([self._share_of(name) for name in ACTUATED] + [1.0])
+        self.entering = self.constants.entering(self.walker.action_seconds)
         self._steps = 0
         self.delayed_actions = round(self.constants.observation_delay / self.walker.action_seconds)
         self._history: deque[tuple[NDArray[np.float32], bool]] = deque(
@@ -358,8 +359,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         episode, limit = self.episode, self.constants.action_limit
         self._requested[:] = action
         take_action(
-            self._requested, limit, self.shares, self._is_mirrored(), episode.action, episode.before
-        )
+            self._requested, limit, self.entering, self.shares, self._is_mirrored(),
+            episode.action, episode.before,
+        )  # fmt: skip
         self.push()
         offset = self.constants.action_scale * episode.action[:-1]
         self.walker.step(offset, episode.root_force, recording, pace=self._pace())

@@ -24,12 +24,19 @@ from gaitval.policy.reward import HEIGHT, weighted_reward
 
 @njit_borrowing
 def take_action(
-    requested: Any, limit: float, shares: Array, mirrored: bool, action: Array, before: Array
+    requested: Any,
+    limit: float,
+    entering: float,
+    shares: Array,
+    mirrored: bool,
+    action: Array,
+    before: Array,
 ) -> None:
     """Enter the policy's action `requested`, (25,) joints, or (26,) with the pace: clip it to
-    -`limit` ... `limit`, mirror it if the policy acts on the mirror image (`mirrored`), and scale
-    it by the `shares` (26,) that reach the body. `action` and `before` (26,) are in and out:
-    `before` receives the action so far, `action` the new one.
+    -`limit` ... `limit`, mirror it if the policy acts on the mirror image (`mirrored`), scale it
+    by the `shares` (26,) that reach the body, and go the share `entering` of the way to it.
+    `action` and `before` (26,) are in and out: `before` receives the action so far, `action` the
+    new one, which is what the policy sees of it.
     """
     for i in range(ACTION_COUNT):
         before[i] = action[i]
@@ -39,7 +46,9 @@ def take_action(
         if source < requested.shape[0]:
             value = requested[source]
             value = limit if value > limit else (-limit if value < -limit else value)
-        action[i] = shares[i] * (ACTION_SIGNS[i] * value if mirrored else value)
+        wanted = shares[i] * (ACTION_SIGNS[i] * value if mirrored else value)
+        # written so that all of the way is the new action exactly
+        action[i] = wanted + (1.0 - entering) * (before[i] - wanted)
 
 
 @njit_borrowing

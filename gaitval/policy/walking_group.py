@@ -96,8 +96,8 @@ def act_together(
     Parameters
     ----------
     requested : (environments, 25 or 26) of the policy; the biases are subtracted.
-    settings : (4,) `action_limit`, `action_scale` in rad and `pace_scale` of `EnvironmentSettings`,
-        and the training's `tolerance_share`.
+    settings : (5,) `action_limit`, `action_scale` in rad and `pace_scale` of `EnvironmentSettings`,
+        the training's `tolerance_share`, and `entering` as in `take_action`.
     group : what the environments work with; rewards, falls and episodes are filled.
     inward, outward : pairs of rows (8, n) and lanes (n, 8) that hold the same before and after the
         physics steps.
@@ -108,6 +108,7 @@ def act_together(
     """
     episodes, yards = group.episodes, group.yardstick
     limit, scale, pace_scale, tolerance_share = settings[0], settings[1], settings[2], settings[3]
+    entering = settings[4]
     count = requested.shape[0]
     for e in range(count):
         # This phase is still that of the observation that led to the action, which is mirrored if
@@ -117,7 +118,9 @@ def act_together(
         bias = group.biases[e, int(phase % 1.0 * group.biases.shape[1])]
         for i in range(requested.shape[1]):
             requested[e, i] -= bias[i]
-        take_action(requested[e], limit, group.shares[e], mirrored, action, episodes.before[e])
+        take_action(
+            requested[e], limit, entering, group.shares[e], mirrored, action, episodes.before[e]
+        )
         group.pace[e, 0] = 1.0 + pace_scale * action[ACTUATED_COUNT]
         for i in range(ACTUATED_COUNT):
             group.next_offset[e, i] = scale * action[i]
@@ -178,7 +181,7 @@ def _actions(
     seen: NDArray[np.float32],
 ) -> Iterator[int]:  # fmt: skip
     """`act_together` each time it is asked for the next, until the tolerance share in `settings`
-    (4,) is 0. A generator is handed its many arrays once, which took half as long as the physics.
+    (5,) is 0. A generator is handed its many arrays once, which took half as long as the physics.
     """
     while settings[3] > 0.0:
         act_together(action, settings, group, inward, outward, bodies, lanes, account, work, seen)
@@ -263,7 +266,12 @@ class WalkingGroup:
         self._pushed: list[WalkingEnvironment] = []
         self._mu = [each.walker.mu for each in every]
         self._settings, self._requested, self._seen = (
-            np.array([constants.action_limit, constants.action_scale, constants.pace_scale, 1.0]),
+            np.array(
+                [
+                    *(constants.action_limit, constants.action_scale, constants.pace_scale, 1.0),
+                    self.environments[0].entering,
+                ]
+            ),
             np.zeros((len(tasks), action_size(constants)), dtype=np.float32),
             np.zeros((len(tasks), len(every[0].episode.observation)), dtype=np.float32),
         )

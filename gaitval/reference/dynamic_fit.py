@@ -2,8 +2,8 @@
 
 A motion with exactly the recorded angles needs other forces and moments than the recorded ones: the
 model is not the body, the mean recorded vertical force is not one body weight, and a force plate
-that is two centimetres out of place changes the moments of its leg by 0.2 Nm/kg (`plates`). No
-policy can follow a record that contradicts itself. This fit finds the best compromise beforehand.
+that is two centimetres out of place changes the moments of its leg by 0.2 Nm/kg (`plates`). So a
+policy has to choose what to follow. This fit finds the best compromise beforehand.
 Of the periodic motions without a residual force on the pelvis it is the one whose deviations from
 the recorded angles, moments and ground reaction, each divided by the required accuracy
 (`Accuracy`), have the smallest sum of squares. The walk is always compared with the record, never
@@ -53,7 +53,15 @@ from gaitval.reference.motion import (
     side_phase,
     spectral_rate,
 )
-from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, INPUTS, OUTPUTS, TRUNK, walking_laws
+from gaitval.reference.walking_laws import (
+    FOOT,
+    FOOT_NUMBERS,
+    INPUTS,
+    OUTPUTS,
+    POWER,
+    TRUNK,
+    walking_laws,
+)
 
 INSTANTS = 160
 """Instants of the cycle at which Newton's equations must hold, 6 to 8 ms apart."""
@@ -62,10 +70,15 @@ SMOOTH_HARMONIC = 12
 """Up to this harmonic a coordinate may change by its whole accuracy, beyond it by as much as gives
 the same acceleration."""
 
+ROUGHNESS = 2.0
+
 MOST_STEPS = 40
 
 EASES = (0.1, 0.3, 1.0)
 """Weights of Newton's laws on the pelvis, one after the other."""
+
+EASY_TRANSITION = 0.2
+"""m/s, of `ContactSettings.transition_velocity` at first."""
 
 SMALLEST_GAIN = 3e-3
 """Relative decrease of the sum of squares at which the Gauss-Newton steps end ..."""
@@ -73,6 +86,13 @@ _NEAR_GAIN = 1e-3
 """... and of those that begin near the end, which are short."""
 
 MOST_DAMPING = 1e4
+
+
+TOE_MOMENT_MOST = 0.17
+"""Nm/kg, from which on the moment at the metatarsophalangeal joints costs: the mean of the largest
+in 22 adults walking barefoot, 0.13, and a standard deviation, 0.04 (Kim et al. 2012, Int J Precis
+Eng Manuf 13:1481, abstract). Nothing that is compared with a record depends on it, so walkers of
+fits without it braked with their toes, by up to 0.44 Nm/kg, what their ankles pushed too much."""
 
 
 class LawAccuracy(NamedTuple):
@@ -100,6 +120,13 @@ class ConventionAccuracy(NamedTuple):
     lumbar: float = np.deg2rad(10.0)
     """Of each harmonic; the trunk's rotation is what limits the lumbar joint."""
     translation: float = 0.03
+    toe_moment: float = 0.015
+    """Nm/kg, of the moment at the toes beyond `TOE_MOMENT_MOST`."""
+    free_moment: float = 0.002
+    """BW m, of the free moment under each foot from none: some 2.5e-3 of weight times height."""
+    subtalar_moment: float = 0.1
+    rotation_moment: float = 0.15
+    """Nm/kg, of the moments at the subtalar joints and about the thighs' axes from none."""
 
 
 class Accuracy(NamedTuple):
@@ -123,9 +150,16 @@ INFERENCE = Accuracy(
         sideways_force=0.0075,
         vertical_force=0.010,
         hip_centre=0.0,
+        ankle_power=np.inf,
     ),
     convention=ConventionAccuracy(
-        subtalar=np.deg2rad(3.0), toes=np.deg2rad(5.0), arms=np.deg2rad(1.0)
+        subtalar=np.deg2rad(3.0),
+        toes=np.deg2rad(5.0),
+        arms=np.deg2rad(1.0),
+        toe_moment=np.inf,
+        free_moment=np.inf,
+        subtalar_moment=np.inf,
+        rotation_moment=np.inf,
     ),
 )
 """What the identification, the search for shifted plates and virtual people were calibrated with:
@@ -139,6 +173,8 @@ and a policy that is given less lifts its feet more than the reference, which de
 _HIPS = slice(3, 7)
 _COMMON = 7
 """Unknowns that are the same at all instants, see `Solution`; those of the hip centres."""
+
+_TOES = [COORDINATES.index(f"mtp_angle_{side}") for side in "rl"]
 
 _NO_SHIFT = 1e-7
 """m, standard deviation of a shift that is not to be found."""
@@ -165,8 +201,8 @@ class Problem(NamedTuple):
         the forward travel but with its speed.
     rates : (24,) angular frequency of each harmonic, 1/s.
     series : three (T, n), `_series`.
-    target, weight : (T, 48) of the numbers of `walking_laws`.
-    lever : (T, 48, C) by how much a unit of `Solution.common` lowers each target.
+    target, weight : (T, 52) of the numbers of `walking_laws`.
+    lever : (T, 52, C) by how much a unit of `Solution.common` lowers each target.
     swinging : (T, 2) bool, the foot must clear the ground.
     clearance_weight : weight of missing it.
     penalty, miss : (31, R, n), (31, R): the residuals that are linear in a coordinate's series are
@@ -263,7 +299,7 @@ def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Arr
     harmonic = np.concatenate([[0], np.tile(np.arange(1, HARMONICS + 1), 2)])
     high = harmonic > SMOOTH_HARMONIC
     # Acceleration grows with the square of the harmonic.
-    roughness = np.diag(2.0 * high * (harmonic / SMOOTH_HARMONIC) ** 2)
+    roughness = np.diag(ROUGHNESS * high * (harmonic / SMOOTH_HARMONIC) ** 2)
     penalty = np.zeros((len(COORDINATES), instants + terms, terms))
     miss = np.zeros(penalty.shape[:2])
     # A sum over instants divided by their number: the mean square does not depend on how many there
@@ -277,6 +313,30 @@ def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Arr
             penalty[k, :instants] = series / wanted * norm
             miss[k, :instants] = departure[:, k] / wanted * norm
     return penalty, miss
+
+
+def _hold_unrecorded(
+    target: Array,
+    weights: Array,
+    accuracy: ConventionAccuracy,
+    mass: float,
+    i: int,
+) -> None:
+    """Target and weights (T, 52) of moments that no record has, of the right (`i` 0) or the left
+    (1) leg of a body of `mass` kg.
+    """
+    side = SIDES[i][0]
+    for name, moment, size in (
+        # Negative resists extension; it counts only beyond this (`weighted_laws`).
+        ("mtp_angle", -TOE_MOMENT_MOST, accuracy.toe_moment),
+        ("subtalar_angle", 0.0, accuracy.subtalar_moment),
+        ("hip_rotation", 0.0, accuracy.rotation_moment),
+    ):
+        row = COORDINATES.index(f"{name}_{side}")
+        target[:, row] = mass * moment
+        weights[:, row] = 1.0 / (size * mass)
+    free = FOOT + FOOT_NUMBERS * i + 7
+    weights[:, free] = 1.0 / (accuracy.free_moment * mass * GRAVITY)
 
 
 def fit_problem(
@@ -340,6 +400,11 @@ def fit_problem(
             # A plate that is shifted forward changes a sagittal moment by the vertical force times
             # the shift.
             lever[:, row, i] = SHIFT_SIGNS.get(name, 0.0) * target[:, place + 2]
+        _hold_unrecorded(target, weights, accuracy.convention, model.mass, i)
+        power = record.moments[f"ankle_angle_{side[0]}"](own[:, i])
+        power *= record.angles[f"ankle_angle_{side[0]}"].derivative(own[:, i]) / time
+        target[:, POWER.start + i] = power * model.mass
+        weights[:, POWER.start + i] = 1.0 / (wanted.ankle_power * model.mass)
         # Moments are compared about the record's hip centre: see `motion.about_record`.
         for column, (name, sign) in enumerate(HIP_SIGNS.items()):
             row = COORDINATES.index(f"{name}_{side[0]}")
@@ -380,9 +445,9 @@ def _path(reference: ReferenceMotion, record: GaitRecord) -> tuple[Array, Array,
 def weighted_laws(
     problem: Problem, change: Array, common: Array, ease: float, slope: Array | None = None
 ) -> tuple[Array, Array]:
-    """Weighted residuals of the numbers of `walking_laws` of a `problem`, and the weights, (T, 48)
+    """Weighted residuals of the numbers of `walking_laws` of a `problem`, and the weights, (T, 52)
     each, with the series `change` (31, n) of the coordinates and `common` (C,) as in `Solution`;
-    `ease`, 0 to 1, is the weight of Newton's laws on the pelvis. `slope` (T, 48, 93) out:
+    `ease`, 0 to 1, is the weight of Newton's laws on the pelvis. `slope` (T, 52, 93) out:
     derivatives before weighting; not computed if left out.
     """
     out = walking_laws(*problem.bodies(common), _motion(problem, change), slope)
@@ -396,6 +461,10 @@ def weighted_laws(
         low = problem.swinging[:, i] & (out[:, height] < SWING_CLEARANCE)
         weight[low, height] = problem.clearance_weight
         residual[low, height] = out[low, height] - SWING_CLEARANCE
+        # Likewise a moment at the toes, from what people's are.
+        toes = _TOES[i]
+        residual[:, toes] = np.minimum(residual[:, toes], 0.0)
+        weight[residual[:, toes] == 0.0, toes] = 0.0
     return residual * weight, weight
 
 
@@ -408,7 +477,7 @@ def _motion(problem: Problem, change: Array) -> Array:
 
 
 def levers(problem: Problem, change: Array, common: Array) -> Array:
-    """Derivatives (T, 48, C) of the residuals by `common` (C,), as in `Solution`, before weighting,
+    """Derivatives (T, 52, C) of the residuals by `common` (C,), as in `Solution`, before weighting,
     at the series `change` (31, n) of the coordinates; only the numbers in `varied` of the `problem`
     need differences.
     """
@@ -446,9 +515,9 @@ class Linearised(NamedTuple):
 
     Attributes
     ----------
-    residual : (T, 48).
-    slope : (T, 48, 93) derivatives by coordinates, rates and second rates at the instant.
-    lever : (T, 48, C) derivatives by `Solution.common`.
+    residual : (T, 52).
+    slope : (T, 52, 93) derivatives by coordinates, rates and second rates at the instant.
+    lever : (T, 52, C) derivatives by `Solution.common`.
     """
 
     residual: Array
@@ -595,13 +664,26 @@ def solve(
     """
     problem = fit_problem(reference, record, model, contact, accuracy or Accuracy(), shift_sd)
     if near is None:
-        return solve_problem(problem, with_covariance=with_covariance)
+        softer = problem._replace(bodies=_with_softer_friction(problem, contact))
+        found = solve_problem(softer, with_covariance=False)
+        return solve_problem(
+            problem, start=(found.change, found.common), with_covariance=with_covariance
+        )
     common = np.zeros(_COMMON)
     common[_HIPS] = near.hip_centre.ravel()
     start = near.change.copy(), common
     return solve_problem(
         problem, start=start, smallest_gain=_NEAR_GAIN, with_covariance=with_covariance
     )
+
+
+def _with_softer_friction(problem: Problem, contact: ContactSettings) -> Bodies:
+    """What a `problem` of this body and contact begins with: friction that needs more slip. From
+    far away, feet that slip more than friction needs are as good as feet that hold.
+    """
+    soft = {"transition_velocity": max(EASY_TRANSITION, contact.transition_velocity)}
+    law = contact_law(contact.model_copy(update=soft), NOMINAL_FRICTION)
+    return lambda common: (problem.bodies(common)[0], law)
 
 
 def fitted(

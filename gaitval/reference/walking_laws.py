@@ -17,6 +17,7 @@ from gaitval.arrays import Array
 from gaitval.compiled import njit_borrowing, njit_unlocked
 from gaitval.contact.forces import ContactWorkspace, contact_forces, contact_workspace
 from gaitval.contact.law import ContactLaw
+from gaitval.coordinates import COORDINATES
 from gaitval.inverse.motion_rates import root_state
 from gaitval.inverse.newton_euler import (
     SegmentDynamics,
@@ -31,11 +32,15 @@ from gaitval.model.tree import COORDINATE_COUNT, Tree, enter_rotation_vector
 TRUNK = slice(COORDINATE_COUNT, COORDINATE_COUNT + 3)
 """The trunk's rotation vector among the numbers of an instant, after its generalised forces."""
 
-FOOT = TRUNK.stop
-"""First of the seven numbers of each foot: force N (3), moment Nm about the world origin (3), and
-height of the lowest point of the sole m."""
+POWER = slice(TRUNK.stop, TRUNK.stop + 2)
+"""W, power of the right and the left ankle in the sagittal plane, after them."""
 
-FOOT_NUMBERS = 7
+FOOT = POWER.stop
+"""First of the eight numbers of each foot: force N (3), moment Nm about the world origin (3),
+height of the lowest point of the sole m, and free moment Nm about the vertical through its centre
+of pressure."""
+
+FOOT_NUMBERS = 8
 OUTPUTS = FOOT + 2 * FOOT_NUMBERS
 INPUTS = 3 * COORDINATE_COUNT
 RATES, SECOND_RATES = COORDINATE_COUNT, 2 * COORDINATE_COUNT
@@ -44,7 +49,13 @@ RATES, SECOND_RATES = COORDINATE_COUNT, 2 * COORDINATE_COUNT
 _STEPS = np.repeat([1e-6, 1e-5, 1e-3], COORDINATE_COUNT)
 """Steps of the central differences: rad, rad/s, rad/s² (m likewise)."""
 
+_POWER = POWER.start
 _TORSO = SEGMENTS.index("torso")
+_ANKLES = np.array([COORDINATES.index(f"ankle_angle_{side}") for side in "rl"])
+
+_LIGHT = 20.0
+"""N, vertical force below which a foot's centre of pressure fades to the origin: the free moment of
+a foot that carries nothing is that about the origin, which is nothing, too."""
 
 _NO_LAG = np.zeros(2)
 """The plain contact law, which the simulation's approaches as its step becomes smaller."""
@@ -79,8 +90,8 @@ def _work(spheres: int) -> _Work:
 def _instant(tree: Tree, law: ContactLaw, lag: Array, work: _Work, out: Array) -> None:
     """The terms of the laws at one instant, or in lanes at eight. The `inputs` (93,) of `work` are
     the coordinates (31) with the pelvis' Cardan angles first, their rates, their second rates; into
-    `out` (48,) go the generalised forces (31) that must act in addition to the ground's; the
-    rotation vector of the trunk; the numbers of both feet, see `FOOT`.
+    `out` (52,) go the generalised forces (31) that must act in addition to the ground's; the
+    rotation vector of the trunk; the ankles' power; the numbers of both feet, see `FOOT`.
     """
     x, q, qd, qdd = work.inputs, work.state[0], work.state[1], work.state[2]
     root_state(
@@ -101,9 +112,15 @@ def _instant(tree: Tree, law: ContactLaw, lag: Array, work: _Work, out: Array) -
     enter_rotation_vector(frames.rotation[_TORSO], out[COORDINATE_COUNT : COORDINATE_COUNT + 3])
     spheres = tree.sphere_segment.shape[0] // 2
     for side in range(2):
+        ankle = _ANKLES[side]
+        out[_POWER + side] = out[ankle] * qd[ankle]
         first = FOOT + FOOT_NUMBERS * side
         for i in range(6):
             out[first + i] = work.feet[side, i]
+        # The centre of pressure is (-My, Mx) / Fz, and the free moment what it leaves of Mz.
+        f0, f1, f2 = out[first], out[first + 1], out[first + 2]
+        along = -out[first + 4] * f1 - out[first + 3] * f0
+        out[first + 7] = out[first + 5] - along * f2 / (f2 * f2 + _LIGHT * _LIGHT)
         # The lowest point, with `where`, because in lanes each of the eight has its own.
         out[first + 6] = np.inf
         for n in range(side * spheres, (side + 1) * spheres):
@@ -126,8 +143,8 @@ def _instants(
     slope: Array,
     work: _Work,
 ) -> None:
-    """`_instant` of every row of `inputs` (T, 93) into `out` (T, 48), and its derivatives into
-    `slope` (T, 48, 93) unless that is empty. What is left of the last eight is its last row again.
+    """`_instant` of every row of `inputs` (T, 93) into `out` (T, 52), and its derivatives into
+    `slope` (T, 52, 93) unless that is empty. What is left of the last eight is its last row again.
     """
     # `work` and `lanes` are the same memory: numbers are written and read through `work`, computed
     # through `lanes`.
@@ -165,12 +182,12 @@ def walking_laws(tree: Tree, law: ContactLaw, inputs: Array, slope: Array | None
     tree : the body.
     law : the contact law.
     inputs : (T, 93) coordinates, rates and second rates, as for `_instant`.
-    slope : (T, 48, 93) out, derivatives of the result by the inputs; not computed if left out.
+    slope : (T, 52, 93) out, derivatives of the result by the inputs; not computed if left out.
 
     Returns
     -------
-    (T, 48) generalised forces, `TRUNK`, and seven numbers for each foot from `FOOT` on: Nm and N,
-        rad, N, Nm and m.
+    (T, 52) generalised forces, `TRUNK`, `POWER`, and eight numbers for each foot from `FOOT` on: Nm
+        and N, rad, W, N, Nm, m and Nm.
     """
     found, inputs = np.zeros((len(inputs), OUTPUTS)), np.ascontiguousarray(inputs)
     spheres = len(tree.sphere_segment)

@@ -13,7 +13,7 @@ from matplotlib.axis import Axis, Tick, XAxis, YAxis
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.path import Path
-from matplotlib.ticker import NullLocator
+from matplotlib.ticker import Formatter, NullLocator
 from matplotlib.transforms import Bbox
 
 from gaitval.arrays import Array
@@ -59,40 +59,42 @@ def _thin_out(figure: Figure) -> None:
     for axes in figure.axes:
         for line in axes.lines:
             path = line.get_path()
-            if len(path.vertices) > _FEW and path.codes is None:
+            points = np.asarray(path.vertices)
+            if len(points) > _FEW and path.codes is None:
                 path.simplify_threshold = _NEAR
                 path.should_simplify = True
             if line.get_transform() == axes.transData:
-                _unclip(line, path.vertices)
+                _unclip(line, axes, points)
         for area in axes.collections:
             if not isinstance(area, PolyCollection) or len(area.get_paths()) != 1:
                 continue
-            (path,) = area.get_paths()
             to_points = area.get_transform()
             if to_points != axes.transData or not to_points.is_affine:
                 continue
-            _unclip(area, path.vertices)
-            if len(path.vertices) > _FEW:
-                path = Path(path.vertices)  # without how it is closed: its end is its beginning
-                path.simplify_threshold = _NEAR
-                thin = path.cleaned(to_points, simplify=True)
-                drawn_to = thin.vertices[np.asarray(thin.codes) != Path.STOP]
+            points = np.asarray(area.get_paths()[0].vertices)
+            _unclip(area, axes, points)
+            if len(points) > _FEW:
+                whole = Path(points)  # without how it is closed: its end is its beginning
+                whole.simplify_threshold = _NEAR
+                thin = whole.cleaned(to_points, simplify=True)
+                drawn_to = np.asarray(thin.vertices)[np.asarray(thin.codes) != Path.STOP]
                 area.set_verts([to_points.inverted().transform(drawn_to)])
 
 
-def _unclip(artist: Artist, points: Array) -> None:
-    """Do not clip an `artist` of such `points` (n, 2) if all of them are within its axes."""
-    axes = artist.axes
-    assert axes is not None
-    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    view = axes.viewLim
-    if (low >= view.min - 1e-9).all() and (high <= view.max + 1e-9).all():
+def _unclip(artist: Artist, axes: Axes, points: Array) -> None:
+    """Do not clip an `artist` of such `points` (n, 2) if all of them are within its `axes`."""
+    known = points[np.isfinite(points).all(axis=1)]
+    if not len(known):
+        return
+    low, high = np.array(axes.viewLim.min), np.array(axes.viewLim.max)
+    if (known >= low - 1e-9).all() and (known <= high + 1e-9).all():
         artist.set_clip_on(False)
 
 
 class _LightAxis(Axis):
     """An axis; its ticks are drawn together unless they look different."""
 
+    axis_name: str
     _places: tuple[object, list[_Place]] | None = None
 
     def _is_light(self) -> bool:
@@ -114,9 +116,8 @@ class _LightAxis(Axis):
         of = (low, high, self.get_tick_space(), self.get_major_locator(), self.major.formatter)
         if self._places is None or self._places[0] != of:
             near = 1e-10 * (high - low)
-            places = np.atleast_1d(self.get_majorticklocs())
-            labels = self.major.formatter.format_ticks(places)
-            pairs = zip(places.tolist(), labels, strict=True)
+            places = np.atleast_1d(self.get_majorticklocs()).tolist()
+            pairs = zip(places, self._formatter().format_ticks(places), strict=True)
             shown = [_Place(*each) for each in pairs if low - near <= each[0] <= high + near]
             self._places = of, shown
         return list(self._places[1])
@@ -133,6 +134,11 @@ class _LightAxis(Axis):
             self._move(each)
             found.append(label.get_window_extent(renderer))
         return found, []
+
+    def _formatter(self) -> Formatter:
+        found = self.major.formatter
+        assert found is not None
+        return found
 
     def _move(self, place: _Place) -> None:
         """Put the label of the one tick to a `place`."""
@@ -164,7 +170,7 @@ class _LightAxis(Axis):
         self._update_label_position(renderer)  # type: ignore[attr-defined]
         self.label.draw(renderer)
         self._update_offset_text_position(boxes, none)  # type: ignore[attr-defined]
-        self.offsetText.set_text(self.major.formatter.get_offset())
+        self.offsetText.set_text(self._formatter().get_offset())
         self.offsetText.draw(renderer)
         renderer.close_group(__name__)
         self.stale = False

@@ -309,7 +309,7 @@ def _resource(name: str) -> str:
 _FONT_SCHEME: Final = "gaitval-font:"
 
 
-class _OwnFiles(URLFetcher):
+class _OwnFiles(URLFetcher):  # type: ignore[misc]
     """Fetches what a page contains, and the fonts of `_FONTS` by their names; nothing else."""
 
     def fetch(self, url: str, headers: Mapping[str, str] | None = None) -> URLFetcherResponse:
@@ -334,7 +334,7 @@ def _font_faces() -> str:
 
 def counted(name: str) -> dict[str, Any]:
     """For a page whose angles are counted by the convention of this `name`: it, and by how much
-    others are less.
+    others are more.
     """
     convention = convention_of(name)
     return {"convention": convention, "beside_convention": beside(convention)}

@@ -357,7 +357,7 @@ def _marker_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
     ]
 
 
-def _drawings(summary: RecordingSummary, convention: str) -> dict[str, Any]:
+def _drawings(summary: RecordingSummary, convention: str = OWN) -> dict[str, Any]:
     """What draws each figure, its table, and the names of the figures of each section; angles are
     counted by a `convention`.
     """

@@ -19,10 +19,10 @@ from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.scaling.joint_centres import measure
-from gaitval.scaling.landmarks import Place
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import scale_by_pairs
 from gaitval.scaling.scaling import HIGHEST_BARE_ANKLE, USUAL_ASYMMETRY, ScaledBody, build_body
+from gaitval.session.odd_sides import odd_sides
 from gaitval.session.read import SessionRecordings, about_file, of_trial
 from gaitval.session.request import Notify, Request, silent
 from gaitval.session.standing import standing_places
@@ -304,40 +304,6 @@ def _odd_widths(request: Request) -> Iterator[QualityFlag]:
             f"{knee:.3f} m is the width of an ankle at {request.height:.2f} m of stature, and not "
             "of a knee: measure again",
         )  # fmt: skip
-
-
-SIDES_DIFFER: Final = {
-    ("Ankle", "Ankle.Medial"): 0.007,
-    ("Knee", "Knee.Medial"): 0.014,
-    ("Heel", "Ankle"): 0.016,
-}
-"""m. Twice what right and left differ by, at most, of 12 people between the malleoli (3.4 mm) and
-the epicondyles (7.8 mm), and 1.5 times that from heel to malleolus (10.9 mm)."""
-
-
-def odd_sides(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
-    """Warnings about `points` (3,) m on landmarks of the standing trial whose distances differ
-    between right and left more than legs do.
-
-    A marker that is misplaced in all trials moves joint centres and changes no distance between
-    the trials; only the other leg shows it.
-    """
-    for (one, other), limit in SIDES_DIFFER.items():
-        names = [(f"{side}.{one}", f"{side}.{other}") for side in "RL"]
-        if not all(name in points for pair in names for name in pair):
-            continue
-        right, left = (
-            float(np.linalg.norm(np.subtract(points[first], points[second])))
-            for first, second in names
-        )
-        if abs(right - left) > limit:
-            yield QualityFlag(
-                "sides that differ", f"{one} to {other}", abs(right - left), limit, "m",
-                f"{1000 * right:.0f} mm on the right and {1000 * left:.0f} mm on the left: one of "
-                "the four markers is misplaced, in all trials alike, or the legs differ. Look at "
-                "them in standing; a joint's centre is off by half as much, and the foot turns "
-                "with it",
-            )  # fmt: skip
 
 
 def _with_right_labels(

@@ -47,11 +47,30 @@ def closed_cycle(values: Array) -> Array:
     return np.ascontiguousarray(np.concatenate([values, values[:1]]))
 
 
+FEED_FORWARD_HZ = 10.0
+"""Frequency at which half of a moment is fed forward: as recorded moments are filtered. What a fit
+has above it is the landing of its feet, which no muscle can know before."""
+
+
+def _as_muscles_give(moments: Array, stride_time: float) -> Array:
+    """`moments` (N, …) of a cycle of `stride_time` s without what is far above `FEED_FORWARD_HZ`:
+    as a Butterworth filter of the fourth order does it, forward and backward.
+    """
+    spectrum = np.fft.rfft(moments, axis=0)
+    frequency = np.arange(len(spectrum)) / stride_time
+    gain = 1.0 / (1.0 + (frequency / FEED_FORWARD_HZ) ** 8)
+    spectrum *= gain.reshape(-1, *(1,) * (moments.ndim - 1))
+    return np.fft.irfft(spectrum, len(moments), axis=0)
+
+
 def reference_tables(reference: ReferenceMotion, feed_forward: float) -> ReferenceTables:
-    """Tables of a reference motion; the moments are weighted with `feed_forward`."""
+    """Tables of a reference motion; the moments, below `FEED_FORWARD_HZ`, are weighted with
+    `feed_forward`.
+    """
     actuated = slice(len(ROOT), None)
+    moments = _as_muscles_give(reference.moments, reference.stride_time)
     return ReferenceTables(
         closed_cycle(reference.positions[:, actuated]),
         closed_cycle(reference.velocities[:, actuated]),
-        closed_cycle(feed_forward * reference.moments),
+        closed_cycle(feed_forward * moments),
     )

@@ -33,13 +33,14 @@ def test_every_row_says_of_whom_what_where():
         ("foot_shift", 0.15, True, True),
         ("foot_shift", 0.25, True, False),
         ("foot_shift", -0.1, False, True),
-        ("gain_length_on_side", -0.5, True, True),
-        ("gain_length_on_side", 0.5, False, False),
+        ("gain_length_on_side", -0.5, True, None),
+        ("gain_length_on_side", 0.5, False, None),
         ("steps_to_recover", 0.0, True, True),
         ("steps_to_recover", 3.0, True, False),
         ("steps_to_recover", None, False, False),
-        ("ankle_delay", 0.06, True, None),
-        ("offset_change", 0.3, True, None),
+        ("ankle_delay", 0.06, True, False),
+        ("offset_change", 0.3, True, False),
+        ("trip_early_elevates", 0.1, True, None),
     ],
 )
 def test_a_value_is_as_peoples_by_sign_and_bounds(name, value, sign, inside):

@@ -11,8 +11,11 @@ from gaitval.apps.devices.study import DeviceOutcome
 from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
+from gaitval.gait.filters import low_pass_simulated
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.walk_muscles import CUTOFF, walk_motion
 from gaitval.model.body import SEGMENTS
+from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.device import Device, load_devices
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, segment_frames
@@ -64,6 +67,26 @@ def test_what_has_neither_strap_nor_socket_turns_with_the_joint(person, plain):
     environment = DeviceEnvironment(with_devices(person.task, [device]))
     walk = walk_with(environment, person.policy, mu=person.mu, cycles=0.3)
     assert apart(walk) == apart(kept(person, plain, [device]).walk) == [0.0, 0.0]
+
+
+def test_muscles_swing_what_is_tied_to_the_leg(person, plain):
+    """The moments that muscles share are those of the body with its loads."""
+    devices = load_devices("foot_4kg")
+    found = kept(person, plain, devices)
+    rollout = found.walk.rollout
+    cycles = find_cycles(rollout, person.task.configuration)
+    body = apply_parameters(person.task.model, person.mu)
+    laden = apply_parameters(fitted(person.task.model, devices), person.mu)
+    step = float(rollout.time[1] - rollout.time[0])
+    wanted = low_pass_simulated(found.own, step=step, frequency=CUTOFF)
+    hip = ACTUATED.index("hip_flexion_r")
+    off = {}
+    for name, worn in (("laden", laden), ("bare", None)):
+        motion = walk_motion(rollout, cycles, body, height=1.53, laden=worn)
+        expected = np.interp(motion.dynamics.time, rollout.time, wanted[:, hip])
+        middle = slice(50, -50)
+        off[name] = np.abs(motion.dynamics.moments[middle, hip] - expected[middle]).mean()
+    assert off["laden"] < 0.3 * off["bare"]
 
 
 def test_who_carries_a_load_has_another_centre_of_mass(person):

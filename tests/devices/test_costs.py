@@ -88,7 +88,8 @@ def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():
         ([(0.5, 0.52, 0.48, 0.5), (0.3, 0.31, 0.29, 0.3)], "costs more, by every assumption"),
         ([(-0.5, -0.52, -0.48, -0.5)], "costs less, by every assumption"),
         ([(0.5, 0.5, 0.5, 0.5), (-0.5, -0.5, -0.5, -0.5)], "assumption decides the sign"),
-        ([(0.5, -0.3, 0.6, 0.1)], "models do not agree on the sign"),
+        ([(0.5, -0.3, 0.6, 0.1)], "models decide the sign, not the device"),
+        ([(0.5, 0.5, 0.5, 0.5), (-0.6, 0.3, -0.6, -0.1)], "Nor do the assumptions"),
         ([], ""),
     ],
 )

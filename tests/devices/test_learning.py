@@ -31,6 +31,13 @@ def test_a_part_that_is_heavier_has_more_inertia_by_the_same_factor():
         np.testing.assert_allclose(after.inertia, factor * np.array(before.inertia))
 
 
+def few(task, **training):
+    """The task, with other settings of its training."""
+    changed = task.configuration.training.model_copy(update=training)
+    configuration = task.configuration.model_copy(update={"training": changed})
+    return replace(task, configuration=configuration)
+
+
 def test_every_environment_of_an_adaptation_begins_and_is_disturbed_otherwise(person, monkeypatch):
     """The first wears the device of the table; no seed is used twice."""
     began = []
@@ -43,11 +50,9 @@ def test_every_environment_of_an_adaptation_begins_and_is_disturbed_otherwise(pe
         raise Stopped
 
     monkeypatch.setattr(learning, "_walk", stopping)
-    task = with_devices(person.task, load_devices("hip_exo"))
-    training = task.configuration.training.model_copy(update={"environments": 4})
-    few = task.configuration.model_copy(update={"training": training})
+    task = few(with_devices(person.task, load_devices("hip_exo")), environments=4)
     with pytest.raises(Stopped):
-        adapt(replace(task, configuration=few), person.policy, samples=1)
+        adapt(task, person.policy, samples=1)
     (environments,) = began
     assert len({each.start_phase for each in environments}) == len(environments) == 4
     assert len({each.walker.noise_seed for each in environments}) == 4
@@ -97,7 +102,8 @@ def test_a_device_that_makes_fall_is_learned(person):
 
 
 def test_the_same_seed_learns_the_same(person):
-    task = with_devices(person.task, load_devices("ankle_exo"))
-    found = [adapt(task, person.policy, samples=4096, seed=3) for _ in range(2)]
+    exo = with_devices(person.task, load_devices("ankle_exo"))
+    task = few(exo, environments=4, rollout_steps=64, batch_size=128)  # two rounds
+    found = [adapt(task, person.policy, samples=512, seed=3) for _ in range(2)]
     assert found[0].key == found[1].key
     assert found[0].key != person.policy.key

@@ -57,6 +57,7 @@ def solution(fit, fixed):
     return fit.solve(start=fixed, smallest_gain=1e-5)
 
 
+@pytest.mark.slow  # two further fits; that it is sooner there
 def test_the_body_as_scaled_begins_with_its_reference(person, fit, fixed, monkeypatch):
     """It ends where a fit from a standstill ends, with fewer equations."""
     counted = []
@@ -149,6 +150,7 @@ def recorded():
     return fit, fit.mode(fit.solve(start=fit.solve(fixed=nominal_parameters())))
 
 
+@pytest.mark.slow  # two fits of another person
 def test_the_posterior_is_as_gaussian_as_laplace_supposes(recorded):
     """Along every principal direction, one and two SDs away, by the fit of the whole motion.
 
@@ -190,6 +192,7 @@ def test_a_profile_is_the_whole_fit_of_a_held_body(fit, solution):
     assert Profile(fit, solution)([mu]) == [found.cost]
 
 
+@pytest.mark.slow  # as the test before
 def test_the_profile_of_every_parameter_is_that_of_a_gaussian(recorded):
     found = profiles(*recorded)
     np.testing.assert_array_equal(found[:2], 0.0)

@@ -8,7 +8,6 @@ import pytest
 from gaitval.identification.legs import (
     LABORATORY,
     ODDS,
-    OTHERWISE,
     LegDifference,
     causes,
     held,
@@ -82,5 +81,13 @@ def test_a_knee_held_flexed_is_a_cause_where_the_other_is_not():
 
 def test_only_real_laboratories_err_on_everybody():
     even = {"l": 0.1, "r": 0.1}
-    assert causes(even, 0.84, laboratory=False) == pytest.approx(OTHERWISE)
-    assert causes(even, 0.84, laboratory=True) == pytest.approx(np.hypot(OTHERWISE, LABORATORY))
+    assert causes(even, 0.84, laboratory=False) == 0.0
+    assert causes(even, 0.84, laboratory=True) == pytest.approx(LABORATORY)
+
+
+def test_a_record_of_which_nothing_counts_leaves_what_people_s_legs_are():
+    silent = LegDifference(0.0, PRIOR, PRIOR, causes=0.005)
+    mean, sd = silent.estimate
+    assert mean == 0.0
+    assert PRIOR < sd < 0.025  # between people's and legs that differ by 2 cm beside
+    assert not silent.differ

@@ -1,10 +1,12 @@
 """A study's identification by another method: its bounds decide nothing, its body is shrunk."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from body_result import MODEL, made_up
 
 from gaitval.artefacts import write_json
 from gaitval.configuration import load_configuration
@@ -120,3 +122,26 @@ def test_the_walker_has_legs_that_differ_by_what_was_found(tmp_path, apart):
 def test_legs_that_cannot_be_are_refused(left):
     with pytest.raises(ArtefactError, match="left_leg"):
         with_legs(scale_subject(load_subject("S05")).model, left)
+
+
+@pytest.mark.parametrize(
+    ("two_legs", "deviance", "longer"),
+    [(False, 150.0, 0.0), (True, 150.0, 1.0), (True, 514.0, 0.0)],
+)
+def test_the_walker_has_two_legs_only_if_told_and_no_body_of_a_record_that_does_not_fit(
+    monkeypatch, two_legs, deviance, longer
+):
+    found = replace(made_up(0.5, 0.022), cost=deviance)
+    monkeypatch.setattr(default, "identified", lambda *given: found)
+    setting = f"identification.two_legs={str(two_legs).lower()}"
+    configuration = load_configuration(settings=[setting])
+    fit, fixed = SimpleNamespace(extended=()), SimpleNamespace(cost=200.0)
+    made = default.shared_identification(
+        fit, fixed, load_subject("S05"), None, MODEL, configuration, lambda told: None
+    )
+    apart, _ = found.legs.estimate
+    assert made.left_leg == pytest.approx(longer * 0.5 * apart / MODEL.leg_length)
+    moved = np.abs(np.array(made.identified) - nominal_parameters()).max()
+    assert (moved > 1e-3) == found.fits
+    assert ("found body" in made.words["said"]) == found.fits
+    assert f"{deviance:.0f}" in made.words["said"]

@@ -11,7 +11,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.identification import shared_errors
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.prior import prior_sd
-from gaitval.identification.shared_errors import NAMES, SharedFit, identified
+from gaitval.identification.shared_errors import NAMES, SharedFit, identified, tempered
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference import dynamic_fit
 from gaitval.reference.dynamic_fit import weighted_laws
@@ -54,6 +54,7 @@ def test_laws_change_with_an_error_as_its_derivatives_say(fit, fixed, name):
     assert off.mean() < 0.002
 
 
+@pytest.mark.slow  # two fits
 def test_without_shared_errors_it_is_the_plain_posterior(fit, fixed):
     none = SharedFit(fit, np.zeros(len(NAMES)))
     found, mode = none.solve(fixed), fit.mode(fixed)
@@ -68,6 +69,7 @@ def found(fit, fixed):
     return identified(fit, fixed)
 
 
+@pytest.mark.slow  # two fits; of time alone
 def test_small_matrices_do_not_spin_on_two_threads(fit, fixed, monkeypatch):
     """On a busy machine that took twenty times the processor's time."""
     seen = []
@@ -120,3 +122,21 @@ def test_a_belt_that_runs_fast_and_a_small_hip_move_the_leg_by_less_than_one_sd(
     lengths = slice(3, 5)
     moved = (again.posterior.mean - found.posterior.mean)[lengths]
     assert np.abs(moved / found.posterior.sd[lengths]).max() < 1.0
+
+
+def test_of_a_record_s_information_a_share_counts():
+    """As if the record were so many of as many: a likelihood to a power."""
+    prior = np.array([1.0, 2.0, 1.0])
+    said = np.array([[3.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 0.0]])
+    score = np.array([1.0, -0.4, 0.1])
+
+    def posterior(share):
+        covariance = np.linalg.inv(np.diag(prior**2) + share * said)
+        return covariance @ (share * score), covariance
+
+    whole = posterior(1.0)
+    for share in (1.0, 0.6, 0.0):
+        mean, covariance = tempered(*whole, prior, share)
+        np.testing.assert_allclose(mean, posterior(share)[0], atol=1e-12)
+        np.testing.assert_allclose(covariance, posterior(share)[1], atol=1e-12)
+    np.testing.assert_allclose(tempered(*whole, prior, 0.0)[0], 0.0, atol=1e-12)

@@ -772,3 +772,34 @@ def test_a_root_that_is_not_in_metres_is_refused(judged_files, tmp_path, factor,
     )
     with pytest.raises(RecordError, match=f"look like {unit}"):
         judge(request)
+
+
+def test_knees_of_a_model_with_the_other_sign_are_named_before_the_forces(judged_files, tmp_path):
+    def change(name, values):
+        return -values if name.startswith("knee_angle") else values
+
+    other = with_columns(judged_files / "ik.mot", tmp_path / "ik.mot", change)
+    request = JudgeRequest(
+        model=judged_files / "model.osim", ik=other, grf=judged_files / "grf.mot"
+    )
+    with pytest.raises(RecordError, match=r"knee_angle_r and knee_angle_l .*Gait2392"):
+        judge(request)
+
+
+def test_forces_in_other_axes_than_the_motion_are_named(judged_files, tmp_path):
+    table = read_storage(judged_files / "grf.mot")
+    values = table.values.copy()
+    of = {name: table.columns.index(name) for name in table.columns}
+    for side in "rl":
+        for kind in "vp":
+            x, y, z = (of[f"ground_force_{side}_{kind}{axis}"] for axis in "xyz")
+            values[:, [x, y, z]] = values[:, [z, x, y]]
+    write_storage(tmp_path / "grf.mot", replace(table, values=values))
+    request = JudgeRequest(
+        model=judged_files / "model.osim",
+        ik=judged_files / "ik.mot",
+        grf=tmp_path / "grf.mot",
+    )
+    with pytest.raises(RecordError, match="other axes than the markers") as error:
+        judge(request)
+    assert not error.value.goes_on

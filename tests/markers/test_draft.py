@@ -16,6 +16,7 @@ from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.scaling.markers.body import Site, sites
 from gaitval.scaling.markers.draft import Draft, Guess, draft_markers
 from gaitval.scaling.markers.files import as_toml
+from gaitval.scaling.markers.spines import CRESTS
 
 
 def test_a_person_without_names_is_recognised_in_any_axes() -> None:
@@ -108,10 +109,9 @@ def test_a_standing_trial_of_wbds_is_drafted_without_its_names(wbds_static: Path
     for i, guess in zip(kept, draft_markers(markers).guesses, strict=True):
         definition = known.markers[names[standing.names[i]]]
         site = guess.site
-        same = site is not None and (site.segment, site.landmark) == (
-            definition.segment,
-            definition.landmark,
-        )
+        # Crests are landmarks where nothing else shows the spines.
+        landmark = None if definition.landmark in CRESTS else definition.landmark
+        same = site is not None and (site.segment, site.landmark) == (definition.segment, landmark)
         right += same
         assert same or not guess.used
     assert right >= 0.92 * len(kept)

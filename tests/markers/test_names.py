@@ -50,7 +50,7 @@ def test_a_rear_spine_without_a_side_is_the_middle_of_both() -> None:
     """As LAMB has it."""
     middle, right = read_names(["Psis", "RPSIS"])
     assert middle.side == ""
-    assert "Sacrum" in middle.places
+    assert middle.places == ("Sacrum",)
     fitting = {site.label for site in sites() if right.fits(site)}
     assert fitting == {"R.PSIS"}
 

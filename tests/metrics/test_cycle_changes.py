@@ -73,3 +73,43 @@ def test_equal_sessions_do_not_differ():
     same = cycles(6, 9)
     found = differing_curves(same, same, permutations=100)
     assert not any(each.regions for each in found.curves.values())
+
+
+def test_a_change_of_a_part_is_told_from_slow_differences_of_strides():
+    """Strides lie higher or lower as a whole, by more than the change: no point shows it, and the
+    rest of the curve says how high the stride lies.
+    """
+    before, after = (
+        {n: c + heights(seed)[n] for n, c in cycles(8, seed).items()} for seed in (1, 2)
+    )
+    away = np.abs(np.arange(101) - 40) / 20.0
+    after["angles/knee_r"] += 2.0 * (1.0 + np.cos(np.pi * np.minimum(away, 1.0)))
+    found = differing_curves(before, after, permutations=500)
+    (region,) = found.curves["angles/knee_r"].regions
+    assert region.first <= 40 <= region.last
+    assert region.last - region.first <= 45
+    assert region.p <= 0.05
+    t = found.curves["angles/knee_r"].t
+    assert np.abs(t).max() < found.threshold  # of points and mean
+    assert sum(bool(each.regions) for each in found.curves.values()) == 1
+
+
+def heights(seed: int) -> dict[str, np.ndarray]:
+    random = np.random.default_rng(seed)
+    return {name: 6.0 * random.normal(size=(8, 1)) for name in NAMES}
+
+
+def test_no_region_is_beside_a_planted_change():
+    """A filter sees a change also where it is not, with the other sign."""
+    beside = 0
+    for seed in range(10):
+        before, after = (
+            {n: c + heights(s)[n] for n, c in cycles(8, s).items()}
+            for s in (2 * seed + 50, 2 * seed + 51)
+        )
+        away = np.abs(np.arange(101) - 30) / 10.0
+        after["angles/hip_l"] += 3.0 * (1.0 + np.cos(np.pi * np.minimum(away, 1.0)))
+        regions = differing_curves(before, after, permutations=200).curves["angles/hip_l"].regions
+        assert any(each.first <= 30 <= each.last for each in regions)
+        beside += any(each.last < 20 or each.first > 40 for each in regions)
+    assert beside <= 1

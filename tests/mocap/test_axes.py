@@ -400,7 +400,10 @@ class TestWalkingDirection:
         with pytest.raises(RecordError, match=f"two levels that are .*{words}"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
-    @pytest.mark.parametrize("what", ["sits down, stands up", "right foot .* stands on one leg"])
+    @pytest.mark.parametrize(
+        "what",
+        ["sits down, stands up", "right foot .* stands on one leg", "jumps", "steps on the spot"],
+    )
     def test_who_does_not_walk_is_told_what_is_seen(self, what):
         still = walking(0.0, belt=False)
         markers = np.tile(np.array(list(PERSON.values())), (len(still.time), 1, 1))
@@ -409,6 +412,11 @@ class TestWalkingDirection:
                 markers[:, i, 2] -= 0.2 * (1 - np.cos(2 * np.pi * still.time / 5.0))
             if "one leg" in what and name.startswith("R_") and not name.endswith("SIS"):
                 markers[:, i, 2] += 0.15 * ((still.time > 2) & (still.time < 8))
+            if what == "jumps":
+                markers[:, i, 2] += np.clip(0.3 * np.sin(2 * np.pi * still.time), 0.0, None)
+            if "spot" in what and not name.endswith("SIS"):
+                turn = np.sin(2 * np.pi * still.time) * (1 if name[0] == "R" else -1)
+                markers[:, i, 2] += np.clip(0.2 * turn, 0.0, None)
         with pytest.raises(RecordError, match=what):
             turn_to_walking_direction(still.with_markers(still.names, markers), LANDMARKS)
 

@@ -195,7 +195,7 @@ def test_actions_are_offsets_of_the_joint_targets(extended, task):
     extended.step(action)
     scale = task.configuration.environment.action_scale
     arms = np.array([name.startswith(("arm", "elbow")) for name in ACTUATED])
-    expected = np.where(arms, 0.0, scale * action[:25])
+    expected = np.where(arms, 0.0, extended.entering * scale * action[:25])
     np.testing.assert_allclose(extended.walker.offset, expected, rtol=1e-6)
 
 
@@ -207,8 +207,8 @@ def test_arms_may_be_given_to_the_policy(task):
     elbow, knee = (
         environment.walker.offset[ACTUATED.index(f"{n}_r")] for n in ("elbow_flex", "knee_angle")
     )
-    assert elbow == pytest.approx(0.5 * scale)
-    assert knee == pytest.approx(scale)
+    assert elbow == pytest.approx(0.5 * environment.entering * scale)
+    assert knee == pytest.approx(environment.entering * scale)
 
 
 @pytest.mark.parametrize("phase", [0.2, 0.7])  # the mirror leaves the pace as it is
@@ -218,7 +218,7 @@ def test_the_last_number_of_an_action_is_the_pace(extended, task, phase, size):
     action = NO_ACTION.copy()
     action[-1] = size
     _, _, _, _, info = extended.step(action)
-    pace = 1.0 + task.configuration.environment.pace_scale * size
+    pace = 1.0 + extended.entering * task.configuration.environment.pace_scale * size
     share = extended.walker.action_seconds / task.reference.stride_time
     assert info["cycles"] == pytest.approx(pace * share, rel=1e-9)
     assert info["errors"][REWARD_TERMS.index("pace")] == pytest.approx((pace - 1.0) ** 2)
@@ -604,3 +604,34 @@ def test_settings_without_a_delay_are_written_as_before_there_was_one(task):
     assert "observation_delay" not in settings.model_dump(mode="json")
     late = settings.model_copy(update={"observation_delay": 0.1})
     assert late.model_dump(mode="json")["observation_delay"] == 0.1
+
+
+# ---- Actions enter as muscles are activated. ----
+
+
+def test_an_action_that_alternates_reaches_the_joints_smoothed(task):
+    """A first-order filter: of an action held, 1 - exp(-t / time) after t; one that alternates is
+    left with the share e / (2 - e) of its size."""
+    settings = task.configuration.environment
+    environment = WalkingEnvironment(task.with_environment(centring=0.0))
+    enters = 1.0 - np.exp(-environment.walker.action_seconds / settings.action_time)
+    environment.reset(seed=0, options={"phase": 0.3, "push": None})
+    environment.step(NO_ACTION + 1.0)
+    leg = slice(0, 3)
+    np.testing.assert_allclose(environment.episode.action[leg], enters, rtol=1e-6)
+    np.testing.assert_allclose(
+        environment.walker.offset[leg], settings.action_scale * enters, rtol=1e-6
+    )
+    environment.reset(seed=0, options={"phase": 0.3, "push": None})
+    for turn in range(30):
+        environment.step(NO_ACTION + (-1.0) ** turn)
+    np.testing.assert_allclose(
+        np.abs(environment.episode.action[leg]), enters / (2.0 - enters), rtol=1e-3
+    )
+
+
+def test_without_a_time_an_action_is_entered_as_it_is(task):
+    environment = WalkingEnvironment(task.with_environment(centring=0.0, action_time=0.0))
+    environment.reset(seed=0, options={"phase": 0.3, "push": None})
+    environment.step(NO_ACTION + 0.3)
+    assert environment.episode.action[0] == np.float32(0.3)

@@ -13,6 +13,7 @@ from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.gait.record import HARMONICS_CAP, periodic_through
 from gaitval.metrics.comparison import rms
 from gaitval.prediction import speed as speed_module
 from gaitval.prediction.known import known_record
@@ -47,6 +48,10 @@ def test_at_a_speed_that_was_recorded_it_is_that_record():
             found.angles["knee_angle_r"](PHASE), record.angles["knee_angle_r"](PHASE), atol=1e-3
         )
         assert found.stride_time == pytest.approx(record.stride_time)
+        name = "hip_adduction_l"
+        np.testing.assert_allclose(
+            found.moments[name](PHASE), record.moments[name](PHASE), atol=1e-3
+        )
 
 
 def test_between_two_trials_it_is_their_straight_line():
@@ -180,6 +185,29 @@ def test_two_trials_at_one_speed_are_as_their_mean():
     for name in SAGITTAL:
         mean = 0.5 * (own.angles[name](PHASE) + again.angles[name](PHASE))
         np.testing.assert_allclose(here.angles[name](PHASE), mean, atol=2e-3)
+
+
+def test_what_is_a_trials_own_in_the_hip_adduction_moment_is_divided_by_the_trials():
+    """A ripple of one of two trials reaches another speed by a half, its own by the whole; that of
+    a hip flexion moment comes from the trial that is copied.
+    """
+    subject = load_subject("S05")
+    trials = [each.record() for each in trials_known(subject, "T05")]
+    near = max(trials, key=lambda each: each.speed)
+    for name, part in (("hip_adduction_r", 0.5), ("hip_flexion_r", 1.0)):
+        rippled = replace(near, moments=near.moments | {name: _rippled(near.moments[name])})
+        others = [each for each in trials if each is not near]
+        for speed, share in ((1.15 * near.speed, part), (near.speed, 1.0)):
+            one, other = (
+                at_speed(subject, [*others, each], speed, builtin_subjects()).moments[name]
+                for each in (near, rippled)
+            )
+            ripple = (other(PHASE) - one(PHASE)) @ np.cos(20 * np.pi * PHASE) / 50.0
+            assert ripple == pytest.approx(0.1 * share, abs=0.02)
+
+
+def _rippled(moment):
+    return periodic_through(moment(PHASE) + 0.1 * np.cos(20 * np.pi * PHASE), HARMONICS_CAP)
 
 
 @pytest.mark.parametrize("span", [0.05, 0.3])

@@ -200,6 +200,7 @@ def test_what_is_wrong_with_a_baseline_is_still_said_of_the_baseline(tmp_path: P
     assert str(tmp_path / "baseline" / "identification.json") in str(refused.value)
 
 
+@pytest.mark.slow  # a study
 def test_a_run_that_holds_a_trial_out_is_stored(tmp_path, monkeypatch):
     """Its walk is compared with that trial, whose values are not the own ones of subject.toml."""
     only_html(monkeypatch)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitval.datasets.subject_file import BUILTIN, load_subject
-from gaitval.session.scale import SIDES_DIFFER, odd_sides
+from gaitval.session.odd_sides import SIDES_DIFFER, odd_sides
 
 
 def points(identifier: str) -> dict[str, np.ndarray]:
@@ -40,3 +40,28 @@ def test_without_medial_markers_nothing_is_said_of_widths():
     found = {name: at for name, at in points("S05").items() if "Medial" not in name}
     found["L.Knee"] = found["L.Knee"] + [0.0, 0.03, 0.0]
     assert not list(odd_sides(found))
+
+
+@pytest.mark.parametrize(("identifier", "side"), [("S01", "R"), ("S05", "L"), ("S10", "R")])
+def test_a_knee_marker_18_mm_back_in_all_trials_is_seen(identifier, side):
+    """Across the line of the epicondyles it changes no width."""
+    found = points(identifier)
+    line = found[f"{side}.Knee"] - found[f"{side}.Knee.Medial"]
+    back = np.cross([0.0, 0.0, 1.0], line) * (1 if side == "R" else -1)
+    found[f"{side}.Knee"] = found[f"{side}.Knee"] + 0.02 * back / np.linalg.norm(back)
+    (flag,) = odd_sides(found)
+    assert flag.where == "Knee to Knee.Medial"
+    assert flag.unit == "deg"
+    assert 8.5 < flag.value < 16.0
+
+
+@pytest.mark.parametrize("identifier", ["S01", "S05", "S08"])
+def test_a_spine_20_mm_out_and_15_mm_up_in_all_trials_is_seen(identifier):
+    found = points(identifier)
+    out = found["L.ASIS"] - found["R.ASIS"]
+    found["L.ASIS"] = found["L.ASIS"] + 0.02 * out / np.linalg.norm(out) + [0.0, 0.0, 0.015]
+    flags = [flag for flag in odd_sides(found) if "ASIS" in flag.where]
+    assert len(flags) == 1
+    for one, two in (("R", "L"), ("L", "R")):
+        apart = 1000 * np.linalg.norm(found[f"{one}.ASIS"] - found[f"{two}.PSIS"])
+        assert f"{apart:.0f} mm from {one}.ASIS" in flags[0].message

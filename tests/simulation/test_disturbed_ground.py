@@ -110,7 +110,11 @@ def test_a_wall_stops_the_foot_whose_path_it_crosses_and_gives_no_energy_back(wa
     assert force[:, 0, 0] == pytest.approx(0.0, abs=1e-6)
     assert -1.0 <= speed[-1] < 0.0
     assert np.abs(speed).max() <= 1.0 + 1e-6
-    assert stopped.positions[:, 3].max() < 0.05 + 0.02
+    # not further than where its three front spheres would have taken all its energy, elastically
+    depth = np.linspace(0.0, 0.1, 2001)
+    taken = 3.0 * np.cumsum(walker.law.static_force(SLED_RADIUS, depth)) * depth[1]
+    deepest = depth[np.searchsorted(taken, 0.5 * SLED.mass)]
+    assert 0.05 < stopped.positions[:, 3].max() < 0.05 + deepest
     impulse = 0.001 * force[1:, 1, 0].sum()
     assert SLED.mass * (speed[-1] - speed[0]) == pytest.approx(impulse, rel=1e-3)
     # nothing in the other foot's path, nor above the wall
@@ -146,7 +150,7 @@ def test_level_ground_is_bit_for_bit_that_of_the_plain_law(walking):
     [
         Planned(Slip("right", 0.05, 0.02), 0.06),
         Planned(Trip("left", 0.5, 0.06), 0.12),
-        Planned(StepDown("left", 0.03), 0.06, edge=0.2),
+        Planned(StepDown("left", 0.03), 0.06, edge=0.5),
     ],
 )
 def test_ground_changes_when_it_is_planned_and_not_before(walking, planned):

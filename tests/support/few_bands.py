@@ -14,7 +14,6 @@ WHOLE = (
     "measurement/test_page.py",
     "workflows/test_import_recordings.py",
     "workflows/test_import_truth.py",
-    "workflows/test_one_number.py",
 )
 """Files of tests that read bands, or compare them with stored ones."""
 

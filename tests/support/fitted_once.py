@@ -1,7 +1,7 @@
-"""References that tests fit again and again, and markers that they match to a body, are worked out
-once in a session of tests.
+"""References that tests fit again and again, moments that they share to muscles, and markers that
+they match to a body, are worked out once in a session of tests.
 
-A fit takes seconds, and most runs of a test are of the same few people and settings.
+Each takes about a second or more, and most runs of a test are of the same few people and settings.
 """
 
 import hashlib
@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from gaitval.musculature import gait
 from gaitval.reference import dynamic_fit
 from gaitval.scaling.markers import draft
 
@@ -29,12 +30,36 @@ def match_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     monkeypatch.setattr(draft, "matched", _remembering(draft.matched, folder))
 
 
+KEPT = 6
+"""Of what is shared to muscles, in the memory of a worker: 9 MB for a leg of a walk."""
+
+
+def share_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same of muscles, which are more than half of the time of comparing a walk; only the last
+    few, for most are those of the test before."""
+    share, last = gait.share, dict[str, bytes]()
+
+    def known(*given: object, **named: object) -> object:
+        key = _key(given, named)
+        if key not in last:
+            last[key] = pickle.dumps(share(*given, **named))
+            if len(last) > KEPT:
+                del last[next(iter(last))]
+        return pickle.loads(last[key])
+
+    monkeypatch.setattr(gait, "share", known)
+
+
+def _key(given: tuple[object, ...], named: dict[str, object]) -> str:
+    return hashlib.sha256(pickle.dumps((given, sorted(named.items())))).hexdigest()
+
+
 def _remembering(fit: Callable[..., object], folder: Path) -> Callable[..., object]:
-    def known(*given: object) -> object:
-        kept = folder / hashlib.sha256(pickle.dumps(given)).hexdigest()
+    def known(*given: object, **named: object) -> object:
+        kept = folder / _key(given, named)
         if not kept.exists():
             own = folder / f"{kept.name}.{os.getpid()}"
-            own.write_bytes(pickle.dumps(fit(*given)))
+            own.write_bytes(pickle.dumps(fit(*given, **named)))
             own.replace(kept)
         return pickle.loads(kept.read_bytes())
 

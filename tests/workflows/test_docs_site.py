@@ -40,8 +40,10 @@ def hooks():
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory):
+def site(tmp_path_factory, request):
     """The site as `make docs` builds it."""
+    if built := request.config.getoption("--site"):
+        return Path(built).resolve(strict=True)
     for name in ("material", "mkdocstrings", "latex2mathml"):
         pytest.importorskip(name, reason=NO_EXTRA)
     folder = tmp_path_factory.mktemp("site")

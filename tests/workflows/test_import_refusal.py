@@ -23,6 +23,7 @@ from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.request import ImportOptions
+from gaitval.session.session import Import
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import valid_cycles
 from gaitval.terminal import display
@@ -33,6 +34,12 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> MadeUpSession:
     return made_up_session(
         tmp_path_factory.mktemp("session"), noise=0.0, seconds=2.4, rate=150.0, per_frame=2
     )
+
+
+@pytest.fixture(scope="module")
+def whole(session: MadeUpSession) -> Import:
+    """What the whole walk gives."""
+    return work_out(session.request, ProcessingSettings())
 
 
 def without_force(session: MadeUpSession, path: Path, plate: str) -> Path:
@@ -121,10 +128,10 @@ def test_the_command_says_what_is_missing_and_the_line_that_fills_it_in(
     assert "To fill the side in" not in text.getvalue()
 
 
-def test_a_side_without_a_cycle_that_counts_is_absent_from_every_file(session, tmp_path):
+def test_a_side_without_a_cycle_that_counts_is_absent_from_every_file(session, whole, tmp_path):
     """The part of the walk shows one right cycle and none of the left."""
     made = imported(
-        session, tmp_path / "out", trials=[one_cycle(session, tmp_path, "right")], forces=[],
+        session, tmp_path / "out", trials=[one_cycle(session, whole, tmp_path, "right")], forces=[],
         kinematics_only=True,
     )  # fmt: skip
     assert made.subject.gait.not_recorded == {"angles": "left"}
@@ -211,9 +218,9 @@ def cut(session: MadeUpSession, folder: Path, begin: float, end: float) -> Path:
     return path
 
 
-def one_cycle(session: MadeUpSession, folder: Path, side: Side) -> Path:
+def one_cycle(session: MadeUpSession, whole: Import, folder: Path, side: Side) -> Path:
     """A part of the walk that shows one cycle of a side and none of the other."""
-    (walk,) = work_out(session.request, ProcessingSettings()).trials
+    (walk,) = whole.trials
     other = opposite(side)
     strikes = [
         event.time for event in walk.events if (event.side, event.kind) == (other, "heel_strike")
@@ -227,9 +234,9 @@ def one_cycle(session: MadeUpSession, folder: Path, side: Side) -> Path:
     return cut(session, folder, max(begin - 0.1, 0.0), end + 0.1)
 
 
-def test_trials_that_show_one_side_each_are_pooled(session, tmp_path):
+def test_trials_that_show_one_side_each_are_pooled(session, whole, tmp_path):
     request = session.request
-    trials = [one_cycle(session, tmp_path, side) for side in SIDES]
+    trials = [one_cycle(session, whole, tmp_path, side) for side in SIDES]
     pooled = request.model_copy(
         update={"trials": tuple(trials), "forces": (), "kinematics_only": True}
     )
@@ -240,8 +247,8 @@ def test_trials_that_show_one_side_each_are_pooled(session, tmp_path):
     ]
     assert counts == [{"right": 1, "left": 0}, {"right": 0, "left": 1}]
     subject = subject_of(found)
-    whole = subject_of(work_out(request, ProcessingSettings()))
-    assert subject.walking_speed_m_s == pytest.approx(whole.walking_speed_m_s, rel=0.05)
+    both = subject_of(whole)
+    assert subject.walking_speed_m_s == pytest.approx(both.walking_speed_m_s, rel=0.05)
     assert {name for name in found.angles if name.startswith("knee")} == {
         "knee_angle_r",
         "knee_angle_l",

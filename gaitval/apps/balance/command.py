@@ -111,8 +111,8 @@ def perturb(
         stood = f"{sum(each.survived)} of {len(each.survived)} starts survived"
         display.plain(f"{each.kind} ({settings}): {stood}")
     if result.quantities:
-        as_people = round(result.people_share["walker"] * len(result.quantities))
-        display.plain(f"As people: {as_people} of {len(result.quantities)} published quantities")
+        right, count = result.as_people["walker"]
+        display.plain(f"As people: {right} of {count} published quantities")
     display.plain(f"Page: {folder / NAME}.html")
 
 

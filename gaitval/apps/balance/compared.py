@@ -311,7 +311,9 @@ def _trip(each: Disturbed) -> dict[str, float | None]:
     sooner = (each.step.strike - mine[0]) * step if mine else math.nan
     found: dict[str, float | None] = {
         "trip_spin": float(gained),
-        "trip_ankle": float(each.walk.ankle[support, other].max()),
+        "trip_ankle": float(
+            each.walk.ankle[support, other].max() - each.plain.ankle[support, other].max()
+        ),
         "stumble_width": _width(each),
     }
     if each.ground.swing < 1.0 / 3.0:

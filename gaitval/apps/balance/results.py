@@ -4,7 +4,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
-from gaitval.metrics.typed import Count, Flag, Number, Result, Share, Size, StrictPositive
+from gaitval.metrics.typed import Count, Flag, Number, Result, Size, StrictPositive
 
 PERTURB_VERSION: Final = 1
 """Of `perturb.json`."""
@@ -127,6 +127,9 @@ class PerturbResult(Result):
     grounds: list[GroundResult]
     largest: LargestPushes | None
     quantities: list[ComparedQuantity]
-    people_share: dict[Literal["walker", "nothing", "pendulum"], Share]
-    """Share of the compared quantities in which each has the published sign, and is within what was
-    published where that has bounds."""
+    as_people: dict[
+        Literal["walker", "nothing", "pendulum"],
+        Annotated[list[Count], Field(min_length=2, max_length=2)],
+    ]
+    """In how many of the compared quantities each has the published sign, and is within what was
+    published where that has bounds; and of how many it says something."""

@@ -27,7 +27,7 @@ from gaitval.apps.balance.experiment import (
     sideways_pushes,
 )
 from gaitval.apps.balance.placement import LinearMap, answered, linear_map, steps_to_recover
-from gaitval.apps.balance.results import PERTURB_VERSION, PerturbResult
+from gaitval.apps.balance.results import PERTURB_VERSION, ComparedQuantity, PerturbResult
 from gaitval.apps.balance.walked import Walked
 from gaitval.artefacts import versions
 from gaitval.coordinates import SIDES
@@ -75,7 +75,7 @@ class Recoveries(Displayed):
         if result.steady_fell:
             return f"{result.walker} falls without any disturbance"
         count = len(result.quantities)
-        right = round(result.people_share["walker"] * count)
+        right, _ = result.as_people["walker"]
         return f"{result.walker}: as people in {right} of {count} published quantities"
 
     def overview(self) -> "pd.DataFrame":
@@ -209,7 +209,10 @@ def _result(
         "grounds": [_ground(each, stood) for each, stood in grounds],
         "largest": None if robust is None else _robust(robust),
         "quantities": rows,
-        "people_share": {who: _share(rows, who) for who in ("walker", "nothing", "pendulum")},
+    }
+    checked = [ComparedQuantity.model_validate(tidy(each)) for each in rows]
+    values["as_people"] = {
+        who: list(as_people(checked, who)) for who in ("walker", "nothing", "pendulum")
     }
     return PerturbResult.model_validate(tidy(values))
 
@@ -288,11 +291,12 @@ def _compared(row: Published, values: Guessed) -> dict[str, Any]:
     }
 
 
-def _share(rows: Sequence[Mapping[str, Any]], who: str) -> float:
-    """Share of the rows in which `who` does as people."""
+def as_people(rows: Sequence[ComparedQuantity], who: str) -> tuple[int, int]:
+    """In how many of the `rows` `who` (walker, nothing, pendulum) does as people, and of how many:
+    a guess only of those of which it says something.
+    """
     known = {each.quantity: each for each in published()}
-    right = [
-        known[row["name"]].right_sign(row[who]) and known[row["name"]].inside(row[who]) is not False
-        for row in rows
-    ]
-    return float(np.mean(right)) if right else 0.0
+    values = [(known[row.name], getattr(row, who)) for row in rows]
+    told = [(row, value) for row, value in values if who == "walker" or value is not None]
+    right = [row.right_sign(value) and row.inside(value) is not False for row, value in told]
+    return sum(right), len(right)

@@ -36,13 +36,8 @@ def write_recoveries(found: Recoveries, walker: Walker, folder: Path) -> None:
         drawn = DrawnSteps.of(aside, along, walker.task.reference.stride_time)
     known = {row.name: row for row in result.quantities}
     offset = known.get("offset_change")
-    counts = {
-        who: round(share * len(result.quantities)) for who, share in result.people_share.items()
-    }
     context: dict[str, Any] = {
         "result": result,
-        "right": counts["walker"],
-        "guesses": counts,
         "offset": None if offset is None else offset.walker,
         "steps": 0 if drawn is None else len(drawn.aside),
         "drawn": drawn is not None,

@@ -108,24 +108,27 @@ def in_words(changes: Sequence[CostChange]) -> str:
     """What decides the sign: the device, the assumption, or the model; empty without a change."""
     if not changes:
         return ""
-    signs = {each.sign for each in changes}
-    middles = {each.middle > 0.0 for each in changes}
-    if signs == {1} or signs == {-1}:
-        way = "more" if signs == {1} else "less"
+    by = {sign: [each.assumption for each in changes if each.sign == sign] for sign in (1, -1, 0)}
+    if len(changes) in (len(by[1]), len(by[-1])):
+        way = "more" if by[1] else "less"
         return f"Walking with it costs {way}, by every assumption and every model."
-    if len(middles) > 1:
-        more = [each.assumption for each in changes if each.middle > 0.0]
-        less = [each.assumption for each in changes if each.middle <= 0.0]
+    if by[1] and by[-1]:
         return (
-            f"The assumption decides the sign, not the device: walking costs more where it is "
-            f"{_listed(more)}, and less where it is {_listed(less)}."
+            "The assumption decides the sign, not the device: walking costs more where it is "
+            f"{_listed(by[1])}, and less where it is {_listed(by[-1])}."
         )
-    way = "more" if middles == {True} else "less"
-    unsure = [each.assumption for each in changes if each.sign == 0]
-    return (
-        f"Walking with it costs {way} by the mean of the models by every assumption, but the "
-        f"models do not agree on the sign ({_listed(unsure)})."
+    said = [
+        f"Walking costs {way} where it is {_listed(by[sign])}."
+        for sign, way in ((1, "more"), (-1, "less"))
+        if by[sign]
+    ]
+    said.append(
+        f"Where it is {_listed(by[0])}, the models decide the sign, not the device: they do not "
+        "agree whether walking costs more or less."
     )
+    if len({each.middle > 0.0 for each in changes}) > 1:
+        said.append("Nor do the assumptions, by the mean of the models.")
+    return " ".join(said)
 
 
 def _listed(names: Sequence[str]) -> str:

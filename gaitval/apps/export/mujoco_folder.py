@@ -207,5 +207,6 @@ def _numbers(walked: ExportedWalk) -> dict[str, object]:
         "shares": environment.shares.tolist(),
         "action_scale": constants.action_scale,
         "action_limit": constants.action_limit,
+        "entering": environment.entering,
         "pace_scale": constants.pace_scale,
     }

@@ -199,7 +199,9 @@ class MujocoWalker:
         requested = np.clip(requested, -n["action_limit"], n["action_limit"]).astype(float)
         if self._mirrored():
             requested = self.signs[-26:] * requested[self.action_order]
-        self.action = self.shares * requested
+        # An action enters through a filter, as a muscle is activated.
+        requested *= self.shares
+        self.action = requested + (1.0 - n["entering"]) * (self.action - requested)
         pace = 1.0 + n["pace_scale"] * self.action[-1]
         slope = n["action_scale"] * self.action[:-1] - self.offset
         target = self.offset.copy()

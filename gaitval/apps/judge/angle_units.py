@@ -53,6 +53,7 @@ def check_unit(known: Skeleton, motion: Motion, in_degrees: bool, source: str) -
             f"gives ({header}), but no joint of a leg turns right round. The numbers go up to "
             f"{_number(largest, in_degrees):.4g}; {why}."
         )
+    _check_knees(known, motion, source)
     if not in_degrees:
         return []
     ranges = _ranges(known)
@@ -93,6 +94,27 @@ def check_lengths(model: OsimModel, motion: Motion, source: str) -> None:
             f"{source}: {most} is {moved[most]:.0f} m in the median, and no laboratory is so long; "
             f"translations look like {unit}. OpenSim has them in metres: export the motion "
             "again, or divide these columns."
+        )
+
+
+def _check_knees(known: Skeleton, motion: Motion, source: str) -> None:
+    """Refuse a motion whose knees bend forward as far as knees bend backward in walking: it is of a
+    model with the other sign.
+    """
+    wrong = {}
+    for ours in ("knee_angle_r", "knee_angle_l"):
+        name, sense = known.coordinates.get(ours, ""), known.senses.get(ours, 0)
+        if not sense or name not in motion.given:
+            continue
+        flexion = sense * motion.values[name]
+        if flexion.min() < RANGES[ours][0] - 2 * BEYOND and flexion.max() < BEYOND:
+            wrong[name] = float(np.degrees(motion.values[name][np.argmin(flexion)]))
+    if wrong:
+        raise RecordError(
+            f"{source}: in this model {' and '.join(wrong)} of {min(wrong.values(), key=abs):.0f}° "
+            "are knees that bend forward, and they never bend backward: the motion is of a model "
+            "with the other sign (of Gait2354 and Gait2392 flexion is negative, of Rajagopal's "
+            "positive). Give the model that inverse kinematics was run with."
         )
 
 

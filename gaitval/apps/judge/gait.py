@@ -80,7 +80,11 @@ def find_gait(
     processing = of_weight(ProcessingSettings(), skeleton.model.mass)
     if loads is not None:
         recording = _with_loads(recording, loads, skeleton.model.up)
-        forces, found = assign_forces(recording, processing, landmarks=LANDMARKS)
+        try:
+            forces, found = assign_forces(recording, processing, landmarks=LANDMARKS)
+        except RecordError as error:
+            # What an import is continued with, this command does not have.
+            raise RecordError(str(error)) from None
         findings += [f"Forces: {one}" for one in dict.fromkeys(str(each) for each in found)]
         findings += _wrong_feet(recording, loads, forces)
     cycles: dict[Side, tuple[GaitCycle, ...]] = dict.fromkeys(SIDES, ())
@@ -260,7 +264,11 @@ def _with_loads(recording: Recording, loads: Loads, up: Array) -> Recording:
     )
     plates = replace(recording, plates=cut).turned(project_axes(up)).plates
     first = float(time[np.flatnonzero(inside)[0]])
-    return with_plates(recording, loads.path, plates, rate=loads.rate, start=first)
+    found = with_plates(recording, loads.path, plates, rate=loads.rate, start=first)
+    for plate in found.plates:
+        if plate.fault:
+            raise RecordError(plate.fault)
+    return found
 
 
 def _wrong_feet(recording: Recording, loads: Loads, forces: FootForces) -> list[str]:

@@ -310,7 +310,7 @@ def devices_of(values: Mapping[str, Any], where: str) -> tuple[Device, ...]:
         problems = error.errors()
         # A tuple whose only item cannot be also counts as empty, which it is not.
         inner = [each for each in problems if each["type"] != "too_short" or not each["input"]]
-        lines = [in_subject(_File, problem) for problem in inner or problems]
+        lines = in_subject(_File, inner or problems)
         raise ConfigurationError(
             f"{where}: not a device:\n  "
             + "\n  ".join(lines)

@@ -47,7 +47,8 @@ AXES: Final = ("OALP", "XYZ")
 
 
 MIDDLE: Final = {"PSIS": "Sacrum"}
-"""Where the one marker is whose name is that of two places, and says no side."""
+"""Where the marker is whose name is that of a place on both sides, and says no side: two markers do
+not have one name."""
 
 
 @dataclass(frozen=True)
@@ -143,8 +144,7 @@ def _parsed(name: str, right: str, left: str) -> ParsedName:
             places = _places(name[: at + 1] + name[at + 1 + len(word) :]) if len(word) == 1 else ()
             if places and not _places(name):
                 return ParsedName(side, places)
-    said = _places(name)
-    return ParsedName("", (*said, *(MIDDLE[place] for place in said if place in MIDDLE)))
+    return ParsedName("", tuple(MIDDLE.get(place, place) for place in _places(name)))
 
 
 def _places(stem: str) -> tuple[str, ...]:

@@ -1,0 +1,278 @@
+"""What a walk's torques, toes and feet do that no comparison with a record can see.
+
+Moments are compared below 10 Hz, at hip, knee and ankle; forces in three directions, without the
+free moment. A walker is free in all else: its torques may ring, its toes may brake what its ankles
+push, its feet may twist and creep.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.compiled import njit
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED, COORDINATES, RANGES, SIDES
+from gaitval.gait.filters import low_pass_simulated
+from gaitval.metrics.cycles import GaitCycles, step_of
+from gaitval.metrics.tolerances import Measure, measured
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.parameters import apply_parameters
+from gaitval.model.tree import SEGMENT_COUNT, Tree, empty_frames, forward, tree_arrays, velocities
+from gaitval.simulation.rollout import Rollout
+
+ABOVE_HZ: Final = 12.0
+"""As `unrecorded.RINGING_HZ`: above what walking itself puts into moments."""
+SMOOTH_HZ: Final = 10.0
+"""Low-pass for peaks, as moments are compared."""
+RATE_PERCENTILE: Final = 99.9
+LOADED: Final = 0.5
+"""Body weights on a foot from which its creep counts: neither landing nor leaving."""
+CREEP_PERCENTILE: Final = 95.0
+
+GROUPS: Final[Mapping[str, tuple[str, ...]]] = {
+    "hip": ("hip_flexion_r", "hip_flexion_l"),
+    "knee": ("knee_angle_r", "knee_angle_l"),
+    "ankle": ("ankle_angle_r", "ankle_angle_l"),
+    "lumbar": ("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
+}
+"""Joints whose moments are looked at above `ABOVE_HZ`; of a group the worst counts."""
+
+
+def _columns(names: tuple[str, ...]) -> list[int]:
+    return [ACTUATED.index(name) for name in names]
+
+
+def moment_ringing(rollout: Rollout, rows: slice, mass: float) -> dict[str, float]:
+    """RMS Nm/kg of the moments of each of `GROUPS` above `ABOVE_HZ`, in `rows` of whole cycles of a
+    `rollout`, of the worst of its joints: by Parseval's theorem from the spectrum, without a
+    filter. `mass` kg.
+    """
+    moments = rollout.moments[rows] / mass
+    spectrum = np.abs(np.fft.rfft(moments, axis=0)) / len(moments)
+    high = np.fft.rfftfreq(len(moments), step_of(rollout)) >= ABOVE_HZ
+    # rfft keeps positive frequencies only; the negative ones have the same power.
+    rms = np.sqrt(2.0 * np.sum(spectrum[high] ** 2, axis=0))
+    return {group: float(rms[_columns(names)].max()) for group, names in GROUPS.items()}
+
+
+def torque_rate(rollout: Rollout, rows: slice, mass: float) -> dict[str, float]:
+    """`RATE_PERCENTILE` of how fast the moments of each of `GROUPS` change, Nm/kg/s, as they act,
+    of the worst of its joints; `rollout`, `rows` and `mass` as for `moment_ringing`.
+    """
+    change = np.abs(np.diff(rollout.moments[rows], axis=0)) / (mass * step_of(rollout))
+    high = np.percentile(change, RATE_PERCENTILE, axis=0)
+    return {group: float(high[_columns(names)].max()) for group, names in GROUPS.items()}
+
+
+def joint_work(rollout: Rollout, rows: slice) -> Array:
+    """(25,) J, net work of every joint in `rows` of a `rollout`: row by row what the engine did."""
+    power = rollout.moments[rows] * rollout.velocities[rows, 6:]
+    return np.asarray(power.sum(axis=0) * step_of(rollout))
+
+
+def each_cycle(cycles: GaitCycles, side: int) -> Iterator[slice]:
+    """Rows of each of the `cycles` of the foot of a `side`, 0 right and 1 left."""
+    name = SIDES[side]
+    for start, end in zip(cycles.starts[name], cycles.ends[name], strict=True):
+        yield slice(int(start), int(end))
+
+
+def toe_moment_peak(rollout: Rollout, cycles: GaitCycles, mass: float, side: int) -> float:
+    """Mean over the `cycles` of a `side` (0 right, 1 left) of the largest size of the moment at
+    the toes (metatarsophalangeal), Nm/kg, below `SMOOTH_HZ`.
+    """
+    column = ACTUATED.index(f"mtp_angle_{SIDES[side][0]}")
+    moment = low_pass_simulated(
+        rollout.moments[:, column], step=step_of(rollout), frequency=SMOOTH_HZ
+    )
+    peaks = [np.abs(moment[rows]).max() for rows in each_cycle(cycles, side)]
+    return float(np.mean(peaks) / mass)
+
+
+def free_moment_peak(
+    rollout: Rollout, cycles: GaitCycles, mass: float, height: float, side: int
+) -> float:
+    """Mean over the `cycles` of a `side` of the largest size of the free moment under the foot,
+    over weight x body `height` (m), below `SMOOTH_HZ`.
+    """
+    moment = low_pass_simulated(
+        rollout.free_moment[:, side], step=step_of(rollout), frequency=SMOOTH_HZ
+    )
+    peaks = [np.abs(moment[rows]).max() for rows in each_cycle(cycles, side)]
+    return float(np.mean(peaks) / (mass * GRAVITY * height))
+
+
+@dataclass(frozen=True)
+class GroundRows:
+    """What the ground did to both feet, T rows.
+
+    Attributes
+    ----------
+    power : (T, 2) W, of the ground on the right and the left foot with its toes.
+    slip : (T, 2) m/s, mean size of the slip of the spheres that are pressed in, weighted with the
+        depth to the power of 1.5, as their force is.
+    """
+
+    power: Array
+    slip: Array
+
+
+@njit
+def _ground_rows(
+    tree: Tree, feet: Array, rollout: tuple[Array, ...], power: Array, slip: Array
+) -> None:
+    positions, rates, forces, centres, free = rollout
+    frames, velocity = empty_frames(), np.zeros(3)
+    spheres = tree.sphere_segment.shape[0]
+    for row in range(positions.shape[0]):
+        forward(tree.joint_position, positions[row], frames, SEGMENT_COUNT)
+        velocities(rates[row], frames, SEGMENT_COUNT)
+        load = np.zeros(2)
+        for n in range(spheres):
+            side = 0 if n < spheres // 2 else 1
+            s = tree.sphere_segment[n]
+            r = frames.rotation[s] @ tree.sphere_position[n]
+            depth = tree.sphere_radius[n] - frames.origin[s, 2] - r[2]
+            # Where the contact law has its force: in the middle of the overlap.
+            r[2] = -0.5 * depth - frames.origin[s, 2]
+            depth = max(0.0, depth) ** 1.5
+            w, v = frames.angular[s], frames.linear[s]
+            velocity[0] = v[0] + w[1] * r[2] - w[2] * r[1]
+            velocity[1] = v[1] + w[2] * r[0] - w[0] * r[2]
+            load[side] += depth
+            slip[row, side] += depth * np.sqrt(velocity[0] ** 2 + velocity[1] ** 2)
+        for side in range(2):
+            slip[row, side] = slip[row, side] / load[side] if load[side] > 0.0 else 0.0
+            # Of a rigid foot; without load the force is nothing, and where it acts unknown.
+            s = feet[side]
+            w, v = frames.angular[s], frames.linear[s]
+            force, arm = forces[row, side], centres[row, side] - frames.origin[s]
+            if np.isfinite(arm[0]):
+                power[row, side] = np.dot(force, v + np.cross(w, arm)) + free[row, side] * w[2]
+
+
+def ground_rows(rollout: Rollout, model: BodyModel) -> GroundRows:
+    """What the ground did in a `rollout` of the body `model` (before mu).
+
+    Its power is that on a rigid foot, and on the toes besides: they turn against the foot under the
+    ground's moment about their joint, which the joint's own holds (they weigh 0.2 kg).
+    """
+    tree = tree_arrays(apply_parameters(model, rollout.mu))
+    power, slip = np.zeros((2, len(rollout.time), 2))
+    ground = rollout.ground_reaction, rollout.centre_of_pressure, rollout.free_moment
+    motion = rollout.positions, rollout.velocities, *ground
+    feet = np.array([SEGMENTS.index(f"foot_{side[0]}") for side in SIDES])
+    _ground_rows(tree, feet, tuple(map(np.ascontiguousarray, motion)), power, slip)
+    for side in range(2):
+        toes = ACTUATED.index(f"mtp_angle_{SIDES[side][0]}")
+        power[:, side] -= rollout.moments[:, toes] * rollout.velocities[:, 6 + toes]
+    return GroundRows(power, slip)
+
+
+def creep(rollout: Rollout, ground: GroundRows, rows: slice, mass: float, side: int) -> float:
+    """`CREEP_PERCENTILE` of the slip, m/s, of the foot of a `side` with at least `LOADED`."""
+    loaded = rollout.ground_reaction[rows, side, 2] > LOADED * mass * GRAVITY
+    return float(np.percentile(ground.slip[rows, side][loaded], CREEP_PERCENTILE))
+
+
+def mechanical_energy(rollout: Rollout, model: BodyModel, row: int) -> float:
+    """J, kinetic and potential energy of the whole body in a `row` of a `rollout`."""
+    tree = tree_arrays(apply_parameters(model, rollout.mu))
+    frames = empty_frames()
+    forward(tree.joint_position, rollout.positions[row].copy(), frames, SEGMENT_COUNT)
+    velocities(rollout.velocities[row].copy(), frames, SEGMENT_COUNT)
+    total = 0.0
+    for s in range(SEGMENT_COUNT):
+        centre = frames.rotation[s] @ tree.centre_of_mass[s]
+        speed = frames.linear[s] + np.cross(frames.angular[s], centre)
+        turning = frames.rotation[s].T @ frames.angular[s]
+        total += 0.5 * tree.mass[s] * float(speed @ speed)
+        total += 0.5 * float(turning @ tree.inertia[s] @ turning)
+        total += tree.mass[s] * GRAVITY * float(frames.origin[s, 2] + centre[2])
+    return total
+
+
+TORQUES: Final = (
+    *(("toe_moment_peak", side) for side in SIDES),
+    *(("toe_work", side) for side in SIDES),
+    *(("moment_ringing", group) for group in GROUPS),
+    *(("torque_rate", group) for group in GROUPS),
+    *(("free_moment_peak", side) for side in SIDES),
+    *(("foot_creep", side) for side in SIDES),
+    *(("knee_beyond_range", side) for side in SIDES),
+)
+"""Measure and target of what `torque_measures` gives: the largest moment at the toes and the work
+that they take up in a stride; moments above `ABOVE_HZ`; how fast moments change; the free moment
+over weight and height, in %; how fast a loaded foot creeps; and by how much the knee is extended
+beyond the model's own range."""
+
+
+def torque_measures(
+    rollout: Rollout, cycles: GaitCycles, *, model: BodyModel, height: float
+) -> list[Measure]:
+    """`TORQUES` of the compared `cycles` of a `rollout` of the body `model` (before mu) of a person
+    of a `height`, m; without values if there are none.
+    """
+    if min(cycles.count(side) for side in SIDES) == 0:
+        return [measured(*each, None) for each in TORQUES]
+    rows, mass = cycles.rows(), model.mass
+    work = joint_work(rollout, rows) / (mass * cycles.count("right"))
+    ground = ground_rows(rollout, model)
+    both = range(len(SIDES))
+    values = (
+        *(toe_moment_peak(rollout, cycles, mass, side) for side in both),
+        *(-float(work[ACTUATED.index(f"mtp_angle_{side[0]}")]) for side in SIDES),
+        *moment_ringing(rollout, rows, mass).values(),
+        *torque_rate(rollout, rows, mass).values(),
+        *(100.0 * free_moment_peak(rollout, cycles, mass, height, side) for side in both),
+        *(100.0 * creep(rollout, ground, rows, mass, side) for side in both),
+        *(_beyond_range(rollout, rows, f"knee_angle_{side[0]}") for side in SIDES),
+    )
+    return [measured(*each, value) for each, value in zip(TORQUES, values, strict=True)]
+
+
+def _beyond_range(rollout: Rollout, rows: slice, name: str) -> float:
+    """Degrees by which a coordinate goes below the model's own range; 0 if it does not."""
+    lowest = float(rollout.positions[rows, COORDINATES.index(name)].min())
+    return float(np.rad2deg(max(0.0, RANGES[name][0] - lowest)))
+
+
+def energy_of(rollout: Rollout, cycles: GaitCycles, model: BodyModel) -> dict[str, float]:
+    """Where the energy of a `rollout` of the body `model` (before mu) goes, J/kg in a right stride:
+    net work of all joints of a kind, both sides, and of the ground on both feet (`contact`; of a
+    device the joints' is the person's and its own together), the `change` of the body's energy, and
+    what of the change none of them explains (`unexplained`). Empty without a cycle.
+    """
+    if cycles.count("right") == 0:
+        return {}
+    rows, share = cycles.rows(), model.mass * cycles.count("right")
+    work = joint_work(rollout, rows) / share
+    found: dict[str, float] = {}
+    for name, each in zip(ACTUATED, work.tolist(), strict=True):
+        kind = KINDS_OF_JOINT[name.split("_")[0]]
+        found[kind] = found.get(kind, 0.0) + each
+    ground = ground_rows(rollout, model).power[rows]
+    found["contact"] = float(ground.sum()) * step_of(rollout) / share
+    ends = (mechanical_energy(rollout, model, row) for row in (rows.stop, rows.start))
+    after, before = ends
+    found["change"] = float(after - before) / share
+    found["unexplained"] = found["change"] - sum(
+        value for kind, value in found.items() if kind != "change"
+    )
+    return found
+
+
+KINDS_OF_JOINT: Final[Mapping[str, str]] = {
+    "hip": "hip",
+    "knee": "knee",
+    "ankle": "ankle",
+    "subtalar": "ankle",
+    "mtp": "toes",
+    "lumbar": "trunk",
+    "arm": "arms",
+    "elbow": "arms",
+}
+"""By the first part of a coordinate's name."""

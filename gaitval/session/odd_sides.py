@@ -1,0 +1,119 @@
+"""Markers misplaced in all trials alike: they show beside those of the other side only.
+
+Such a marker moves joint centres and changes no distance between the trials.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.gait.quality_flags import QualityFlag
+from gaitval.scaling.landmarks import Place
+
+SIDES_DIFFER: Final = {
+    ("Ankle", "Ankle.Medial"): 0.007,
+    ("Knee", "Knee.Medial"): 0.014,
+    ("Heel", "Ankle"): 0.016,
+}
+"""m. Twice what right and left differ by, at most, of 12 people between the malleoli (3.4 mm) and
+the epicondyles (7.8 mm), and 1.5 times that from heel to malleolus (10.9 mm)."""
+SPINES_DIFFER: Final = 0.009
+"""m. From an anterior spine of the pelvis to the posterior one of the other side, right and left
+differ by at most 5.3 mm in the ten built-in people, and 6.4 in seven recordings of other
+laboratories without a doubtful pelvis."""
+KNEE_LINES_DIFFER: Final = float(np.radians(8.5))
+"""rad. The line through the epicondyles is turned against pelvis, malleoli and foot, in the mean of
+the three, by at most 7.0° more on one side than on the other of the ten built-in people."""
+
+
+def odd_sides(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
+    """Warnings about `points` (3,) m on landmarks of the standing trial whose distances, or the
+    line through the epicondyles, differ between right and left more than people do.
+    """
+    for (one, other), limit in SIDES_DIFFER.items():
+        names = [(f"{side}.{one}", f"{side}.{other}") for side in "RL"]
+        pair = _distances(points, names)
+        if pair is not None and abs(pair[0] - pair[1]) > limit:
+            yield QualityFlag(
+                "sides that differ", f"{one} to {other}", abs(pair[0] - pair[1]), limit, "m",
+                f"{1000 * pair[0]:.0f} mm on the right and {1000 * pair[1]:.0f} mm on the left: "
+                "one of the four markers is misplaced, in all trials alike, or the legs differ. "
+                "Look at them in standing; a joint's centre is off by half as much, and the foot "
+                "turns with it",
+            )  # fmt: skip
+    yield from _odd_spines(points)
+    yield from _odd_knee_lines(points)
+
+
+def _distances(
+    points: Mapping[str, Place], names: list[tuple[str, str]]
+) -> tuple[float, float] | None:
+    """m, between two pairs of landmarks; None if one of them has no place."""
+    if not all(name in points for pair in names for name in pair):
+        return None
+    first, second = (
+        float(np.linalg.norm(np.subtract(points[one], points[other]))) for one, other in names
+    )
+    return first, second
+
+
+def _odd_spines(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
+    pair = _distances(points, [("R.ASIS", "L.PSIS"), ("L.ASIS", "R.PSIS")])
+    if pair is not None and abs(pair[0] - pair[1]) > SPINES_DIFFER:
+        yield QualityFlag(
+            "sides that differ", "ASIS to the PSIS of the other side", abs(pair[0] - pair[1]),
+            SPINES_DIFFER, "m",
+            f"{1000 * pair[0]:.0f} mm from R.ASIS and {1000 * pair[1]:.0f} mm from L.ASIS: one of "
+            "the four markers is misplaced, in all trials alike, or the pelvis is uneven. Look at "
+            "them in standing; hip centres, and list and rotation of the pelvis, are off with it",
+        )  # fmt: skip
+
+
+def _odd_knee_lines(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
+    right, left = (_turned_outwards(points, side) for side in "RL")
+    if right is None or left is None:
+        return
+    if abs(right - left) > KNEE_LINES_DIFFER:
+        widths = [
+            float(np.linalg.norm(np.subtract(points[f"{s}.Knee"], points[f"{s}.Knee.Medial"])))
+            for s in "RL"
+        ]
+        off = 1000 * abs(right - left) * float(np.mean(widths))
+        yield QualityFlag(
+            "sides that differ", "Knee to Knee.Medial", abs(np.degrees(right - left)),
+            float(np.degrees(KNEE_LINES_DIFFER)), "deg",
+            "against pelvis, malleoli and foot the line through the epicondyles is turned by "
+            f"{abs(np.degrees(right - left)):.0f}° more on one side than on the other: one of the "
+            f"four markers is some {off:.0f} mm too far forward or back, in all trials alike, or "
+            "the legs differ. Look at them in standing; the knee's angle is off by some degrees",
+        )  # fmt: skip
+
+
+def _turned_outwards(points: Mapping[str, Place], side: str) -> float | None:
+    """rad, by which the line from the medial to the lateral epicondyle is turned about the shank,
+    its lateral end backwards, against the mean of pelvis, malleoli and foot; None where a landmark
+    has no place.
+    """
+    names = ["Knee", "Knee.Medial", "Ankle", "Ankle.Medial", "Heel", "MT1", "MT5", "ASIS"]
+    other = "L" if side == "R" else "R"
+    if f"{other}.ASIS" not in points or any(f"{side}.{name}" not in points for name in names):
+        return None
+    at: dict[str, Array] = {name: np.asarray(points[f"{side}.{name}"]) for name in names}
+    axis = at["Knee"] + at["Knee.Medial"] - at["Ankle"] - at["Ankle.Medial"]
+    axis = axis / np.linalg.norm(axis)
+    knee = _across(at["Knee"] - at["Knee.Medial"], axis)
+    pelvis = _across(at["ASIS"] - np.asarray(points[f"{other}.ASIS"]), axis)
+    ankle = _across(at["Ankle"] - at["Ankle.Medial"], axis)
+    foot = _across((at["MT1"] + at["MT5"]) / 2 - at["Heel"], axis)
+    angles = [
+        np.arctan2(np.cross(one, two) @ axis, one @ two)
+        for one, two in ((pelvis, knee), (ankle, knee), (foot, knee))
+    ]
+    return float(np.mean(angles)) * (1.0 if side == "R" else -1.0)
+
+
+def _across(line: Array, axis: Array) -> Array:
+    """What of a `line` (3,) is across an `axis` (3,) of length 1."""
+    return np.asarray(line - (line @ axis) * axis)
