@@ -80,7 +80,7 @@ class Spreads:
     model_split: float = 0.13
 
 
-SPREADS: Final = Spreads()
+SPREADS: Final[Spreads] = Spreads()
 """Adults: strengths of people of equal size differ by about a quarter (Handsfield et al. 2014:
 volumes of single muscles by 10 to 20 % after mass and stature); slack lengths are known to a few
 hundredths of the fibre (Ackland et al. 2012); arms of a scaled model to a tenth (Scheys et al.
