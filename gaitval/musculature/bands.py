@@ -271,7 +271,8 @@ def _drawn_weights(criterion: Criterion, part: float, random: np.random.Generato
     """A `criterion` of contact forces with other weights of them, even in their logarithms: so much
     of the way (`part`) from its own to those of `WEIGHTS_OF_CONTACT`.
     """
-    drawn = random.uniform(*np.log(WEIGHTS_OF_CONTACT), size=2)
+    low, high = np.log(WEIGHTS_OF_CONTACT)
+    drawn = random.uniform(low, high, size=2)
     if not (criterion.knee and criterion.hip):
         return criterion
     own = np.log([criterion.knee, criterion.hip])
