@@ -20,6 +20,7 @@ from gaitval.musculature.forces import LegForces, MuscleForces, capacity_shares,
 from gaitval.musculature.leg_metabolics import muscle_rates
 from gaitval.musculature.mapping import LegLoads
 from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry
+from gaitval.musculature.person import LegMuscles
 from gaitval.musculature.sharing import CRITERIA, Criterion
 
 CRITERIA_OF_BANDS: Final = (
@@ -53,6 +54,7 @@ class Spreads:
     moment_time : s, over which an error of a moment changes.
     pelvis_zero : rad, of the angle of the pelvis at which muscles are as long as published.
     mass : of the logarithm of the mass of a stranger's scales, of moments and of strength.
+    weights : not a deviation: what part of `WEIGHTS_OF_CONTACT` is drawn, 0 to 1.
     knee : m, of the middle of the knee to the side, where markers show it; `knee_unseen` where none
         does.
     plateaus : of the logarithm of the distance of the points of contact of a knee.
@@ -71,6 +73,7 @@ class Spreads:
     moment_time: float = 0.10
     pelvis_zero: float = 0.087
     mass: float = 0.01
+    weights: float = 1.0
     knee: float = 0.005
     knee_unseen: float = 0.007
     plateaus: float = 0.10
@@ -80,7 +83,7 @@ class Spreads:
     model_split: float = 0.13
 
 
-SPREADS: Final = Spreads()
+SPREADS: Final[Spreads] = Spreads()
 """Adults: strengths of people of equal size differ by about a quarter (Handsfield et al. 2014:
 volumes of single muscles by 10 to 20 % after mass and stature); slack lengths are known to a few
 hundredths of the fibre (Ackland et al. 2012); arms of a scaled model to a tenth (Scheys et al.
@@ -131,102 +134,6 @@ class Draws:
         return np.asarray(np.quantile(getattr(self, name), edges, axis=0))
 
 
-class _Published(NamedTuple):
-    """A leg as its tables and measurements have it, which every draw changes.
-
-    Attributes
-    ----------
-    time : (T,) s.
-    paths, speed : of its muscles, and how fast these change their lengths.
-    mass_kg, weight : of the person, kg and N.
-    """
-
-    time: Array
-    leg: LegForces
-    paths: Geometry
-    speed: Array
-    mass_kg: float
-    weight: float
-
-    @classmethod
-    def of(cls, found: MuscleForces, side: str) -> "_Published":
-        leg: LegForces = found.legs[side]  # type: ignore[index]
-        speed = rate(found.time, leg.length)
-        mass = found.mass_kg
-        return cls(found.time, leg, geometry(leg.loads.angles), speed, mass, mass * GRAVITY)
-
-
-class _Draw(NamedTuple):
-    """What came of one draw; `metabolic` rates, W, by model."""
-
-    activation: Array
-    force: Array
-    contact: Contact
-    metabolic: Mapping[str, float]
-
-
-def _drawn(
-    person: _Published, criterion: Criterion, spreads: Spreads, random: np.random.Generator
-) -> _Draw:
-    """The moments of a leg shared once, with other values of what is not known."""
-    leg, time = person.leg, person.time
-    muscles, loads = leg.muscles, leg.loads
-    count = len(muscles.names)
-    log_force = spreads.each_strength * random.normal(size=count)
-    log_force += spreads.strength * random.normal()
-    slack = spreads.slack * random.normal(size=count) * muscles.optimal_fibre
-    muscles = replace(
-        muscles,
-        max_force=muscles.max_force * np.exp(log_force),
-        tendon_slack=muscles.tendon_slack + slack,
-    )
-    paths, length, own_arms, changes = person.paths, leg.length, leg.arms, person.speed
-    if spreads.pelvis_zero:
-        angles = loads.angles.copy()
-        angles[:, 0] += spreads.pelvis_zero * random.normal()
-        paths = geometry(angles)
-        length = paths.length @ muscles.sizes.factors
-        own_arms = -(paths.slope @ muscles.sizes.factors)
-        changes = rate(time, length)
-    arms = own_arms * (1.0 + spreads.arms * random.normal(size=(count, len(COORDINATES))))
-    shift = spreads.hip * random.normal(size=3)
-    moments = loads.moments + loads.moment_per_shift @ shift
-    moments = moments * np.exp(spreads.mass * random.normal())
-    error = spreads.moment * person.mass_kg * _wandering(time, spreads.moment_time, random)
-    error = error * _loaded(loads)
-    loads = replace(
-        loads,
-        moments=moments + error[:, : len(COORDINATES)],
-        moment=_tilted(loads.moment, error[:, -1]),
-    )
-    shared = capacity_shares(
-        length,
-        changes,
-        arms,
-        loads,
-        paths,
-        muscles,
-        _drawn_weights(criterion, random),
-        person.weight,
-        lowest=min(spreads.tone * random.exponential(), 0.1),
-    )
-    doubt = spreads.knee_unseen if loads.knee_aside is None else spreads.knee
-    aside = knee_middle(loads, muscles.sizes) + doubt * random.normal()
-    carried = contact(
-        replace(loads, knee_aside=aside),
-        paths,
-        shared.force,
-        muscles.sizes,
-        wider=float(np.exp(spreads.plateaus * random.normal())),
-    )
-    rates = muscle_rates(
-        time, muscles, shared.activation, shared.force, shared.able.passive,
-        shared.able.fibre,
-    )  # fmt: skip
-    metabolic = {model: float(each.total.sum(axis=1).mean()) for model, each in rates.items()}
-    return _Draw(shared.activation, shared.force, carried, metabolic)
-
-
 def draw(
     found: MuscleForces,
     side: str,
@@ -239,16 +146,45 @@ def draw(
     """Share the moments of one leg of `found` again, `draws` times with other values of what is
     not known.
     """
+    leg: LegForces = found.legs[side]  # type: ignore[index]
+    published = geometry(leg.loads.angles)
     random = np.random.default_rng(seed)
-    order = [criteria[i % len(criteria)] for i in range(draws)]
-    person = _Published.of(found, side)
-    parts = [_drawn(person, CRITERIA[name], spreads, random) for name in order]
-    weight = person.weight
+    weight = found.mass_kg * GRAVITY
+    parts: list[tuple[Array, Array, Contact]] = []
     metabolic: dict[str, list[float]] = {}
-    for part in parts:
-        for model, each in part.metabolic.items():
-            metabolic.setdefault(model, []).append(each)
-    contacts = [part.contact for part in parts]
+    order = [criteria[i % len(criteria)] for i in range(draws)]
+    speed = rate(found.time, leg.length)
+    for name in order:
+        drawn = _drawn_leg(found, leg, published, speed, spreads, random)
+        muscles, loads, paths = drawn.muscles, drawn.loads, drawn.paths
+        shared = capacity_shares(
+            drawn.length,
+            drawn.speed,
+            drawn.arms,
+            loads,
+            paths,
+            muscles,
+            _drawn_weights(CRITERIA[name], spreads.weights, random),
+            weight,
+            lowest=min(spreads.tone * random.exponential(), 0.1),
+        )
+        doubt = spreads.knee_unseen if loads.knee_aside is None else spreads.knee
+        aside = knee_middle(loads, muscles.sizes) + doubt * random.normal()
+        carried = contact(
+            replace(loads, knee_aside=aside),
+            paths,
+            shared.force,
+            muscles.sizes,
+            wider=float(np.exp(spreads.plateaus * random.normal())),
+        )
+        parts.append((shared.activation, shared.force, carried))
+        rates = muscle_rates(
+            found.time, muscles, shared.activation, shared.force, shared.able.passive,
+            shared.able.fibre,
+        )  # fmt: skip
+        for model, each in rates.items():
+            metabolic.setdefault(model, []).append(float(each.total.sum(axis=1).mean()))
+    contacts = [part[2] for part in parts]
     factor = np.exp(spreads.model_share * random.normal(size=(draws, 1)))
     more = spreads.model_force * weight * random.normal(size=(draws, 1))
     over = spreads.model_split * weight * random.normal(size=(draws, 1))
@@ -258,8 +194,8 @@ def draw(
 
     return Draws(
         criteria=tuple(order),
-        activation=np.stack([part.activation for part in parts]),
-        force=np.stack([part.force for part in parts]),
+        activation=np.stack([part[0] for part in parts]),
+        force=np.stack([part[1] for part in parts]),
         **{
             name: off([each.size(name) for each in contacts])
             for name in ("hip", "knee", "patella", "ankle")
@@ -271,6 +207,57 @@ def draw(
     )
 
 
+class _DrawnLeg(NamedTuple):
+    """A leg with other muscles, loads and paths."""
+
+    muscles: LegMuscles
+    loads: LegLoads
+    paths: Geometry
+    length: Array
+    speed: Array
+    arms: Array
+
+
+def _drawn_leg(
+    found: MuscleForces,
+    leg: LegForces,
+    paths: Geometry,
+    speed: Array,
+    spreads: Spreads,
+    random: np.random.Generator,
+) -> _DrawnLeg:
+    muscles, loads = leg.muscles, leg.loads
+    count = len(muscles.names)
+    log_force = spreads.each_strength * random.normal(size=count)
+    log_force += spreads.strength * random.normal()
+    slack = spreads.slack * random.normal(size=count) * muscles.optimal_fibre
+    muscles = replace(
+        muscles,
+        max_force=muscles.max_force * np.exp(log_force),
+        tendon_slack=muscles.tendon_slack + slack,
+    )
+    length, own_arms = leg.length, leg.arms
+    if spreads.pelvis_zero:
+        angles = loads.angles.copy()
+        angles[:, 0] += spreads.pelvis_zero * random.normal()
+        paths = geometry(angles)
+        length = paths.length @ muscles.sizes.factors
+        own_arms = -(paths.slope @ muscles.sizes.factors)
+        speed = rate(found.time, length)
+    arms = own_arms * (1.0 + spreads.arms * random.normal(size=(count, len(COORDINATES))))
+    shift = spreads.hip * random.normal(size=3)
+    moments = loads.moments + loads.moment_per_shift @ shift
+    moments = moments * np.exp(spreads.mass * random.normal())
+    error = spreads.moment * found.mass_kg * _wandering(found.time, spreads.moment_time, random)
+    error = error * _loaded(loads)
+    loads = replace(
+        loads,
+        moments=moments + error[:, : len(COORDINATES)],
+        moment=_tilted(loads.moment, error[:, -1]),
+    )
+    return _DrawnLeg(muscles, loads, paths, length, speed, arms)
+
+
 def _tilted(moment: Array, error: Array) -> Array:
     """`LegLoads.moment` with an `error` (T,) Nm of that which tilts the knee, about the axis
     forward.
@@ -280,14 +267,17 @@ def _tilted(moment: Array, error: Array) -> Array:
     return found
 
 
-def _drawn_weights(criterion: Criterion, random: np.random.Generator) -> Criterion:
-    """A `criterion` of contact forces with other weights of them, even in their logarithms."""
+def _drawn_weights(criterion: Criterion, part: float, random: np.random.Generator) -> Criterion:
+    """A `criterion` of contact forces with other weights of them, even in their logarithms: so much
+    of the way (`part`) from its own to those of `WEIGHTS_OF_CONTACT`.
+    """
     low, high = np.log(WEIGHTS_OF_CONTACT)
-    factors = np.exp(random.uniform(low, high, size=2))
-    if not (criterion.knee or criterion.hip):
+    drawn = random.uniform(low, high, size=2)
+    if not (criterion.knee and criterion.hip):
         return criterion
-    knee, hip = float(factors[0]), float(factors[1])
-    return replace(criterion, knee=knee, hip=hip)
+    own = np.log([criterion.knee, criterion.hip])
+    knee, hip = np.exp(own + part * (drawn - own))
+    return replace(criterion, knee=float(knee), hip=float(hip))
 
 
 def _wandering(time: Array, scale: float, random: np.random.Generator) -> Array:

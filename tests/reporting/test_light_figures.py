@@ -4,14 +4,12 @@ import re
 from xml.etree import ElementTree
 
 import numpy as np
-from drawn_svg import drawn
 from matplotlib.patches import Patch
+from painted import drawn
 
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.light_figures import light
 from gaitval.reporting.page import _with_letters
-
-XLINK = "{http://www.w3.org/1999/xlink}href"
 
 
 def made() -> str:

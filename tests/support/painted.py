@@ -1,4 +1,4 @@
-"""What an SVG paints, in its order, however it is written."""
+"""What a browser paints of a figure."""
 
 import re
 from collections.abc import Iterator
