@@ -25,7 +25,7 @@ from synthetic_walk import MASS, MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.artefacts import write_json
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, COORDINATES, RANGES
+from gaitval.coordinates import ACTUATED, COORDINATES, LEG, RANGES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.importing.summary import limit_rows, verdicts
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -235,14 +235,16 @@ def twist_foot(simulated: Simulated, size: float) -> Simulated:
 
 
 def let_creep(simulated: Simulated, size: float) -> Simulated:
-    """The body, pressed into the ground, is drawn over it while a foot is loaded."""
+    """The body, pressed into the ground, is drawn over it on legs that do not turn under load."""
     walk = simulated.walks[0]
     positions, velocities = walk.positions.copy(), walk.velocities.copy()
-    loaded = (walk.ground_reaction[:, :, 2] > 0.4 * WEIGHT).any(axis=1)
     positions[:, COORDINATES.index("pelvis_tz")] -= 0.5
-    velocities[loaded] = 0.0
-    velocities[:, COORDINATES.index("arm_flex_r") :] = 0.0  # or they work more than still legs
-    velocities[loaded, COORDINATES.index("pelvis_tx")] = size / 100.0
+    velocities[:, :6] = 0.0
+    velocities[:, COORDINATES.index("pelvis_tx")] = size / 100.0
+    for side in range(2):
+        loaded = walk.ground_reaction[:, side, 2] > 0.4 * WEIGHT
+        leg = [COORDINATES.index(f"{name}_{'rl'[side]}") for name in LEG]
+        velocities[np.ix_(loaded, leg)] = 0.0
     return _compared(simulated, positions=positions, velocities=velocities)
 
 
@@ -250,7 +252,8 @@ def overextend(simulated: Simulated, size: float) -> Simulated:
     """The right knee for an instant between two of the samples that are compared."""
     walk = simulated.walks[0]
     positions = walk.positions.copy()
-    begins = np.flatnonzero(np.diff(walk.phase % 1.0) < 0.0)[8] + 1
+    cycle = CONFIGURATION.validation.settling_cycles + 1
+    begins = np.flatnonzero(np.diff(walk.phase % 1.0) < 0.0)[cycle] + 1
     row = begins + round(0.505 * RECORD.stride_time / (walk.time[1] - walk.time[0]))
     positions[row, COORDINATES.index("knee_angle_r")] = RANGES["knee_angle_r"][0] - 0.02
     return _compared(simulated, positions=positions)
