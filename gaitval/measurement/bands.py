@@ -23,6 +23,7 @@ from gaitval.inverse.marker_placement import place_markers
 from gaitval.measurement.estimate import Examined
 from gaitval.measurement.expected import USUAL
 from gaitval.measurement.otherwise import heavier, with_fault
+from gaitval.measurement.second_sessions import at_once
 from gaitval.measurement.sources import (
     ANKLE_CENTRES,
     FLESH,
@@ -75,8 +76,6 @@ LASTING: Final = (HIPS, ANKLES, FLESH_OVER, "mass of the ")
 """Sources that are the person's, not the session's: what a regression misses by in this body, it
 misses by in every session. All others are counted as new in each, soft tissue and plates too,
 which is the safe side: a change must be larger to be more than re-measuring."""
-DRAWS: Final = 2_000
-"""Sessions drawn for `Bands.at_once`: the 95 % are then known to within .5 %."""
 
 _BandCurves = dict[str, Array]
 AXES: Final = ("forward", "left", "up")
@@ -177,39 +176,8 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
             session.append(moved)
     between = _between_cycles(found)
     _add(parts, "cycle to cycle", between)
-    found_bands = _summed(parts, of_lengths, _at_once(session, between))
+    found_bands = _summed(parts, of_lengths, at_once(session, between))
     return replace(found_bands, by_hip=by_hip)
-
-
-def _at_once(session: Sequence[_BandCurves], between: _BandCurves) -> float:
-    """Standard deviations within which 95 % of sessions are at all points of all curves; `session`
-    has what each of its own sources moves, `between` the standard errors of the means. Sides are
-    drawn apart, as the landmarks of two legs are.
-    """
-    random = np.random.default_rng(0)
-    largest = np.zeros(DRAWS)
-    for suffix in ("_r", "_l"):
-        names = sorted({n for of in session for n in of if n.endswith(suffix)} & between.keys())
-        if not names:
-            continue
-        moved = np.array(
-            [
-                np.concatenate([of.get(n, np.zeros_like(between[n])) for n in names])
-                for of in session
-                if any(n in of for n in names)
-            ]
-        )
-        cycles = [between[name] for name in names]
-        error = np.concatenate(cycles)
-        deviation = np.sqrt(np.sum(moved**2, axis=0) + error**2)
-        known = deviation > 0.0
-        # A mean of cycles is off alike over a curve, or it would not be smooth.
-        sizes = np.repeat(np.arange(len(names)), [len(each) for each in cycles])
-        drawn = random.standard_normal((DRAWS, len(moved))) @ moved
-        drawn += random.standard_normal((DRAWS, len(names)))[:, sizes] * error
-        peaks = np.abs(drawn[:, known] / deviation[known]).max(axis=1, initial=0.0)
-        largest = np.maximum(largest, peaks)
-    return float(np.quantile(largest, 0.95))
 
 
 def _farthest(by_hip: Mapping[str, _BandCurves]) -> _BandCurves:
