@@ -25,7 +25,7 @@ from synthetic_walk import MASS, MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.artefacts import write_json
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, COORDINATES
+from gaitval.coordinates import ACTUATED, COORDINATES, RANGES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.importing.summary import limit_rows, verdicts
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -193,6 +193,69 @@ def twist_trunk(simulated: Simulated, size: float) -> Simulated:
     return _compared(simulated, moments=moments)
 
 
+def hold_toes(simulated: Simulated, size: float) -> Simulated:
+    """The right toes, which do not turn, hold against their extension."""
+    moments = simulated.walks[0].moments.copy()
+    moments[:, ACTUATED.index("mtp_angle_r")] = -size * MASS
+    return _compared(simulated, moments=moments)
+
+
+def brake_with_toes(simulated: Simulated, size: float) -> Simulated:
+    """The right toes take up work, with little moment and a great speed."""
+    walk = simulated.walks[0]
+    moments, velocities = walk.moments.copy(), walk.velocities.copy()
+    moments[:, ACTUATED.index("mtp_angle_r")] = -0.02 * MASS
+    velocities[:, COORDINATES.index("mtp_angle_r")] = size / (0.02 * RECORD.stride_time)
+    return _compared(simulated, moments=moments, velocities=velocities)
+
+
+def ring_in_the_trunk(simulated: Simulated, size: float) -> Simulated:
+    walk = simulated.walks[0]
+    moments = walk.moments.copy()
+    wave = np.sqrt(2.0) * size * MASS * np.sin(2 * np.pi * 15.0 * walk.time)
+    moments[:, ACTUATED.index("lumbar_rotation")] = wave
+    return _compared(simulated, moments=moments)
+
+
+def alternate(simulated: Simulated, size: float) -> Simulated:
+    """A moment of the trunk that jumps back and forth in a tenth of the cycle."""
+    walk = simulated.walks[0]
+    moments = walk.moments.copy()
+    sign = np.where(np.arange(len(walk.time)) % 2, 0.5, -0.5)
+    step = walk.time[1] - walk.time[0]
+    jumps = sign * (walk.phase % 1.0 < 0.1)
+    moments[:, ACTUATED.index("lumbar_rotation")] = jumps * size * step * MASS
+    return _compared(simulated, moments=moments)
+
+
+def twist_foot(simulated: Simulated, size: float) -> Simulated:
+    free = simulated.walks[0].free_moment.copy()
+    free[:, 1] = size / 100.0 * WEIGHT * SUBJECT.height_m
+    return _compared(simulated, free_moment=free)
+
+
+def let_creep(simulated: Simulated, size: float) -> Simulated:
+    """The body, pressed into the ground, is drawn over it while a foot is loaded."""
+    walk = simulated.walks[0]
+    positions, velocities = walk.positions.copy(), walk.velocities.copy()
+    loaded = (walk.ground_reaction[:, :, 2] > 0.4 * WEIGHT).any(axis=1)
+    positions[:, COORDINATES.index("pelvis_tz")] -= 0.5
+    velocities[loaded] = 0.0
+    velocities[:, COORDINATES.index("arm_flex_r") :] = 0.0  # or they work more than still legs
+    velocities[loaded, COORDINATES.index("pelvis_tx")] = size / 100.0
+    return _compared(simulated, positions=positions, velocities=velocities)
+
+
+def overextend(simulated: Simulated, size: float) -> Simulated:
+    """The right knee for an instant between two of the samples that are compared."""
+    walk = simulated.walks[0]
+    positions = walk.positions.copy()
+    begins = np.flatnonzero(np.diff(walk.phase % 1.0) < 0.0)[8] + 1
+    row = begins + round(0.505 * RECORD.stride_time / (walk.time[1] - walk.time[0]))
+    positions[row, COORDINATES.index("knee_angle_r")] = RANGES["knee_angle_r"][0] - 0.02
+    return _compared(simulated, positions=positions)
+
+
 def _narrowing(phase: np.ndarray) -> np.ndarray:
     """A sway of the pelvis towards the left foot when the right one is flat, and back."""
     return np.cos(2 * np.pi * (phase - 0.18))
@@ -343,6 +406,8 @@ ANGLES, MOMENTS, FORCES = (frozenset({f"skill-{kind}"}) for kind in ("angles", "
 
 WORK = frozenset({"power-bursts", "joint-work"})
 """A moment that is off does other work."""
+JUMPS = frozenset({"torque-rate"})
+"""A moment that is off in a part of the cycle jumps at its ends."""
 ANKLE = frozenset({"sagittal-moments", "pressure-arm"})
 """The limits of the tendon's force are those of the moment."""
 
@@ -367,13 +432,20 @@ LIMITS = {
     "arm-work": Mutation(swing_arm),
     "trunk-motion": Mutation(tilt_trunk),
     "lumbar-moment": Mutation(twist_trunk),
+    "toe-moment": Mutation(hold_toes),
+    "toe-work": Mutation(brake_with_toes),
+    "moment-ringing": Mutation(ring_in_the_trunk),
+    "torque-rate": Mutation(alternate),
+    "free-moment": Mutation(twist_foot),
+    "foot-creep": Mutation(let_creep),
+    "knee-range": Mutation(overextend),
     "step-width": Mutation(step_wide),
     "power-bursts": Mutation(push_off),
-    "joint-work": Mutation(work_more),
-    "tendon-force": Mutation(pull_harder, MOMENTS | WORK | ANKLE),
+    "joint-work": Mutation(work_more, JUMPS),
+    "tendon-force": Mutation(pull_harder, MOMENTS | WORK | ANKLE | JUMPS | {"moment-ringing"}),
     "centre-of-mass": Mutation(bob),
     "loading-peak": Mutation(land_hard),
-    "pressure-arm": Mutation(roll_forward, MOMENTS | {"joint-work"}),
+    "pressure-arm": Mutation(roll_forward, MOMENTS | {"joint-work"} | JUMPS),
     "walking-speed": Mutation(hurry),
     "stance-fraction": Mutation(leave_late),
     "step-length": Mutation(
