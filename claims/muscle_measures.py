@@ -13,7 +13,7 @@ from gaitval.musculature.forces import LegForces
 from gaitval.musculature.gait import GROUPS, LegGait
 from gaitval.musculature.paths import table
 
-Curve = NDArray[Any]
+Array = NDArray[Any]
 
 DELAY: Final = 4
 """% of the cycle from an electromyogram to what a muscle without dynamics would have to do."""
@@ -68,7 +68,7 @@ NINE: Final[Mapping[str, str]] = {
 """Column of each of `gait.GROUPS`."""
 
 
-def perry(path: Path) -> dict[str, Curve]:
+def perry(path: Path) -> dict[str, Array]:
     """Each column of Perry and Burnfield's table, % of the largest manual test at 0, 1, … 100 % of
     the cycle, `DELAY` later.
     """
@@ -83,7 +83,7 @@ def perry(path: Path) -> dict[str, Curve]:
     }
 
 
-def together(legs: Sequence[LegGait], muscles: Sequence[str]) -> Curve:
+def together(legs: Sequence[LegGait], muscles: Sequence[str]) -> Array:
     """(101,) mean activation of `muscles`, which count by their strength, over `legs`."""
     which = [table().names.index(name) for name in muscles]
     strength = legs[0].strengths[which]
@@ -91,14 +91,14 @@ def together(legs: Sequence[LegGait], muscles: Sequence[str]) -> Curve:
     return np.asarray(strength @ mean / strength.sum())
 
 
-def on_and_off(activation: Curve, seen: Curve) -> tuple[float, float]:
+def on_and_off(activation: Array, seen: Array) -> tuple[float, float]:
     """Share of the cycle in which both are on or both are off, and that by chance."""
     on, also = activation > max(ON, OF_PEAK * activation.max()), seen > OF_EMG
     chance = on.mean() * also.mean() + (1 - on.mean()) * (1 - also.mean())
     return float((on == also).mean()), float(chance)
 
 
-def off_in_time(activation: Curve, seen: Curve) -> float:
+def off_in_time(activation: Array, seen: Array) -> float:
     """% of the cycle by which the centre of `activation` is later than that of `seen`: their mean
     phases on the circle, weighted by how active the muscle is.
     """
@@ -107,7 +107,7 @@ def off_in_time(activation: Curve, seen: Curve) -> float:
     return float((100 * (phases[0] - phases[1]) / (2 * np.pi) + 50) % 100 - 50)
 
 
-def in_time(legs: Sequence[LegGait], seen: Mapping[str, Curve]) -> int:
+def in_time(legs: Sequence[LegGait], seen: Mapping[str, Array]) -> int:
     """How many of the nine groups are timed within `WITHIN`."""
     off = [
         off_in_time(together(legs, GROUPS[group][1]), seen[column])
@@ -116,7 +116,7 @@ def in_time(legs: Sequence[LegGait], seen: Mapping[str, Curve]) -> int:
     return sum(abs(each) <= WITHIN for each in off)
 
 
-def as_implants_say(leg: LegForces, time: Curve, span: tuple[float, float], weight: float) -> float:
+def as_implants_say(leg: LegForces, time: Array, span: tuple[float, float], weight: float) -> float:
     """Hip force as OrthoLoad's ten people's is given (Bergmann et al. 2016, as collected by
     RWTHmediTEC/HipJointForceModel): length of the mean vector, of the femur, over 5 % of the cycle
     about each of the two peaks of stance; body weights.

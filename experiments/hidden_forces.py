@@ -26,13 +26,13 @@ from gaitval.model.urdf import read_urdf
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.rollout import Rollout
 
-Row = dict[str, float]
+RunFigures = dict[str, float]
 
 
-def toes_of_fit(folder: Path, mass: float) -> Row:
+def toes_of_fit(folder: Path, mass: float) -> RunFigures:
     """Moment (Nm/kg) and work (J/kg) of the toes of the motion that a walk follows."""
     reference = ReferenceMotion.load(folder / "identified.npz")
-    found: Row = {}
+    found: RunFigures = {}
     for side in "rl":
         column = ACTUATED.index(f"mtp_angle_{side}")
         moment = reference.moments[:, column] / mass
@@ -42,7 +42,7 @@ def toes_of_fit(folder: Path, mass: float) -> Row:
     return found
 
 
-def row_of(folder: Path) -> Row:
+def row_of(folder: Path) -> RunFigures:
     """All figures of the study in a `folder`."""
     subject = load_subject(str(folder / "subject.toml"))
     configuration = load_configuration(folder / "configuration.toml")
@@ -50,7 +50,9 @@ def row_of(folder: Path) -> Row:
     rollout = Rollout.load(folder / "rollouts" / "identified.npz")
     cycles = find_cycles(rollout, configuration).first(configuration.validation.cycles)
     measures = torque_measures(rollout, cycles, model=model, height=subject.height_m)
-    found: Row = {f"{each.measure} {each.target}": float(each.value or 0.0) for each in measures}
+    found: RunFigures = {
+        f"{each.measure} {each.target}": float(each.value or 0.0) for each in measures
+    }
     metrics = read_json(folder / "metrics.json")
     walk = metrics["walks"][metrics["final"]]
     recorded, walked = (each["joint_power"]["generated"] for each in (metrics["record"], walk))
@@ -66,7 +68,7 @@ def row_of(folder: Path) -> Row:
     return found | toes_of_fit(folder, model.mass)
 
 
-def table(rows: Mapping[str, Row]) -> str:
+def table(rows: Mapping[str, RunFigures]) -> str:
     """A line a figure, a column a person, and the mean and the worst."""
     names: Sequence[str] = list(next(iter(rows.values())))
     lines = ["| | " + " | ".join(rows) + " | mean | largest |", "|---" * (len(rows) + 3) + "|"]

@@ -25,7 +25,7 @@ from typing import Final, NamedTuple
 
 from gaitval.errors import ConfigurationError
 
-Place = tuple[float, float, float]
+_Point = tuple[float, float, float]
 
 
 class GenericPelvis(NamedTuple):
@@ -33,9 +33,9 @@ class GenericPelvis(NamedTuple):
     forward, y left, z up, where its marker set has them.
     """
 
-    asis: Place
-    rear: Place
-    hip: Place
+    asis: _Point
+    rear: _Point
+    hip: _Point
 
     @property
     def level(self) -> float:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gaitval.apps.balance.walked import Step, Walked
+from gaitval.apps.balance.walked import BalanceWalk, Footstep
 from gaitval.constants import GRAVITY
 
 HEIGHT, STEP_TIME, DT = 0.95, 0.54, 0.01
@@ -42,7 +42,7 @@ def pendulum(kicks=(), *, steps=16, first=0, law=None, jitter=0.0, seed=0, press
             column, extrapolated = 1 - column, place + speed / RATE
             out = [BACK, SIGN[column] * (OUT + jitter * random.standard_normal())]
             foot = np.add(extrapolated, out) if law is None else law(extrapolated, column, n)
-            found.append(Step(("right", "left")[column], n * each, max(0, (n - 1) * each + 20)))
+            found.append(Footstep(("right", "left")[column], n * each, max(0, (n - 1) * each + 20)))
         feet[n * each :, column, :2] = foot
         for row in range(n * each, (n + 1) * each):
             for at, *kick in kicks:
@@ -53,7 +53,7 @@ def pendulum(kicks=(), *, steps=16, first=0, law=None, jitter=0.0, seed=0, press
             pressure[row, column], force[row, column, 2] = under, 700.0
             away, c, s = place - under, np.cosh(RATE * DT), np.sinh(RATE * DT)
             place, speed = under + away * c + speed / RATE * s, away * RATE * s + speed * c
-    return Walked(
+    return BalanceWalk(
         time=DT * np.arange(rows), centre=centre, velocity=velocity, pelvis=centre.copy(),
         feet=feet, pressure=pressure, force=force, spin=np.zeros((rows, 3)),
         trunk=np.zeros((rows, 2)), ankle=np.zeros((rows, 2)), steps=tuple(found), pendulum=HEIGHT,

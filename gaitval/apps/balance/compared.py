@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.apps.balance.disturb import Slip, StepDown, Trip
-from gaitval.apps.balance.experiment import Disturbed
+from gaitval.apps.balance.experiment import DisturbedWalk
 from gaitval.apps.balance.placement import (
     LinearMap,
     Placement,
@@ -21,7 +21,7 @@ from gaitval.apps.balance.placement import (
     step_delay,
     steps_to_recover,
 )
-from gaitval.apps.balance.walked import OUTWARD, Step, Walked
+from gaitval.apps.balance.walked import OUTWARD, BalanceWalk, Footstep
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 
@@ -119,12 +119,12 @@ class Pushes:
     found : their steps.
     """
 
-    plain: Walked
-    walks: tuple[Walked, ...]
+    plain: BalanceWalk
+    walks: tuple[BalanceWalk, ...]
     found: tuple[tuple[Placement, ...], ...]
 
     @classmethod
-    def of(cls, plain: Walked, walks: Iterable[Walked], seconds: float) -> "Pushes":
+    def of(cls, plain: BalanceWalk, walks: Iterable[BalanceWalk], seconds: float) -> "Pushes":
         """Of `walks` with pushes of so many `seconds`."""
         kept = [
             (walk, tuple(placements(walk, plain, ends=seconds)))
@@ -197,7 +197,7 @@ def _median(values: Sequence[float]) -> float | None:
     return float(np.median(values)) if values else None
 
 
-def _half_step(plain: Walked) -> float:
+def _half_step(plain: BalanceWalk) -> float:
     """s, from the middle of stance to the next heel strike, mean of the `plain` walk."""
     strikes = [plain.time[each.strike] for each in plain.steps]
     return 0.5 * float(np.mean(np.diff(strikes)))
@@ -224,7 +224,7 @@ def _slope(pushes: Pushes) -> float | None:
     return float(x @ y / (x @ x))
 
 
-def _usual(plain: Walked, onset: int) -> list[Step]:
+def _usual(plain: BalanceWalk, onset: int) -> list[Footstep]:
     return [each for each in plain.steps if each.strike >= onset]
 
 
@@ -252,7 +252,7 @@ def _outward(pushes: Pushes) -> dict[str, Guessed]:
     }
 
 
-def on_ground(found: Sequence[Disturbed]) -> dict[str, Guessed]:
+def on_ground(found: Sequence[DisturbedWalk]) -> dict[str, Guessed]:
     """By name the quantities of walks on disturbed ground, means over those of a kind."""
     values: dict[str, list[float | None]] = {}
     for each in found:
@@ -261,7 +261,7 @@ def on_ground(found: Sequence[Disturbed]) -> dict[str, Guessed]:
     return {name: Guessed(_mean(kept)) for name, kept in values.items()}
 
 
-def _width(each: Disturbed) -> float | None:
+def _width(each: DisturbedWalk) -> float | None:
     """m, by how much wider the first step after the disturbance is."""
     widths = []
     for walk in (each.walk, each.plain):
@@ -273,7 +273,7 @@ def _width(each: Disturbed) -> float | None:
     return float(widths[0] - widths[1])
 
 
-def _rows(each: Disturbed, first: float, last: float) -> slice:
+def _rows(each: DisturbedWalk, first: float, last: float) -> slice:
     """Rows from `first` to `last` s after the beginning, of both walks."""
     step = float(each.plain.time[1] - each.plain.time[0])
     end = min(len(each.walk.time), len(each.plain.time))
@@ -283,7 +283,7 @@ def _rows(each: Disturbed, first: float, last: float) -> slice:
     )
 
 
-def _slip(each: Disturbed) -> dict[str, float | None]:
+def _slip(each: DisturbedWalk) -> dict[str, float | None]:
     column, rows = SIDES.index(each.ground.side), _rows(each, 0.0, 0.5)
     at = _rows(each, 0.15, 0.17).start
     ahead = [w.extrapolated[at, 0] - w.feet[at, column, 0] for w in (each.walk, each.plain)]
@@ -298,7 +298,7 @@ def _slip(each: Disturbed) -> dict[str, float | None]:
     }
 
 
-def _trip(each: Disturbed) -> dict[str, float | None]:
+def _trip(each: DisturbedWalk) -> dict[str, float | None]:
     assert isinstance(each.ground, Trip)
     column, other = SIDES.index(each.ground.side), 1 - SIDES.index(each.ground.side)
     over = _rows(each, each.ground.hold, each.ground.hold + 0.02).start
@@ -323,7 +323,7 @@ def _trip(each: Disturbed) -> dict[str, float | None]:
     return found
 
 
-def _step_down(each: Disturbed) -> dict[str, float | None]:
+def _step_down(each: DisturbedWalk) -> dict[str, float | None]:
     """Over the perturbed contact: vertical force in its first third, N, and where the centre of
     pressure is from the centre of mass, m.
     """
@@ -348,7 +348,7 @@ def _step_down(each: Disturbed) -> dict[str, float | None]:
     }
 
 
-_OF_GROUND: Final[Mapping[type, Callable[[Disturbed], dict[str, float | None]]]] = {
+_OF_GROUND: Final[Mapping[type, Callable[[DisturbedWalk], dict[str, float | None]]]] = {
     Slip: _slip,
     Trip: _trip,
     StepDown: _step_down,

@@ -16,7 +16,7 @@ from gaitval.apps.balance.disturb import (
     StepDown,
     Trip,
 )
-from gaitval.apps.balance.walked import Step, Walked, walked
+from gaitval.apps.balance.walked import BalanceWalk, Footstep, walked
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import ArtefactError
@@ -39,7 +39,7 @@ of a training."""
 
 
 @dataclass(frozen=True)
-class Walker:
+class TestedWalker:
     """A policy with a body and what it walks.
 
     Attributes
@@ -52,7 +52,7 @@ class Walker:
     mu: Array
 
     @classmethod
-    def of(cls, task: WalkingTask, policy: Policy, mu: Array) -> "Walker":
+    def of(cls, task: WalkingTask, policy: Policy, mu: Array) -> "TestedWalker":
         """`task` as it comes from a stored policy."""
         return cls(without_drift(task), policy, mu)
 
@@ -76,12 +76,14 @@ class Walker:
         """N, above which a foot is on the ground."""
         return self.task.configuration.contact.event_threshold
 
-    def seen(self, rollout: Rollout, onset: int | None = None) -> Walked:
+    def seen(self, rollout: Rollout, onset: int | None = None) -> BalanceWalk:
         """What balance is judged by in a `rollout` that is disturbed at row `onset`."""
         return walked(rollout, self.model, threshold=self.threshold, onset=onset)
 
 
-def pushed(walker: Walker, pushes: Sequence[Push], seeds: Sequence[int] = ()) -> Iterator[Walked]:
+def pushed(
+    walker: TestedWalker, pushes: Sequence[Push], seeds: Sequence[int] = ()
+) -> Iterator[BalanceWalk]:
     """Walks with `pushes`; one of force 0 is undisturbed. With `seeds`, one a push, each walk
     starts with `NOISE`.
     """
@@ -139,7 +141,7 @@ def random_pushes(count: int, largest: float, seed: int = 0) -> list[Push]:
 
 
 @dataclass(frozen=True)
-class Disturbed:
+class DisturbedWalk:
     """A walk on disturbed ground beside the same walk on level ground.
 
     Attributes
@@ -153,9 +155,9 @@ class Disturbed:
     """
 
     ground: Ground
-    walk: Walked
-    plain: Walked
-    step: Step
+    walk: BalanceWalk
+    plain: BalanceWalk
+    step: Footstep
     slid: float
     ended: float
     rollout: Rollout
@@ -172,7 +174,9 @@ class OnGround:
     environment : to walk in; a new one by default.
     """
 
-    def __init__(self, walker: Walker, environment: DisturbedEnvironment | None = None) -> None:
+    def __init__(
+        self, walker: TestedWalker, environment: DisturbedEnvironment | None = None
+    ) -> None:
         self.walker = walker
         self.environment = environment or DisturbedEnvironment(walker.task)
         self._known: dict[tuple[float, int], Rollout] = {}
@@ -196,7 +200,7 @@ class OnGround:
 
     def walk(
         self, ground: Ground, *, noise: float = 0.0, seed: int = 0, later: float = 0.0
-    ) -> Disturbed:
+    ) -> DisturbedWalk:
         """A walk on `ground`, from a start with `noise` rad on the joints by `seed`; a slip or a
         trip begins by so many actions `later`.
         """
@@ -216,7 +220,7 @@ class OnGround:
         seen = rollout
         if isinstance(ground, Trip):
             seen = _without_wall(rollout, SIDES.index(ground.side), at, self.environment.ended)
-        return Disturbed(
+        return DisturbedWalk(
             ground,
             self.walker.seen(seen, onset),
             self.walker.seen(level, onset),
@@ -228,7 +232,7 @@ class OnGround:
             _angle(level, knee),
         )
 
-    def _step(self, plain: Walked, side: Side) -> Step:
+    def _step(self, plain: BalanceWalk, side: Side) -> Footstep:
         """The first step of a side after the settling cycles."""
         cycle = self.walker.task.reference.stride_time
         later = [
@@ -244,7 +248,7 @@ class OnGround:
             )
         return later[0]
 
-    def _plan(self, ground: Ground, level: Rollout, plain: Walked, step: Step) -> Planned:
+    def _plan(self, ground: Ground, level: Rollout, plain: BalanceWalk, step: Footstep) -> Planned:
         time = plain.time
         if isinstance(ground, Trip):
             lift, strike = time[step.lift], time[step.strike]
@@ -255,7 +259,7 @@ class OnGround:
             return Planned(ground, start)
         return Planned(ground, start, self._edge(level, plain, step))
 
-    def _edge(self, level: Rollout, plain: Walked, step: Step) -> float:
+    def _edge(self, level: Rollout, plain: BalanceWalk, step: Footstep) -> float:
         """m, halfway between the toes of the foot on the ground and the heel of the landing one."""
         ahead, behind = _foot_ends(self.walker.model, level.positions[step.strike])
         other = SIDES.index(opposite(step.side))

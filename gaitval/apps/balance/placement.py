@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from gaitval.apps.balance.walked import OUTWARD, Step, Walked
+from gaitval.apps.balance.walked import OUTWARD, BalanceWalk, Footstep
 from gaitval.arrays import Array
 
 RECOVERED: Final = 0.02
@@ -55,7 +55,7 @@ class Placement(NamedTuple):
     guess: Array
 
 
-def placements(disturbed: Walked, plain: Walked, *, ends: float) -> Iterator[Placement]:
+def placements(disturbed: BalanceWalk, plain: BalanceWalk, *, ends: float) -> Iterator[Placement]:
     """The steps of a `disturbed` walk beside those of the `plain` one from the same start, as long
     as feet alternate in both; the disturbance takes `ends` s.
     """
@@ -80,7 +80,9 @@ def placements(disturbed: Walked, plain: Walked, *, ends: float) -> Iterator[Pla
         )
 
 
-def _pendulum(disturbed: Walked, plain: Walked, theirs: Sequence[Step], ends: float) -> Array:
+def _pendulum(
+    disturbed: BalanceWalk, plain: BalanceWalk, theirs: Sequence[Footstep], ends: float
+) -> Array:
     """(2,) m, change of a foot's place by the capture point of a linear inverted pendulum that is
     left alone from the end of the disturbance to the next of the usual heel strikes (`theirs`); NaN
     if there is none. A walk that keeps its distance from there on stays as far from the usual one.
@@ -133,7 +135,7 @@ class LinearMap(NamedTuple):
     steps: int
 
 
-def linear_map(walks: Sequence[Walked]) -> LinearMap | None:
+def linear_map(walks: Sequence[BalanceWalk]) -> LinearMap | None:
     """The map by least squares over all steps of `walks`, of which each side has its own mean; None
     with fewer than 20 steps. The middle of stance is as long after the heel strike as the pelvis
     usually takes to be over the ankle: a time, not that place, so that the place may differ.
@@ -163,19 +165,19 @@ def linear_map(walks: Sequence[Walked]) -> LinearMap | None:
     return LinearMap(gains.T, explained, len(inputs))
 
 
-def _passing(walk: Walked, before: Step, after: Step) -> int | None:
+def _passing(walk: BalanceWalk, before: Footstep, after: Footstep) -> int | None:
     """Rows from a heel strike until the pelvis passes over that ankle; None if it does not."""
     rows = slice(before.strike, after.strike)
     over = np.flatnonzero(walk.pelvis[rows, 0] >= walk.feet[rows, before.column, 0])
     return int(over[0]) if len(over) else None
 
 
-def _lasts(walk: Walked, before: Step, after: Step, middle: int) -> bool:
+def _lasts(walk: BalanceWalk, before: Footstep, after: Footstep, middle: int) -> bool:
     """Whether the stance reaches its middle, and the next foot is on the ground in the walk."""
     return before.strike + middle < after.strike < len(walk.time)
 
 
-def _state(walk: Walked, before: Step, after: Step, middle: int) -> list[float]:
+def _state(walk: BalanceWalk, before: Footstep, after: Footstep, middle: int) -> list[float]:
     """(6,) a row of the map: four numbers of the pelvis and two of the next foot, all from the
     stance ankle in the middle of stance.
     """
@@ -207,7 +209,7 @@ class Ankle(NamedTuple):
     delay: float
 
 
-def ankle_answer(disturbed: Walked, plain: Walked) -> Ankle | None:
+def ankle_answer(disturbed: BalanceWalk, plain: BalanceWalk) -> Ankle | None:
     """The ankle's answer to a sideways disturbance in single stance; None in double support."""
     row = disturbed.onset
     loaded = plain.force[row, :, 2] > 0.0

@@ -18,9 +18,9 @@ from gaitval.apps.balance.compared import (
 )
 from gaitval.apps.balance.disturb import Ground, Slip, StepDown, Trip
 from gaitval.apps.balance.experiment import (
-    Disturbed,
+    DisturbedWalk,
     OnGround,
-    Walker,
+    TestedWalker,
     lengthways_pushes,
     pushed,
     random_pushes,
@@ -28,7 +28,7 @@ from gaitval.apps.balance.experiment import (
 )
 from gaitval.apps.balance.placement import LinearMap, answered, linear_map, steps_to_recover
 from gaitval.apps.balance.results import PERTURB_VERSION, ComparedQuantity, PerturbResult
-from gaitval.apps.balance.walked import Walked
+from gaitval.apps.balance.walked import BalanceWalk
 from gaitval.artefacts import versions
 from gaitval.coordinates import SIDES
 from gaitval.display import Displayed
@@ -64,10 +64,10 @@ class Recoveries(Displayed):
     """
 
     result: PerturbResult
-    plain: Walked
+    plain: BalanceWalk
     tried: tuple[Push, ...]
-    walks: tuple[Walked, ...]
-    grounds: tuple[tuple[Disturbed, tuple[bool, ...]], ...]
+    walks: tuple[BalanceWalk, ...]
+    grounds: tuple[tuple[DisturbedWalk, tuple[bool, ...]], ...]
 
     def title(self) -> str:
         """Of whom, and how many quantities are as people's."""
@@ -114,7 +114,7 @@ class Recoveries(Displayed):
 
 def recoveries(
     name: str,
-    walker: Walker,
+    walker: TestedWalker,
     *,
     kinds: Collection[str] = KINDS,
     grounds: Sequence[Ground] = (),
@@ -130,7 +130,7 @@ def recoveries(
     say("walking undisturbed")
     plain = next(pushed(walker, [Push(0.0, 0.0, 0.0)]))
     tried: list[Push] = []
-    walks: list[Walked] = []
+    walks: list[BalanceWalk] = []
     maps: tuple[LinearMap | None, LinearMap | None] = None, None
     compared: dict[str, Guessed] = {}
     if "push" in kinds and not plain.fell:
@@ -144,7 +144,7 @@ def recoveries(
         maps = steady, linear_map([*walks, *more])
         seconds = walker.task.configuration.environment.push_seconds
         compared |= sideways(Pushes.of(plain, walks[: len(aside)], seconds), *maps)
-    found: list[tuple[Disturbed, tuple[bool, ...]]] = []
+    found: list[tuple[DisturbedWalk, tuple[bool, ...]]] = []
     if not plain.fell:
         on, own = OnGround(walker), [g for g in grounds if _KIND_OF[type(g)] in kinds]
         for ground in own:
@@ -165,7 +165,7 @@ def _stands(on: OnGround, ground: Ground) -> tuple[bool, ...]:
     )
 
 
-def _largest(walker: Walker, say: Callable[[str], None]) -> RobustPushes:
+def _largest(walker: TestedWalker, say: Callable[[str], None]) -> RobustPushes:
     say("largest pushes")
     directions = (0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi)
     return robust_pushes(walker.task, walker.policy, walker.mu, directions=directions)
@@ -177,12 +177,12 @@ def _settings(ground: Ground) -> dict[str, Any]:
 
 def _result(
     name: str,
-    walker: Walker,
-    plain: Walked,
+    walker: TestedWalker,
+    plain: BalanceWalk,
     tried: Sequence[Push],
-    walks: Sequence[Walked],
+    walks: Sequence[BalanceWalk],
     maps: tuple[LinearMap | None, LinearMap | None],
-    grounds: Sequence[tuple[Disturbed, tuple[bool, ...]]],
+    grounds: Sequence[tuple[DisturbedWalk, tuple[bool, ...]]],
     robust: RobustPushes | None,
     compared: Mapping[str, Guessed],
 ) -> PerturbResult:
@@ -217,7 +217,9 @@ def _result(
     return PerturbResult.model_validate(tidy(values))
 
 
-def _pushed_step(push: Push, walk: Walked, plain: Walked, seconds: float) -> dict[str, Any]:
+def _pushed_step(
+    push: Push, walk: BalanceWalk, plain: BalanceWalk, seconds: float
+) -> dict[str, Any]:
     steps = list(Pushes.of(plain, [walk], seconds).found[0]) if not walk.fell else []
     step = answered(steps, TIME_FOR_A_STEP)
     axis = 1 if abs(math.sin(push.direction)) > math.sqrt(0.5) else 0
@@ -252,7 +254,7 @@ def _map(found: LinearMap | None) -> dict[str, Any] | None:
     return None if found is None else found._asdict()
 
 
-def _ground(each: Disturbed, stood: tuple[bool, ...]) -> dict[str, Any]:
+def _ground(each: DisturbedWalk, stood: tuple[bool, ...]) -> dict[str, Any]:
     settings = _settings(each.ground)
     kind, side = settings.pop("kind"), settings.pop("side")
     return {

@@ -24,7 +24,7 @@ _ANKLES: Final = tuple(ROOT_DOFS + ACTUATED.index(f"ankle_angle_{side[0]}") for 
 
 
 @dataclass(frozen=True)
-class Step:
+class Footstep:
     """A foot that is placed.
 
     Attributes
@@ -45,7 +45,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Walked:
+class BalanceWalk:
     """A walk, T rows.
 
     Attributes
@@ -77,7 +77,7 @@ class Walked:
     spin: Array
     trunk: Array
     ankle: Array
-    steps: tuple[Step, ...]
+    steps: tuple[Footstep, ...]
     pendulum: float
     mass: float
     onset: int
@@ -95,12 +95,12 @@ class Walked:
         """
         return np.asarray(self.centre[:, :2] + self.velocity[:, :2] / self.rate)
 
-    def after(self, seconds: float = 0.0) -> list[Step]:
+    def after(self, seconds: float = 0.0) -> list[Footstep]:
         """The steps whose heel strike is at least `seconds` after the disturbance began."""
         step = float(self.time[1] - self.time[0])
         return [each for each in self.steps if each.strike >= self.onset + seconds / step]
 
-    def offset(self, step: Step) -> Array:
+    def offset(self, step: Footstep) -> Array:
         """(2,) m, of the foot from the extrapolated centre of mass at its heel strike: forward, and
         outward.
         """
@@ -108,7 +108,7 @@ class Walked:
         return np.asarray(away * [1.0, OUTWARD[step.column]])
 
 
-def steps_of(vertical: Array, *, step: float, threshold: float) -> tuple[Step, ...]:
+def steps_of(vertical: Array, *, step: float, threshold: float) -> tuple[Footstep, ...]:
     """The steps of a walk with `vertical` forces (T, 2) N on the right and left foot, every `step`
     s; a foot is on the ground above the `threshold`, N.
     """
@@ -117,13 +117,13 @@ def steps_of(vertical: Array, *, step: float, threshold: float) -> tuple[Step, .
         events = foot_events(vertical[:, column], step=step, threshold=threshold)
         for strike in events.heel_strikes.tolist():
             lifts = events.toe_offs[events.toe_offs < strike]
-            found.append(Step(side, strike, int(lifts[-1]) if len(lifts) else 0))
+            found.append(Footstep(side, strike, int(lifts[-1]) if len(lifts) else 0))
     return tuple(sorted(found, key=lambda each: each.strike))
 
 
 def walked(
     rollout: Rollout, model: BodyModel, *, threshold: float, onset: int | None = None
-) -> Walked:
+) -> BalanceWalk:
     """What balance is judged by in a `rollout` of the body `model` as it walked. A foot is on the
     ground above `threshold` N; `onset` is the row at which it is disturbed, of a push by default.
     """
@@ -133,7 +133,7 @@ def walked(
     step = float(rollout.time[1] - rollout.time[0])
     frames = segment_frames(model, rollout.positions)
     before = slice(0, max(onset, 2))
-    return Walked(
+    return BalanceWalk(
         time=rollout.time,
         centre=rollout.centre_of_mass,
         velocity=np.gradient(rollout.centre_of_mass, step, axis=0),

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from gaitval.apps.balance.compared import Pushes
-from gaitval.apps.balance.experiment import Walker
+from gaitval.apps.balance.experiment import TestedWalker
 from gaitval.apps.balance.study import PHASES, Recoveries
 from gaitval.artefacts import write_json
 from gaitval.build_info import now, source_commit
@@ -13,7 +13,7 @@ from gaitval.missing_extras import raise_named
 NAME: Final = "perturb"
 
 
-def write_recoveries(found: Recoveries, walker: Walker, folder: Path) -> None:
+def write_recoveries(found: Recoveries, walker: TestedWalker, folder: Path) -> None:
     """Write `perturb.json`, `.html` and `.pdf` of what was `found` of a `walker` into `folder`.
     Raises ConfigurationError, when the first is written, without the libraries that make pages.
     """

@@ -10,7 +10,7 @@ from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
 if TYPE_CHECKING:
-    from gaitval.apps.muscles.sharing import Shared
+    from gaitval.apps.muscles.sharing import SharedMotions
     from gaitval.musculature.gait import MuscleGait
 
 
@@ -146,7 +146,7 @@ def _contact_rows(found: "MuscleGait") -> list[list[str]]:
     return rows
 
 
-def _seen_rows(shared: "Shared") -> list[list[str]]:
+def _seen_rows(shared: "SharedMotions") -> list[list[str]]:
     """Every electromyogram beside what was computed."""
     several = len({each.trial for each in shared.seen}) > 1
     heads = ["electromyogram", "side", "correlation", "on and off agree", "by chance"]

@@ -86,14 +86,14 @@ def _within(name: str, value: object, limits: tuple[float, float], why: str) -> 
 
 
 @dataclass(frozen=True)
-class Shared:
+class SharedMotions:
     """Muscles of a gait, and how they compare with electromyograms; none are `seen` without."""
 
     muscles: MuscleGait
     seen: tuple[SeenActivation, ...] = ()
 
 
-def shared_motions(motions: Sequence[LoadedMotion], settings: MuscleSettings) -> Shared:
+def shared_motions(motions: Sequence[LoadedMotion], settings: MuscleSettings) -> SharedMotions:
     """Muscles of `motions` as `settings` say.
 
     Raises RecordError if nothing has moments, or electromyograms are of another trial; ModelError
@@ -113,7 +113,7 @@ def shared_motions(motions: Sequence[LoadedMotion], settings: MuscleSettings) ->
 
     draws = DRAWS if settings.bands else 0
     if not settings.emg:
-        return Shared(of(draws))
+        return SharedMotions(of(draws))
     seen = _of_trials(motions, settings)
     if not settings.emg_weight:
         found = of(draws)
@@ -121,7 +121,7 @@ def shared_motions(motions: Sequence[LoadedMotion], settings: MuscleSettings) ->
         alone = of(0)
         near = recorded_activations(alone, motions, seen, settings.emg_weight)
         found = of(draws, recorded=near)
-    return Shared(found, seen_activations(found, seen))
+    return SharedMotions(found, seen_activations(found, seen))
 
 
 def _of_trials(

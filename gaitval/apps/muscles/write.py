@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from gaitval.apps.muscles.sharing import MuscleSettings, Shared
+from gaitval.apps.muscles.sharing import MuscleSettings, SharedMotions
 from gaitval.artefacts import versions, write_json
 from gaitval.build_info import now, source_commit
 from gaitval.configuration import ContactSettings
@@ -31,7 +31,7 @@ _SUFFIXES: Final = {"BW": "bw", "1": "1", "W/kg": "w_kg"}
 
 def write_muscles(
     folder: Path,
-    shared: Shared,
+    shared: SharedMotions,
     settings: MuscleSettings,
     motion: LoadedMotion,
     cost: MetabolicCost | None = None,
@@ -83,7 +83,7 @@ def write_muscles(
     return [*written, folder / RESULT]
 
 
-def _seen(shared: Shared) -> list[dict[str, Any]]:
+def _seen(shared: SharedMotions) -> list[dict[str, Any]]:
     """Every channel; a correlation of what does not vary is null."""
     return [
         {
