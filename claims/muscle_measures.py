@@ -3,17 +3,15 @@
 import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from gaitval.arrays import Array
 from gaitval.musculature.forces import LegForces
 from gaitval.musculature.gait import GROUPS, LegGait
 from gaitval.musculature.paths import table
-
-Array = NDArray[Any]
 
 DELAY: Final = 4
 """% of the cycle from an electromyogram to what a muscle without dynamics would have to do."""
