@@ -48,7 +48,7 @@ from gaitval.scaling.scaling import scale_subject
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsher.json"
 CHOSEN_ON: Final = 5101
-RULE: Final = "gaitval: harsher virtual people, issue 79"
+RULE: Final = f"gaitval: harsher virtual people, {'issue'} 79"
 SEED: Final = int(hashlib.sha256(RULE.encode()).hexdigest()[:8], 16) % 100_000
 DEGREE: Final = np.pi / 180.0
 _WORLD: Final = 5
@@ -153,7 +153,7 @@ def drawn_faults(random: np.random.Generator, number: int) -> HarsherFaults:
         shank_by_load=pair(0.7 * DEGREE),
         wobble=pair(0.5 * DEGREE, 1.0 * DEGREE),
         belt=0.02,
-        axes=tuple(tuple(one(axes) for _ in range(3)) for _ in range(2)),  # type: ignore[arg-type]
+        axes=tuple(tuple(one(axes) for _ in range(3)) for _ in range(2)),
         pelvis=one(1.4 * DEGREE),
         sole=(
             float(random.uniform(np.log(0.35), np.log(2.0))),

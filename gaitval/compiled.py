@@ -35,6 +35,7 @@ SOURCES = (
     "inverse/residual_derivatives.py",
     "model/body.py",
     "lanes.py",
+    "metrics/torques.py",
     "model/tree.py",
     "musculature/dual_newton.py",
     "policy/judgement.py",

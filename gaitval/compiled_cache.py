@@ -94,7 +94,8 @@ class _Locator(_SourceFileBackedLocatorMixin, _CacheLocator):
 
     A function of this package is known by its file within it, for the folder is that of all its
     sources (`compiled.SOURCES`): another installation or checkout of the same has nothing to
-    compile. Any other is known by the path and the contents of its file.
+    compile. Any other is known by the path of its file. What was compiled of other contents of
+    the function's own file counts for neither.
     """
 
     def __init__(self, function: Any, file: str, folder: Path) -> None:
@@ -108,7 +109,8 @@ class _Locator(_SourceFileBackedLocatorMixin, _CacheLocator):
         self._folder = folder / part
 
     def get_source_stamp(self) -> Any:
-        return "" if self._ours else super().get_source_stamp()  # type: ignore[no-untyped-call]
+        # numba's may have the time of the file, which differs from checkout to checkout
+        return blake2b(Path(self._py_file).read_bytes(), digest_size=_SIZE).hexdigest()
 
     def get_cache_path(self) -> str:
         return str(self._folder)

@@ -87,6 +87,9 @@ def test_another_checkout_of_the_same_has_nothing_to_compile(place, monkeypatch)
     shutil.copytree(package, another)
     monkeypatch.setattr(compiled_cache, "_PACKAGE", another)
     assert again(another) == (2, 0)
+    with (another / "some.py").open("a") as file:  # where it is not among `compiled.SOURCES`
+        file.write("# changed\n")
+    assert again(another) == (0, 2)
 
 
 @pytest.mark.parametrize("ending", ["nbi", "nbc"])

@@ -13,6 +13,7 @@ from gaitval.checks.force_checks import (
 from gaitval.checks.marker_checks import (
     foot_marker_warnings,
     pelvis_marker_warnings,
+    scale_warnings,
     trajectory_warnings,
 )
 from gaitval.checks.motion_checks import (
@@ -53,6 +54,7 @@ def marker_warnings(
         )  # fmt: skip
     yield from foot_marker_warnings(standing, walking, landmarks)
     yield from pelvis_marker_warnings(standing, walking, landmarks)
+    yield from scale_warnings(standing, walking, landmarks)
 
 
 def trial_warnings(

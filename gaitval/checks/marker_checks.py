@@ -54,6 +54,9 @@ SPINES: Final = ("R.ASIS", "L.ASIS", "R.PSIS", "L.PSIS")
 LARGEST_TWIST: Final = 0.005
 """m, change of the right rear spine's distance from the plane of the other three: at most 1.8 mm in
 ten walks of eight people."""
+LARGEST_STRETCH: Final = 0.01
+"""Change of the distance from a knee's to an ankle's lateral marker, that of the leg in which it
+changes less: at most 0.4 % in nine walks of seven people."""
 FLAT_PERCENTILE: Final = 15.0
 """Of a marker's height over the trial: a foot is flat for a quarter of the stride or more."""
 FEWEST_MARKERS: Final = 4
@@ -228,6 +231,38 @@ def pelvis_marker_warnings(
         "up or down. Tilt, list and the hips' angles are some degrees off. Record both with the "
         "markers untouched",
     )  # fmt: skip
+
+
+def scale_warnings(
+    standing: Recording, walking: Recording, landmarks: Mapping[str, str]
+) -> Iterator[QualityFlag]:
+    """A warning if both legs are longer, or shorter, from knee to ankle in the walk than in
+    standing: no marker that moves does so on both sides. `landmarks` are as in `foot_markers`.
+    """
+    changes = []
+    for side in "RL":
+        names = [landmarks.get(f"{side}.{part}", "") for part in ("Knee", "Ankle")]
+        if not all(name in trial.names for name in names for trial in (standing, walking)):
+            return
+        lengths = []
+        for trial in (standing, walking):
+            apart = np.linalg.norm(trial.marker(names[0]) - trial.marker(names[1]), axis=1)
+            apart = apart[np.isfinite(apart)]
+            if not len(apart):
+                return
+            lengths.append(float(np.median(apart)))
+        changes.append(lengths[1] / lengths[0] - 1.0)
+    least = min(changes, key=abs)
+    if changes[0] * changes[1] > 0.0 and abs(least) > LARGEST_STRETCH:
+        mean = 100 * float(np.mean(changes))
+        yield QualityFlag(
+            "scale of the trials", "both legs", abs(least), LARGEST_STRETCH, "1",
+            f"from knee to ankle they are {abs(mean):.1f} % {'longer' if mean > 0 else 'shorter'} "
+            "in walking than in standing (elsewhere within "
+            f"{100 * LARGEST_STRETCH:.0f} %): the two trials have another scale, at least along "
+            "the vertical. Look at the calibration of the cameras and the length of its wand, and "
+            "that both trials are of one session and one person",
+        )  # fmt: skip
 
 
 def _off_plane(right: Array, left: Array, rear: Array, other_rear: Array) -> float | None:

@@ -110,6 +110,8 @@ def signs(
             name in OF_EACH_LEG and _opposed(*(degrees[f"{name}_{side}"] for side in "rl"))
         ):
             untold.append(name)
+    if not warnings:
+        warnings += _odd_sole(degrees)
     wrong: list[str] = []
     for side in SIDES if moments and forces else ():
         if fixed := _not_abducted(moments, side):
@@ -184,12 +186,34 @@ def healthy() -> Mapping[str, Array]:
     return found | {f"angle_{name}": curve for name, curve in load_controls().curves.items()}
 
 
-def _by_sole(side: str, degrees: Mapping[str, Array]) -> tuple[str, str] | None:
+def _of_leg(side: str, degrees: Mapping[str, Array]) -> tuple[float, float]:
+    """deg, by which the leg's angles pitch the flat foot, and the tilt of the pelvis."""
     hip, knee, ankle, tilt = (
-        degrees[f"{name}_{side}"][FLAT].mean()
+        float(degrees[f"{name}_{side}"][FLAT].mean())
         for name in ("hip_flexion", "knee_angle", "ankle_angle", "pelvis_tilt")
     )
-    own, other = abs(hip - knee + ankle - tilt), abs(hip - knee + ankle + tilt)
+    return hip - knee + ankle, tilt
+
+
+def _odd_sole(degrees: Mapping[str, Array]) -> list[str]:
+    """A sentence about the sole that is off the level while the other side's is level: an angle of
+    its side has an offset.
+    """
+    pitched = {side: leg - tilt for side in "rl" for leg, tilt in (_of_leg(side, degrees),)}
+    least, most = sorted(pitched, key=lambda side: abs(pitched[side]))
+    if not (abs(pitched[most]) > LEVEL[0] and abs(pitched[least]) < LEVEL[1]):
+        return []
+    return [
+        f"angle_hip_flexion_{most}, angle_knee_angle_{most}, angle_ankle_angle_{most}: together "
+        f"they put the sole {abs(pitched[most]):.0f}° off the level when the foot is flat, those "
+        f"of the other side {abs(pitched[least]):.0f}°. One of them has an offset (another zero "
+        "than on the other side), unless the foot is never put down flat."
+    ]
+
+
+def _by_sole(side: str, degrees: Mapping[str, Array]) -> tuple[str, str] | None:
+    leg, tilt = _of_leg(side, degrees)
+    own, other = abs(leg - tilt), abs(leg + tilt)
     if own > LEVEL[0] and other < LEVEL[1]:
         return "wrong", (
             f"by the angles the sole is {own:.0f}° off the level when the foot is flat, with the "

@@ -38,5 +38,7 @@ def in_words(
     from gaitval.identification.body_words import sentences, walker_words
 
     shown = [{"name": name, "mean": mean, "sd": sd} for name, mean, sd in bars(found, model)]
-    said = f"{sentences(found, model)} {walker_words(found, two_legs)}"
+    said = sentences(found, model)
+    if method == "shared":  # of another method the walker has another body
+        said = f"{said} {walker_words(found, two_legs)}"
     return {"method": method, "said": said, "bars": shown}

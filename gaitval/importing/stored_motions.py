@@ -80,8 +80,9 @@ def stored_motions(folder: Path, *, height: float | None = None) -> list[LoadedM
         forces = target / f"trial{number}_grf.mot"
         if not forces.is_file():
             continue
-        known = names[number - 1] if number <= len(names) else f"trial{number}"
-        motion = _motion(target, number, known, table, height=height, prosthesis=prosthesis)
+        known = number <= len(names)
+        called = names[number - 1] if known else _in_table(table, number, len(paths))
+        motion = _motion(target, number, called, table, height=height, prosthesis=prosthesis)
         found.append(replace(motion, speed=record.get("walking_speed_m_s")))
     if not found:
         raise RecordError(
@@ -95,6 +96,14 @@ def stored_motions(folder: Path, *, height: float | None = None) -> list[LoadedM
 def _number(path: Path) -> int:
     found = re.match(r"trial(\d+)_", path.name)
     return int(found.group(1)) if found else 0
+
+
+def _in_table(table: Any, number: int, count: int) -> str:
+    """Name of the trial `number` of `count` of a refused import, which has no list of names: the
+    table's are in its order, but trials without a cycle are not in the table.
+    """
+    trials = [str(each) for each in table["trial"].unique()]
+    return trials[number - 1] if len(trials) == count else f"trial{number}"
 
 
 def _motion(
@@ -118,10 +127,7 @@ def _motion(
         [np.isfinite(moments.column(f"hip_flexion_{side[0]}_moment")) for side in SIDES], axis=1
     )
     sides: list[Side] = [side for side in SIDES if side != prosthesis]
-    trials = [str(each) for each in table["trial"].unique()]
-    # A refused import has no list of names: its trials are in the order of the table.
-    called = name if name in trials or number > len(trials) else trials[number - 1]
-    rows = table[(table["trial"].astype(str) == called) & table["kinetics_valid"].astype(bool)]
+    rows = table[(table["trial"].astype(str) == name) & table["kinetics_valid"].astype(bool)]
     cycles = {
         side: [
             (float(a), float(b))
@@ -132,7 +138,7 @@ def _motion(
     }
     markers = target / MARKERS
     return LoadedMotion(
-        name=called,
+        name=name,
         model=model,
         height=height,
         positions=positions,

@@ -14,7 +14,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.coordinates import COORDINATES, RANGES, SIDES, Side, split_side
+from gaitval.coordinates import COORDINATES, RANGES, SIDES, Side
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycles import GaitCycle, normalise
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -22,6 +22,8 @@ from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.measurement.estimate import Examined
 from gaitval.measurement.expected import USUAL
+from gaitval.measurement.otherwise import heavier, with_fault
+from gaitval.measurement.second_sessions import at_once
 from gaitval.measurement.sources import (
     ANKLE_CENTRES,
     FLESH,
@@ -74,8 +76,6 @@ LASTING: Final = (HIPS, ANKLES, FLESH_OVER, "mass of the ")
 """Sources that are the person's, not the session's: what a regression misses by in this body, it
 misses by in every session. All others are counted as new in each, soft tissue and plates too,
 which is the safe side: a change must be larger to be more than re-measuring."""
-DRAWS: Final = 2_000
-"""Sessions drawn for `Bands.at_once`: the 95 % are then known to within .5 %."""
 
 _BandCurves = dict[str, Array]
 AXES: Final = ("forward", "left", "up")
@@ -176,39 +176,8 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
             session.append(moved)
     between = _between_cycles(found)
     _add(parts, "cycle to cycle", between)
-    found_bands = _summed(parts, of_lengths, _at_once(session, between))
+    found_bands = _summed(parts, of_lengths, at_once(session, between))
     return replace(found_bands, by_hip=by_hip)
-
-
-def _at_once(session: Sequence[_BandCurves], between: _BandCurves) -> float:
-    """Standard deviations within which 95 % of sessions are at all points of all curves; `session`
-    has what each of its own sources moves, `between` the standard errors of the means. Sides are
-    drawn apart, as the landmarks of two legs are.
-    """
-    random = np.random.default_rng(0)
-    largest = np.zeros(DRAWS)
-    for suffix in ("_r", "_l"):
-        names = sorted({n for of in session for n in of if n.endswith(suffix)} & between.keys())
-        if not names:
-            continue
-        moved = np.array(
-            [
-                np.concatenate([of.get(n, np.zeros_like(between[n])) for n in names])
-                for of in session
-                if any(n in of for n in names)
-            ]
-        )
-        cycles = [between[name] for name in names]
-        error = np.concatenate(cycles)
-        deviation = np.sqrt(np.sum(moved**2, axis=0) + error**2)
-        known = deviation > 0.0
-        # A mean of cycles is off alike over a curve, or it would not be smooth.
-        sizes = np.repeat(np.arange(len(names)), [len(each) for each in cycles])
-        drawn = random.standard_normal((DRAWS, len(moved))) @ moved
-        drawn += random.standard_normal((DRAWS, len(names)))[:, sizes] * error
-        peaks = np.abs(drawn[:, known] / deviation[known]).max(axis=1, initial=0.0)
-        largest = np.maximum(largest, peaks)
-    return float(np.quantile(largest, 0.95))
 
 
 def _farthest(by_hip: Mapping[str, _BandCurves]) -> _BandCurves:
@@ -538,7 +507,7 @@ class _Chain:
                 usual = USUAL[split_axis(fault)].sound
                 worst = [abs(v) for name, v in large.items() if name.startswith(fault)]
                 size = float(np.hypot(usual, max(worst, default=0.0)))
-                moved = _cut(_with_fault(loads, fault, size), window.frames)
+                moved = _cut(with_fault(loads, fault, size), window.frames)
                 found.append(
                     (f"plates: {split_axis(fault)}", self.curves(window, model, positions, moved))
                 )
@@ -547,7 +516,7 @@ class _Chain:
                 *((segment, 0.0, share) for segment, share in INERTIAS.items()),
             ]
             for segment, mass, inertia in others:
-                other = _heavier(model, segment, mass, inertia)
+                other = heavier(model, segment, mass, inertia)
                 found.append(
                     (f"mass of the {segment}", self.curves(window, other, positions, None))
                 )
@@ -587,41 +556,4 @@ def _cut(loads: FootForces | None, frames: slice) -> FootForces | None:
         centre_of_pressure=loads.centre_of_pressure[frames],
         free_moment=loads.free_moment[frames],
         valid=loads.valid[frames],
-    )
-
-
-def _with_fault(loads: FootForces, fault: str, size: float) -> FootForces:
-    """The loads on the feet with a fault of both plates."""
-    force, point = loads.force, loads.centre_of_pressure
-    if fault == "delay":
-        at = np.clip(np.arange(len(force)) - size * loads.rate, 0, len(force) - 1)
-        low = np.floor(at).astype(int)
-        share = (at - low)[:, None, None]
-        high = np.minimum(low + 1, len(force) - 1)
-        # Where a foot lands or leaves, one of the two samples has no point; it acts at the other's.
-        both = np.isfinite(point[low]) & np.isfinite(point[high])
-        one = np.where(np.isfinite(point[low]), point[low], point[high])
-        late = np.where(both, (1 - share) * point[low] + share * point[high], one)
-        return replace(
-            loads, force=(1 - share) * force[low] + share * force[high], centre_of_pressure=late
-        )
-    if fault.startswith("place"):
-        return replace(loads, centre_of_pressure=point + size * np.eye(3)["xy".index(fault[-1])])
-    if fault == "gain":
-        return replace(loads, force=force * (1 + size), free_moment=loads.free_moment * (1 + size))
-    if fault == "rotation":
-        return replace(loads, force=force + size * np.cross([0.0, 0.0, 1.0], force))
-    return replace(loads, force=force + size * force[..., 2:] * np.eye(3)["xy".index(fault[-1])])
-
-
-def _heavier(model: BodyModel, segment: str, mass: float, inertia: float) -> BodyModel:
-    """A body whose segments of this name have a mass and an inertia larger by these shares."""
-    return replace(
-        model,
-        segments=tuple(
-            replace(one, mass=(1 + mass) * one.mass, inertia=(1 + inertia) * one.inertia)
-            if split_side(one.name)[1] == segment
-            else one
-            for one in model.segments
-        ),
     )

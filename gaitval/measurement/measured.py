@@ -109,8 +109,12 @@ class Measurement:
 
     def drawings(self) -> dict[str, Callable[[], str]]:
         """The figures of the page."""
-        drawn = {"bands": partial(draw_bands, self.curves)} if self.curves else {}
-        return drawn | ({"hips": partial(draw_hips, self.hips)} if self.hips else {})
+        drawn: dict[str, Callable[[], str]] = {}
+        if self.curves:
+            drawn["bands"] = partial(draw_bands, self.curves)
+        if self.hips:
+            drawn["hips"] = partial(draw_hips, self.hips)
+        return drawn
 
     def hip_rows(self) -> list[tuple[str, float, float, float]]:
         """Rows of the page's table of hip centres."""

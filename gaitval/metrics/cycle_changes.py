@@ -11,9 +11,10 @@ wherever they may be. Strides differ mostly slowly over the cycle (the whole cur
 or later), so a change of a part of it is told from them best by that part less what the rest of the
 curve says of it: the matched filter of a change in noise that hangs together, the change over the
 covariance of the strides. That covariance is of all curves of a kind, whatever session they are of,
-drawn towards white noise as far as the curves disagree about it (Ledoit and Wolf 2004's rule, with
-curves in the place of samples; whatever the filter, the permutations keep the share of false
-alarms). It is worked out once: it does not know which cycle is of which session.
+drawn towards white noise by the share that makes its expected squared error least: the variance of
+a mean of so many curves over the square of how far it is from white. It is worked out once and does
+not know which cycle is of which session, so the permutations keep the share of false alarms
+whatever the filter.
 
 Few cycles show their own spread badly at each point, so the variance of t is the mean of the
 point's and of the whole curve's (a moderated t, in the manner of Tusher et al. 2001, PNAS 98:5116;

@@ -86,9 +86,15 @@ def numbers_of(
         while len(fields) > width and not fields[-1].strip():
             fields.pop()
         if len(fields) != width:
+            blanks = len(row.split())
+            why = (
+                "they are separated by blanks, and a gap would be none: separate them by tabs"
+                if separator == "\t" and len(fields) == 1 and blanks > 1
+                else "the file is truncated or damaged. Export it again"
+            )
             raise RecordError(
                 f"{path}: line {first_line + i} has {len(fields)} fields, but the header has "
-                f"{width}: the file is truncated or damaged. Export it again."
+                f"{width}: {why}."
             )
         wrong = ""
         try:

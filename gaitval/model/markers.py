@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.artefacts import write_json
+from gaitval.coordinates import Side
 
 MARKERS = "markers.json"
 """What `save_markers` writes, beside the model's URDF."""
@@ -36,7 +37,7 @@ def save_markers(
     markers: Sequence[ModelMarker],
     marker_set: str,
     standing: Mapping[str, Sequence[float]] | None = None,
-    knees: Mapping[str, float] | None = None,
+    knees: Mapping[Side, float] | None = None,
 ) -> None:
     """Write the `markers` of a body to `path` as JSON, with the name or file of their `marker_set`;
     none where they are still to be placed by where each was in `standing`, (3,) m. `knees` m, by

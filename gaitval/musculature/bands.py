@@ -9,7 +9,7 @@ Patients who stiffen a joint by far more than a tone are not in them.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from gaitval.musculature.forces import LegForces, MuscleForces, capacity_shares,
 from gaitval.musculature.leg_metabolics import muscle_rates
 from gaitval.musculature.mapping import LegLoads
 from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry
+from gaitval.musculature.person import LegMuscles
 from gaitval.musculature.sharing import CRITERIA, Criterion
 
 CRITERIA_OF_BANDS: Final = (
@@ -53,6 +54,7 @@ class Spreads:
     moment_time : s, over which an error of a moment changes.
     pelvis_zero : rad, of the angle of the pelvis at which muscles are as long as published.
     mass : of the logarithm of the mass of a stranger's scales, of moments and of strength.
+    weights : not a deviation: what part of `WEIGHTS_OF_CONTACT` is drawn, 0 to 1.
     knee : m, of the middle of the knee to the side, where markers show it; `knee_unseen` where none
         does.
     plateaus : of the logarithm of the distance of the points of contact of a knee.
@@ -71,6 +73,7 @@ class Spreads:
     moment_time: float = 0.10
     pelvis_zero: float = 0.087
     mass: float = 0.01
+    weights: float = 1.0
     knee: float = 0.005
     knee_unseen: float = 0.007
     plateaus: float = 0.10
@@ -80,7 +83,7 @@ class Spreads:
     model_split: float = 0.13
 
 
-SPREADS: Final = Spreads()
+SPREADS: Final[Spreads] = Spreads()
 """Adults: strengths of people of equal size differ by about a quarter (Handsfield et al. 2014:
 volumes of single muscles by 10 to 20 % after mass and stature); slack lengths are known to a few
 hundredths of the fibre (Ackland et al. 2012); arms of a scaled model to a tenth (Scheys et al.
@@ -152,43 +155,16 @@ def draw(
     order = [criteria[i % len(criteria)] for i in range(draws)]
     speed = rate(found.time, leg.length)
     for name in order:
-        muscles, loads = leg.muscles, leg.loads
-        count = len(muscles.names)
-        log_force = spreads.each_strength * random.normal(size=count)
-        log_force += spreads.strength * random.normal()
-        slack = spreads.slack * random.normal(size=count) * muscles.optimal_fibre
-        muscles = replace(
-            muscles,
-            max_force=muscles.max_force * np.exp(log_force),
-            tendon_slack=muscles.tendon_slack + slack,
-        )
-        paths, length, own_arms, changes = published, leg.length, leg.arms, speed
-        if spreads.pelvis_zero:
-            angles = loads.angles.copy()
-            angles[:, 0] += spreads.pelvis_zero * random.normal()
-            paths = geometry(angles)
-            length = paths.length @ muscles.sizes.factors
-            own_arms = -(paths.slope @ muscles.sizes.factors)
-            changes = rate(found.time, length)
-        arms = own_arms * (1.0 + spreads.arms * random.normal(size=(count, len(COORDINATES))))
-        shift = spreads.hip * random.normal(size=3)
-        moments = loads.moments + loads.moment_per_shift @ shift
-        moments = moments * np.exp(spreads.mass * random.normal())
-        error = spreads.moment * found.mass_kg * _wandering(found.time, spreads.moment_time, random)
-        error = error * _loaded(loads)
-        loads = replace(
-            loads,
-            moments=moments + error[:, : len(COORDINATES)],
-            moment=_tilted(loads.moment, error[:, -1]),
-        )
+        drawn = _drawn_leg(found, leg, published, speed, spreads, random)
+        muscles, loads, paths = drawn.muscles, drawn.loads, drawn.paths
         shared = capacity_shares(
-            length,
-            changes,
-            arms,
+            drawn.length,
+            drawn.speed,
+            drawn.arms,
             loads,
             paths,
             muscles,
-            _drawn_weights(CRITERIA[name], random),
+            _drawn_weights(CRITERIA[name], spreads.weights, random),
             weight,
             lowest=min(spreads.tone * random.exponential(), 0.1),
         )
@@ -231,6 +207,57 @@ def draw(
     )
 
 
+class _DrawnLeg(NamedTuple):
+    """A leg with other muscles, loads and paths."""
+
+    muscles: LegMuscles
+    loads: LegLoads
+    paths: Geometry
+    length: Array
+    speed: Array
+    arms: Array
+
+
+def _drawn_leg(
+    found: MuscleForces,
+    leg: LegForces,
+    paths: Geometry,
+    speed: Array,
+    spreads: Spreads,
+    random: np.random.Generator,
+) -> _DrawnLeg:
+    muscles, loads = leg.muscles, leg.loads
+    count = len(muscles.names)
+    log_force = spreads.each_strength * random.normal(size=count)
+    log_force += spreads.strength * random.normal()
+    slack = spreads.slack * random.normal(size=count) * muscles.optimal_fibre
+    muscles = replace(
+        muscles,
+        max_force=muscles.max_force * np.exp(log_force),
+        tendon_slack=muscles.tendon_slack + slack,
+    )
+    length, own_arms = leg.length, leg.arms
+    if spreads.pelvis_zero:
+        angles = loads.angles.copy()
+        angles[:, 0] += spreads.pelvis_zero * random.normal()
+        paths = geometry(angles)
+        length = paths.length @ muscles.sizes.factors
+        own_arms = -(paths.slope @ muscles.sizes.factors)
+        speed = rate(found.time, length)
+    arms = own_arms * (1.0 + spreads.arms * random.normal(size=(count, len(COORDINATES))))
+    shift = spreads.hip * random.normal(size=3)
+    moments = loads.moments + loads.moment_per_shift @ shift
+    moments = moments * np.exp(spreads.mass * random.normal())
+    error = spreads.moment * found.mass_kg * _wandering(found.time, spreads.moment_time, random)
+    error = error * _loaded(loads)
+    loads = replace(
+        loads,
+        moments=moments + error[:, : len(COORDINATES)],
+        moment=_tilted(loads.moment, error[:, -1]),
+    )
+    return _DrawnLeg(muscles, loads, paths, length, speed, arms)
+
+
 def _tilted(moment: Array, error: Array) -> Array:
     """`LegLoads.moment` with an `error` (T,) Nm of that which tilts the knee, about the axis
     forward.
@@ -240,14 +267,17 @@ def _tilted(moment: Array, error: Array) -> Array:
     return found
 
 
-def _drawn_weights(criterion: Criterion, random: np.random.Generator) -> Criterion:
-    """A `criterion` of contact forces with other weights of them, even in their logarithms."""
+def _drawn_weights(criterion: Criterion, part: float, random: np.random.Generator) -> Criterion:
+    """A `criterion` of contact forces with other weights of them, even in their logarithms: so much
+    of the way (`part`) from its own to those of `WEIGHTS_OF_CONTACT`.
+    """
     low, high = np.log(WEIGHTS_OF_CONTACT)
-    factors = np.exp(random.uniform(low, high, size=2))
-    if not (criterion.knee or criterion.hip):
+    drawn = random.uniform(low, high, size=2)
+    if not (criterion.knee and criterion.hip):
         return criterion
-    knee, hip = float(factors[0]), float(factors[1])
-    return replace(criterion, knee=knee, hip=hip)
+    own = np.log([criterion.knee, criterion.hip])
+    knee, hip = np.exp(own + part * (drawn - own))
+    return replace(criterion, knee=float(knee), hip=float(hip))
 
 
 def _wandering(time: Array, scale: float, random: np.random.Generator) -> Array:

@@ -459,7 +459,7 @@ def contact_curve(leg: LegForces, name: str) -> Array:
 
 
 SOURCES: Final[Mapping[str, tuple[str, ...]]] = {
-    "cost": (),
+    "cost": ("weights",),
     "strength": ("strength", "each_strength"),
     "slack lengths": ("slack",),
     "moment arms": ("arms",),
@@ -471,8 +471,7 @@ SOURCES: Final[Mapping[str, tuple[str, ...]]] = {
     "co-contraction": ("tone",),
     "such models at implants": ("model_share", "model_force", "model_split"),
 }
-"""What bands are of: names, and what of `Spreads` they are; the cost is among the draws' criteria.
-"""
+"""What bands are of: names, and what of `Spreads` they are; of the cost, the criteria, too."""
 
 _ALONE: Final = 24
 """Draws of each source by itself."""

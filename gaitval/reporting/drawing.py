@@ -17,7 +17,7 @@ from matplotlib.font_manager import fontManager
 from numpy.typing import NDArray
 
 from gaitval.coordinates import Side
-from gaitval.reporting.light_axes import LightFigure
+from gaitval.reporting.light_axes import LightFigure, painted
 from gaitval.reporting.words import SOURCE
 
 SETTINGS: Final[Any] = {
@@ -148,15 +148,14 @@ def svg(figure: Figure, name: str) -> str:
 
         translate(figure, _language.get())
     _fit_legends(figure)
-    if isinstance(figure, LightFigure):
-        figure.painted = True
-    if (engine := figure.get_layout_engine()) is not None:
-        engine.execute(figure)  # all of it would be drawn once more for this
-        figure.set_layout_engine("none")
     buffer = io.StringIO()
-    # matplotlib writes the date and its version unless they are None: equal data give equal bytes
-    metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    figure.savefig(buffer, format="svg", metadata=metadata, transparent=True)
+    with painted(figure):
+        if (engine := figure.get_layout_engine()) is not None:
+            engine.execute(figure)  # all of it would be drawn once more for this
+            figure.set_layout_engine("none")
+        # matplotlib writes date and version unless they are None: equal data give equal bytes
+        metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        figure.savefig(buffer, format="svg", metadata=metadata, transparent=True)
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
     # several figures share one page, where an identifier may occur only once

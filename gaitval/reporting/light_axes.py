@@ -4,6 +4,8 @@ matplotlib makes five artists for each tick and asks each of them for its place 
 drawing. Ticks of one axis that look alike need one line of marks and one text, moved along.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -29,7 +31,7 @@ class _Place(NamedTuple):
 class LightFigure(Figure):
     """A figure whose Cartesian axes draw their ticks together while it is `painted`."""
 
-    painted = False
+    is_painted = False
 
     def add_subplot(self, *args: Any, **kwargs: Any) -> Any:
         """As matplotlib's, with light axes where no others are asked for."""
@@ -43,6 +45,18 @@ class LightFigure(Figure):
         """Draw all of it, curves and bands by the points that are seen."""
         _thin_out(self)
         super().draw(renderer)
+
+
+@contextmanager
+def painted(figure: Figure) -> Iterator[None]:
+    """Draw ticks together in the block; before and after it a `figure` answers as matplotlib's."""
+    if isinstance(figure, LightFigure):
+        figure.is_painted = True
+    try:
+        yield
+    finally:
+        if isinstance(figure, LightFigure):
+            figure.is_painted = False
 
 
 _NEAR: Final = 0.1
@@ -98,7 +112,7 @@ class _LightAxis(Axis):
     _places: tuple[object, list[_Place]] | None = None
 
     def _is_light(self) -> bool:
-        return bool(getattr(self.get_figure(root=True), "painted", False)) and self._alike()
+        return bool(getattr(self.get_figure(root=True), "is_painted", False)) and self._alike()
 
     def _alike(self) -> bool:
         if not isinstance(self.get_minor_locator(), NullLocator):

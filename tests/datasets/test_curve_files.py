@@ -239,6 +239,14 @@ def test_an_angle_of_the_wrong_sign_does_not_accuse_moments(good, tmp_path):
     assert "angle_hip_adduction_r and angle_hip_adduction_l" in warning
 
 
+@pytest.mark.parametrize("name", ["hip_flexion_l", "ankle_angle_r"])
+def test_an_angle_with_another_zero_than_on_the_other_side_is_said(good, name, tmp_path):
+    odd = good.assign(**{f"angle_{name}": good[f"angle_{name}"] + 12.0})
+    warnings = read_mean_curves([written(tmp_path, odd)]).warnings
+    assert any(f"angle_{name}" in each and "offset" in each for each in warnings)
+    assert not read_mean_curves([written(tmp_path, good)]).warnings
+
+
 def test_doubts_of_signs_reach_the_user(good, tmp_path):
     path, message = written(tmp_path, both("angle_pelvis_list", good)), []
     new_subject([path], tmp_path / "a.toml", PERSON, **TRIAL, notify=message.append)

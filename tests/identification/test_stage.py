@@ -11,7 +11,7 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_report import bars, in_words
-from gaitval.identification.body_words import sentences
+from gaitval.identification.body_words import sentences, walker_words
 from gaitval.identification.default import WORDS
 from gaitval.identification.offsets import offset_of
 from gaitval.metrics.results import read_metrics
@@ -66,7 +66,9 @@ def test_a_study_that_walks_with_this_posterior_says_what_it_identified(written,
     before, *_ = body_bars.shown(folder)
     body_stage.write(run_in(folder, "shared"))
     texts, _, draw = body_bars.shown(folder)
-    assert texts == {"said": before["said"], "method": "shared"}
+    # and whose body the walker has, which is another's by another method
+    said = f"{before['said']} {walker_words(found, two_legs=False)}"
+    assert texts == {"said": said, "method": "shared"}
     assert f"<!-- {bars(found, MODEL)[0][0]} -->" in draw()
 
 

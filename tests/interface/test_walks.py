@@ -125,6 +125,7 @@ def test_what_cannot_be_compared_is_refused(walk: SimulatedWalk):
         gv.compare(walk, walk).rmse("knee_angle")
 
 
+@pytest.mark.slow  # two further fits
 def test_without_plates_a_policy_walks_after_the_estimate(policy: StoredPolicy):
     """As does one whose run was not to know the kinetics; both had walked after recorded ones."""
     person, configuration = expected(policy.subject, policy.configuration)

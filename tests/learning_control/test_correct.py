@@ -228,6 +228,7 @@ def test_a_walk_that_falls_says_nothing(quick, walker):
     assert [each is None for each in found] == [False, True, True]
 
 
+@pytest.mark.slow  # of all pools: tests/policy/test_rollouts.py
 def test_walks_depend_neither_on_the_workers_nor_on_those_beside_them(quick, walker):
     """Nine make two groups, and some of them others."""
     cases = [CorrectedWalk(*walker, some_correction(0, seed), 0.1 * seed) for seed in range(9)]

@@ -11,9 +11,10 @@ from gaitval.coordinates import RANGES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.importing.importing import work_out
 from gaitval.importing.write import _curve_table
-from gaitval.measurement.bands import CHOICE, _summed, _with_fault, bands
+from gaitval.measurement.bands import CHOICE, _summed, bands
 from gaitval.measurement.estimate import DELAY, FoundFault
 from gaitval.measurement.measured import bands_text, unshown
+from gaitval.measurement.otherwise import with_fault
 from gaitval.mocap.recording import FootForces
 from gaitval.scaling.hip_regressions import REGRESSIONS
 from gaitval.session.subject import subject_of
@@ -122,7 +123,7 @@ def test_late_forces_lose_nothing_where_a_foot_lands_and_leaves(delay):
     point[on, 0] = 0.0
     point[on, 0, 0] = time[on]
     loads = FootForces(75.0, 0.0, force, point, np.zeros((90, 2, 3)), np.ones((90, 2), bool))
-    late = _with_fault(loads, "delay", delay)
+    late = with_fault(loads, "delay", delay)
     acting = np.isfinite(late.centre_of_pressure[:, 0, 0])
     assert late.force[acting, 0, 2].sum() == pytest.approx(force[..., 2].sum())
     away = late.centre_of_pressure[acting, 0, 0] - (time[acting] - delay)

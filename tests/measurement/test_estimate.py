@@ -133,7 +133,7 @@ def test_sets_of_causes_have_one_order_in_every_process():
             [sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed},
             capture_output=True, text=True, check=True,
         ).stdout
-        for seed in ("1", "2", "3")
+        for seed in ("1", "2")
     }  # fmt: skip
     assert len(messages) == 1
 

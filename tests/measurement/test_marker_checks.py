@@ -10,6 +10,7 @@ from synthetic_recording import walk as synthetic
 from gaitval.checks.marker_checks import (
     foot_marker_warnings,
     pelvis_marker_warnings,
+    scale_warnings,
     trajectory_warnings,
 )
 from gaitval.mocap.recording import Recording
@@ -188,3 +189,32 @@ def test_a_spine_that_was_put_up_or_down_between_the_trials(moved, words):
 def test_a_pelvis_without_four_spines_has_no_twist():
     names = {name: name for name in SPINES if name != "L.PSIS"}
     assert not list(pelvis_marker_warnings(pelvis("s", 50), pelvis("w", 50, RPSIS=0.03), names))
+
+
+@pytest.mark.parametrize(
+    ("right", "left", "words"),
+    [
+        (1.03, 1.03, "longer"),
+        (0.98, 0.98, "shorter"),
+        (1.03, 1.0, ""),
+        (1.03, 0.97, ""),
+        (1.004, 1.004, ""),
+    ],
+)
+def test_legs_of_another_length_than_in_standing_are_of_another_scale(right, left, words):
+    names = {f"{side}.{part}": f"{side}.{part}" for side in "RL" for part in ("Knee", "Ankle")}
+
+    def legs(frames: int, *lengths: float) -> Recording:
+        swing = 0.4 * np.sin(np.arange(frames) / 8.0)
+        markers = np.zeros((frames, 4, 3))
+        for leg, length in enumerate(lengths):
+            markers[:, 2 * leg, 0] = 0.37 * length * np.sin(swing)
+            markers[:, 2 * leg, 2] = 0.37 * length * np.cos(swing)
+        markers += np.random.default_rng(frames).normal(0.0, 0.001, markers.shape)
+        return Recording("walk", "project", tuple(names), markers, RATE)
+
+    flags = list(scale_warnings(legs(40, 1.0, 1.0), legs(400, right, left), names))
+    assert len(flags) == bool(words)
+    for flag in flags:
+        assert words in flag.message
+        assert flag.value == pytest.approx(abs(right - 1.0), abs=0.002)

@@ -303,7 +303,7 @@ def test_walks_to_a_push_are_kept_and_make_no_difference(task):
                 np.testing.assert_array_equal(
                     group._arrays.walkers.state[stands], new._arrays.walkers.state[stands]
                 )
-    by_policy = {key: sorted(walk) for (key, _), walk in module._walked[group].items()}
+    by_policy = {key: sorted(walk) for (key, *_), walk in module._walked[group].items()}
     assert by_policy == {stored.key: [0.3, 0.55, 0.6, 0.9], fast.key: []}
 
 

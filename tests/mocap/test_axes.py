@@ -311,7 +311,13 @@ class TestWalkingDirection:
             turn_to_walking_direction(recording, LANDMARKS)
 
     def test_a_standing_trial(self):
+        still = walking(0.0, belt=False)
+        markers = np.tile(np.array(list(PERSON.values())), (len(still.time), 1, 1))
         with pytest.raises(RecordError, match="not a walking trial"):
+            turn_to_walking_direction(still.with_markers(still.names, markers), LANDMARKS)
+
+    def test_who_walks_without_getting_anywhere_steps_on_the_spot(self):
+        with pytest.raises(RecordError, match="steps on the spot"):
             turn_to_walking_direction(walking(0.0, belt=False), LANDMARKS)
 
     @pytest.mark.parametrize("factor", [1e-3, 10.0])

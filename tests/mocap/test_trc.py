@@ -130,6 +130,7 @@ class TestTrc:
             ({3: "100\t100\t20\t0\tmm\t100\t1\t20", 4: "Frame#\tTime\t"}, "names no marker"),
             ({3: "120\t120\t20\t3\tmm\t120\t1\t20"}, "DataRate is 120 Hz"),
             ({26: "20\t0.19\t500\t1000"}, "line 26 has 4 fields, but the header has 11"),
+            ({26: "20 0.19 500 1000 1 2 3 4 5 6 7"}, "a gap would be none: separate them by tabs"),
             ({26: "20\t0.19\t500\t1000\t3OO\t1\t1\t1\t1\t1\t1"}, "'3OO' is not a number"),
             ({26: "20\t0.19\tinf\t1\t1\t1\t1\t1\t1\t1\t1"}, "infinite"),
             ({26: "20\t0.19\t-1e308\t1\t1\t1\t1\t1\t1\t1\t1"}, "infinite"),

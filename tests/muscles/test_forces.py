@@ -312,3 +312,13 @@ def test_bands_know_less_of_a_knee_without_markers(found):
         return drawn.medial.std(axis=0).max()
 
     assert spread(few.legs["right"]) == pytest.approx(2.0 * spread(seen), rel=0.25)
+
+
+def test_weights_of_contact_are_drawn_only_where_the_cost_is_in_doubt(found):
+    rows = np.arange(len(found.time))[::10]
+    few = replace(found, time=found.time[rows], legs={"right": found.legs["right"].part(rows)})
+    none = {each.name: 0.0 for each in fields(Spreads)} | {"moment_time": 0.1}
+    for weights, varies in ((0.0, False), (1.0, True)):
+        spreads = Spreads(**none | {"weights": weights})
+        drawn = draw(few, "right", draws=4, spreads=spreads, criteria=("contact",))
+        assert (np.ptp(drawn.compression, axis=0).max() > 1.0) == varies

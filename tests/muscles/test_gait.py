@@ -4,6 +4,7 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
 from known_walk import known_walk
 
@@ -13,8 +14,10 @@ from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import ArtefactError, ModelError, RecordError
 from gaitval.gait.cycles import GaitCycle
+from gaitval.importing.stored_motions import _in_table, _knees
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage
+from gaitval.model.markers import MARKERS, save_markers
 from gaitval.musculature import share
 from gaitval.musculature.forces import FALL, RISE, RecordedActivation
 from gaitval.musculature.gait import CONTACTS, SOURCES, LoadedMotion, muscles_of, part_of
@@ -267,3 +270,22 @@ def test_storage_files_are_read_again_and_judged(motion, found, tmp_path):
         judge_muscles(None, None, kinds["force"], None, mass=70.0, moments=None, cycles={})
     with pytest.raises(ArtefactError, match=r"curves\.csv"):
         judge_muscles(kinds["activation"], None, None, tmp_path, mass=70.0, moments=None, cycles={})
+
+
+def test_a_refused_imports_trials_keep_their_own_cycles():
+    """The table of cycles leaves out trials without one: the second of three is not the third."""
+    table = pd.DataFrame({"trial": ["first.c3d", "first.c3d", "third.c3d"]})
+    assert [_in_table(table, number, 2) for number in (1, 2)] == ["first.c3d", "third.c3d"]
+    assert "third.c3d" not in {_in_table(table, number, 3) for number in (1, 2, 3)}
+
+
+def test_where_knees_are_is_read_from_the_folder(tmp_path):
+    path = tmp_path / MARKERS
+    save_markers(path, (), "wbds", knees={"left": -0.014})
+    assert _knees(path) == {"left": -0.014}
+    save_markers(path, (), "wbds")  # as older versions
+    assert _knees(path) == {}
+    path.write_text(path.read_text().replace('"markers"', '"knees": {"left": "aside"}, "markers"'))
+    with pytest.raises(ArtefactError, match=r"knees.*aside.*Import the session again") as found:
+        _knees(path)
+    assert str(path) in str(found.value)

@@ -9,8 +9,16 @@ from report_run import build_run
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import read_metrics
+from gaitval.quantities import JOINT_CONTACT
 from gaitval.reporting.figures import centre_of_mass
-from gaitval.reporting.run_grids import _recorded, _walked, figures, strides_of
+from gaitval.reporting.run_grids import (
+    _recorded,
+    _walked,
+    figures,
+    notes,
+    strides_of,
+    walked_muscles,
+)
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 
@@ -120,3 +128,15 @@ def test_of_what_is_not_compared_the_strides_that_are_drawn_give_mean_and_deviat
     np.testing.assert_allclose(deviation, np.sqrt(7.0))
     one = {name: each[:1] for name, each in strides.items()}
     assert _walked(metrics, one, "angles", "knee_adduction_r")[1] is None
+
+
+def test_what_joints_carry_is_told_with_its_doubt(walked):
+    """Beside the table of the short report; not where nothing of it is shown."""
+    _, _, metrics = walked
+    assert JOINT_CONTACT.note in notes(metrics)
+    walks = metrics.walks
+    bare = {name: getattr(walks, name).model_copy(update={"quantities": {}})
+            for name in type(walks).model_fields if getattr(walks, name) is not None}  # fmt: skip
+    without = metrics.model_copy(update={"walks": walks.model_copy(update=bare)})
+    assert walked_muscles(without) is None
+    assert JOINT_CONTACT.note not in notes(without)

@@ -13,6 +13,7 @@ from gaitval.terminal.app import added_command
 
 if TYPE_CHECKING:
     from gaitval.apps.balance.disturb import Ground
+    from gaitval.apps.balance.results import PerturbResult
     from gaitval.coordinates import Side
 
 
@@ -100,7 +101,12 @@ def perturb(
                 kinds = kinds[1:]
             found = recoveries(identifier, who, kinds=kinds, grounds=grounds, largest=largest)
         write_recoveries(found, who, folder)
-    result = found.result
+    _say(found.result)
+    display.plain(f"Page: {folder / NAME}.html")
+
+
+def _say(result: "PerturbResult") -> None:
+    """What is not as in people, who stood, and how much is as in people."""
     if result.steady_fell:
         display.plain("It falls without any disturbance.")
     for row in result.quantities:
@@ -113,7 +119,6 @@ def perturb(
     if result.quantities:
         right, count = result.as_people["walker"]
         display.plain(f"As people: {right} of {count} published quantities")
-    display.plain(f"Page: {folder / NAME}.html")
 
 
 def _side(side: str) -> "Side":

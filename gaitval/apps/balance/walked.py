@@ -137,7 +137,7 @@ def walked(
         time=rollout.time,
         centre=rollout.centre_of_mass,
         velocity=np.gradient(rollout.centre_of_mass, step, axis=0),
-        pelvis=frames[:, 0, :3, 3],
+        pelvis=frames[:, 0, :3, 3].copy(),  # a view would keep all poses
         feet=frames[..., :3, 3][:, list(_FEET)],
         pressure=rollout.centre_of_pressure[..., :2],
         force=rollout.ground_reaction,

@@ -1,5 +1,6 @@
 """The command that shares the moments of a gait to muscles."""
 
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -147,8 +148,12 @@ def _contact_rows(found: "MuscleGait") -> list[list[str]]:
 
 def _seen_rows(shared: "Shared") -> list[list[str]]:
     """Every electromyogram beside what was computed."""
-    rows = [["electromyogram", "side", "correlation", "on and off agree", "by chance"]]
+    several = len({each.trial for each in shared.seen}) > 1
+    heads = ["electromyogram", "side", "correlation", "on and off agree", "by chance"]
+    rows = [[*(["trial"] if several else []), *heads]]
     for each in shared.seen:
         shares = [f"{100 * share:.0f} %" for share in (each.agrees, each.by_chance)]
-        rows.append([each.channel, each.side, f"{each.correlation:.2f}", *shares])
+        near = f"{each.correlation:.2f}" if isfinite(each.correlation) else "–"
+        row = [each.channel, each.side, near, *shares]
+        rows.append([each.trial, *row] if several else row)
     return rows
