@@ -219,17 +219,3 @@ def test_the_main_job_runs_with_the_study_alone(tmp_path: Path) -> None:
     assert "gaitval[study]" in refused.stderr
     done = without(tmp_path, "subject", "5", *settings, extra="study")
     assert done.returncode == 0, done.stderr
-
-
-def test_names_of_an_earlier_release_bring_what_is_there_now() -> None:
-    """Who wrote `gaitval[curves]` into a file of requirements is not left without its libraries."""
-    brought = {
-        "bodies": "torch", "curves": "requests", "estimate": "torch", "export": "pyarrow",
-        "formats": "pyarrow", "gate": "pytest", "live": "torch", "markers": "matplotlib",
-        "measurement": "matplotlib", "patients": "torch", "predict": "torch", "virtual": "torch",
-    }  # fmt: skip
-    assert {
-        extra: library for extra, library in brought.items() if library in libraries(extra)
-    } == (brought)
-    assert libraries("judge") == libraries("consistent") == set()
-    assert libraries("all") >= set(brought.values())

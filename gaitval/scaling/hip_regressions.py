@@ -17,7 +17,7 @@ and up, Gait2392's by PW.
 
 1. Harrington et al. 2007, J Biomech 40:595-602, the regressions on one variable.
 2. Bell et al. 1989, Hum Mov Sci 8:3-16, abstract: 22 % back, 14 % inwards of the ASIS, 30 % down.
-3. Hara et al. 2016, Sci Rep 6:37707.
+3. Hara et al. 2016, Sci Rep 6:37707, abstract; the numbers as public programs have them.
 4. Rajagopal et al. 2016, IEEE Trans Biomed Eng 63:2068-2079; `Rajagopal2016.osim`.
 5. opensim-models, Gait2392_Simbody and the marker set of its set-up.
 """
