@@ -18,6 +18,7 @@ from gaitval.metrics.recorded import from_kinds
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.tolerances import UNITS, Measure, measured
+from gaitval.metrics.torques import TORQUES
 from gaitval.metrics.typed import array
 from gaitval.metrics.unrecorded import UNRECORDED, step_width_measure
 from gaitval.metrics.validation import (
@@ -130,7 +131,7 @@ def _implied(metrics: Metrics) -> list[Measure]:
     only_in_the_walk = [
         # the file has no unfiltered or uncut data, from which these would follow
         *(measured("unfiltered_force_rmse", f"vertical_{side}", None) for side in "rl"),
-        *(measured(*each, None) for each in UNRECORDED),
+        *(measured(*each, None) for each in (*UNRECORDED, *TORQUES)),
     ]
     (width,) = (row for row in walk.spatiotemporal if row.name == "step_width")
     return [
