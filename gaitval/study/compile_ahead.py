@@ -30,6 +30,7 @@ def walk() -> None:
     from gaitval.inverse.motion_rates import root_states
     from gaitval.metrics.cycles import find_cycles
     from gaitval.metrics.push_recovery import Push, survive_together, trials, without_drift
+    from gaitval.metrics.torques import ground_rows, mechanical_energy
     from gaitval.metrics.walk_muscles import walk_motion
     from gaitval.model.parameters import nominal_parameters
     from gaitval.musculature.gait import muscles_of
@@ -56,12 +57,14 @@ def walk() -> None:
         record_rollout(environment, policy, mu=mu, start_phase=0.0, cycles=0.1)
     free = without_drift(task)
     survive_together(WalkingGroup([free] * 8), trials(free, policy, mu, [Push(0.0, 0.0, 1.0)]))
-    # a whole cycle, whose muscles are found
+    # a whole cycle, whose feet and muscles are looked at
     followed = WalkingTask.of(model, record, configuration)
     environment = WalkingEnvironment(followed, engine="compiled")
     walked = record_rollout(environment, policy, mu=mu, start_phase=0.0, cycles=4.0)
     all_cycles = {"validation": configuration.validation.model_copy(update={"settling_cycles": 0})}
     cycles = find_cycles(walked, configuration.model_copy(update=all_cycles))
+    ground_rows(walked, model)
+    mechanical_energy(walked, model, 0)
     muscles_of([walk_motion(walked, cycles, model, height=subject.height_m)])
 
 
