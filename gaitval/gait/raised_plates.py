@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.errors import RecordError
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.foot_markers import foot_markers
 from gaitval.mocap.recording import Plate, Recording
@@ -38,7 +39,11 @@ def without_raised(
     heights = [_height(plate) for plate in recording.plates]
     if not np.isfinite(heights).any():
         return recording, ()
-    feet = [each.outline[..., 2] for each in foot_markers(recording, landmarks).values()]
+    try:
+        seen = foot_markers(recording, landmarks)
+    except RecordError:  # said when joints and events are found, with all that is missing
+        return recording, ()
+    feet = [each.outline[..., 2] for each in seen.values()]
     floor = float(np.nanpercentile(np.concatenate(feet, axis=1), 100.0 - USUAL))
     lowest = [each[np.isfinite(each).any(axis=1)] for each in feet]
     reached = max(float(np.percentile(np.nanmin(each, axis=1), USUAL)) for each in lowest)
