@@ -37,6 +37,7 @@ from gaitval.reference.dynamic_fit import (
     Solution,
     fit_problem,
     solve_problem,
+    with_softer_friction,
 )
 from gaitval.reference.motion import FEED_FORWARD, HARMONICS, ReferenceMotion, build_reference
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
@@ -133,6 +134,8 @@ class BodyFit:
             from gaitval.model.extended import EXTENDED
 
             self.extended = EXTENDED
+        # The walker's friction has minima a hair apart, between which bodies would be compared.
+        contact = with_softer_friction(contact)
         self.reference = build_reference(record, model, contact)
         self.prior_mean, self.prior_sd = nominal_parameters(), np.asarray(prior_sd, dtype=float)
         self._model, self._contact, self._noise = model, contact, noise

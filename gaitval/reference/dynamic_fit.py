@@ -683,9 +683,14 @@ def _with_softer_friction(problem: Problem, contact: ContactSettings) -> Bodies:
     """What a `problem` of this body and contact begins with: friction that needs more slip. From
     far away, feet that slip more than friction needs are as good as feet that hold.
     """
-    soft = {"transition_velocity": max(EASY_TRANSITION, contact.transition_velocity)}
-    law = contact_law(contact.model_copy(update=soft), NOMINAL_FRICTION)
+    law = contact_law(with_softer_friction(contact), NOMINAL_FRICTION)
     return lambda common: (problem.bodies(common)[0], law)
+
+
+def with_softer_friction(contact: ContactSettings) -> ContactSettings:
+    """The same `contact`, whose friction needs a slip of at least `EASY_TRANSITION`."""
+    soft = max(EASY_TRANSITION, contact.transition_velocity)
+    return contact.model_copy(update={"transition_velocity": soft})
 
 
 def fitted(
