@@ -42,3 +42,10 @@ def in_words(
     if method == "shared":  # of another method the walker has another body
         said = f"{said} {walker_words(found, two_legs)}"
     return {"method": method, "said": said, "bars": shown}
+
+
+def of_scaled_walker(said: str) -> str:
+    """The same sentences of a body that no walk came nearer with, and that the walker has not."""
+    from gaitval.identification.body_words import AS_SCALED
+
+    return f"{said.partition(' The walker has ')[0]} {AS_SCALED}"

@@ -53,10 +53,13 @@ def sentences(found: Shared, model: BodyModel) -> str:
     return f"{length} ({before}){added}. {_difference(found.legs)}. {fit}."
 
 
+AS_SCALED: Final = "The walker has the body as scaled."
+
+
 def walker_words(found: Shared, two_legs: bool) -> str:
     """A sentence: which body the walker has, by which rule, and how often that is nearer."""
     if not helps(found):
-        return "The walker has the body as scaled."
+        return AS_SCALED
     legs = "legs that differ so" if two_legs else "equal legs (identification.two_legs)"
     return (
         f"The walker has the found body and {legs}: on average it is nearer to the truth than the "

@@ -73,7 +73,7 @@ def recorded_activations(
     seen: Mapping[str, Electromyograms],
     weight: float,
 ) -> dict[str, dict[Side, RecordedActivation]]:
-    """What `gait.muscles_of` is to stay near, with `weight`, of `seen` by the trial's name:
+    """What `muscles_of` is to stay near, with `weight`, of `seen` by the trial's name:
     envelopes as large as the activations of `found`, which knew nothing of them.
     """
     names = table().names

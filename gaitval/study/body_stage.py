@@ -7,6 +7,7 @@ from typing import Final
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.reporting.body_bars import FILE
+from gaitval.study.inputs import body_parameters
 from gaitval.study.stage import Run, Stage
 
 FOUND: Final = "rounds/1/identification/identification.json"
@@ -21,7 +22,10 @@ def stage(run: Run) -> Stage:
     return Stage(
         "body",
         lambda: write(run),
-        inputs=("subject.toml", "model.urdf", FOUND if shared else "reference.npz"),
+        inputs=(
+            *("subject.toml", "model.urdf"),
+            *((FOUND, "identification.json") if shared else ("reference.npz",)),
+        ),
         outputs=(FILE,),
         values={
             **run.sections("contact", "record", "noise"),
@@ -34,7 +38,7 @@ def write(run: Run) -> None:
     """Write `FILE` into the folder of `run`."""
     # all of these here: a run asks for its stages before it does anything
     from gaitval.identification.begin import begin
-    from gaitval.identification.body_report import in_words
+    from gaitval.identification.body_report import in_words, of_scaled_walker
     from gaitval.identification.default import WORDS
     from gaitval.identification.offsets import offset_of
     from gaitval.identification.prior import prior_sd
@@ -45,7 +49,10 @@ def write(run: Run) -> None:
 
     model, settings = read_urdf(run.folder / "model.urdf"), run.configuration.identification
     if settings.method == "shared":  # the identification is of the same posterior
-        write_json(run.folder / FILE, read_json(run.folder / FOUND)[WORDS])
+        words, used = read_json(run.folder / FOUND)[WORDS], run.folder / "identification.json"
+        if body_parameters(used).tolist() == body_parameters(used, "nominal").tolist():
+            words |= {"said": of_scaled_walker(words["said"])}  # not used, see `choose_stage`
+        write_json(run.folder / FILE, words)
         return
     own = "moments" in quantities_known(run.subject, run.configuration.record)
     paper = run.configuration.model_copy(

@@ -78,7 +78,7 @@ def test_both_reports_are_there_where_a_device_fails(
     assert "1 of 1 figures of devices moved by more than their margin" in message.getvalue()
     assert (tmp_path / "out" / "devices.html").is_file()
     assert (tmp_path / "out" / "comparison.html").is_file()
-    assert "0 of 131 measures got worse" in done.output
+    assert "0 of 149 measures got worse" in done.output
 
 
 def test_all_that_got_worse_is_said(device: Device, message: io.StringIO, tmp_path: Path) -> None:
