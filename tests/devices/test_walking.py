@@ -283,7 +283,7 @@ def test_the_ground_acts_under_the_feet_of_a_walker_that_was_moved(person):
     task = with_devices(person.task, load_devices("below_knee"))
     environment = DeviceEnvironment(task)
     found = walk_with(environment, person.policy, mu=person.mu, cycles=1.2).rollout
-    assert np.hypot(*environment.shift) > 0.02
+    assert np.hypot(*environment.shift) > 0.01
     feet, _ = ground_again(found, task, found.velocities)
     loaded = feet[..., 2] > 100.0
     loaded[:50] = False

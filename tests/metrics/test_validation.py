@@ -32,7 +32,7 @@ from gaitval.metrics.walk_results import Endurance, PushRecovery
 RECORD = synthetic_record()
 SUBJECT = load_subject("S05")
 CONFIGURATION = sharp_filter(cycles=20, start_phases=(0.0, 0.5))
-NOT_OF_A_MADE_UP_BODY = ("step-length", "step-width")
+NOT_OF_A_MADE_UP_BODY = ("step-length", "step-width", "knee-range")
 """The angles of the record are not those of legs that stand on the ground."""
 
 

@@ -1,10 +1,17 @@
 """The joint servos' stiffness and the tables of the reference that they follow."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED
-from gaitval.simulation.servo import REFERENCE_MASS, reference_tables, servo_stiffness
+from gaitval.simulation.servo import (
+    FEED_FORWARD_HZ,
+    REFERENCE_MASS,
+    reference_tables,
+    servo_stiffness,
+)
 
 
 def test_servo_gains_are_scaled_with_the_mass(task):
@@ -25,4 +32,16 @@ def test_reference_tables_close_the_cycle(task):
     tables = reference_tables(task.reference, 0.5)
     for table in tables:
         np.testing.assert_array_equal(table[0], table[-1])
-    np.testing.assert_array_equal(tables.moments[:-1], 0.5 * task.reference.moments)
+
+
+def test_what_is_fed_forward_is_what_muscles_give(task):
+    """Half of a moment that alternates at the limit's frequency, all of a slow one."""
+    count, stride = len(task.reference.moments), task.reference.stride_time
+    phase = np.arange(count)[:, None] / count
+    slow, fast = 1, round(FEED_FORWARD_HZ * stride)
+    kept = 1.0 / (1.0 + (fast / stride / FEED_FORWARD_HZ) ** 8)
+    assert 0.4 < kept < 0.6
+    for harmonic, share in ((slow, 1.0), (fast, kept), (10 * fast, 0.0)):
+        wave = np.cos(2 * np.pi * harmonic * phase) * np.ones(task.reference.moments.shape[1])
+        tables = reference_tables(replace(task.reference, moments=wave), 0.5)
+        np.testing.assert_allclose(tables.moments[:-1], 0.5 * share * wave, atol=1e-6)

@@ -5,13 +5,14 @@ import numpy as np
 
 def restless(environment, seed, **options):
     """Reset and three random actions: a state away from the reference. Returns what the last
-    step returned, and its action."""
+    step returned, and the action that has entered by then."""
     environment.reset(seed=seed, options={"push": None, **options})
-    random = np.random.default_rng(seed)
+    random, entered = np.random.default_rng(seed), np.zeros(26)
     for _ in range(3):
         action = random.normal(0.0, 0.5, 26).astype(np.float32)
         result = environment.step(action)
-    return (*result, action)
+        entered += environment.entering * (action - entered)
+    return (*result, entered)
 
 
 def reference_at(task, phase, table):
