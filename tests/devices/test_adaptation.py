@@ -110,9 +110,9 @@ def test_an_added_mass_needs_its_weight_from_the_ground(person, plain):
     rows = slice(600, 2200)  # whole steps, without the ends
     assert more[rows, :, 2].sum(axis=1).mean() == pytest.approx(6.0 * 9.81, rel=0.05)
     # a foot in the air carries nothing of it
-    swing = plain.rollout.ground_reaction[..., 2] == 0.0
+    swing = np.abs(plain.rollout.ground_reaction[..., 2]) < 0.05  # N, what the smooth law leaves
     assert swing[rows].any(axis=0).all()
-    assert np.abs(more[swing]).max() == 0.0
+    assert np.abs(more[swing]).max() < 0.05
 
 
 def test_the_ankle_carries_the_further_force_of_the_ground(person, plain):

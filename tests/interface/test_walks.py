@@ -55,7 +55,8 @@ def test_references_are_fitted_and_walked_with_one_thread_of_linear_algebra(
         gv.reference_motion(policy.subject)
         gv.rollout(StoredPolicy.load(policy.folder), cycles=0.1)
         StoredPolicy.load(policy.folder).task  # noqa: B018  fitted, and not walked
-    assert threads == [{1}] * 5
+    assert len(threads) >= 4  # one more where the walker has another body than the scaled one
+    assert threads == [{1}] * len(threads)
 
 
 def test_the_reference_motion_of_a_policy_is_built_once(

@@ -36,6 +36,7 @@ def noise(seed, scale=0.3):
     """Environment 0 is thrown about until it falls."""
     scales = np.where(np.arange(COUNT) == 0, 4.0, scale)[:, None]
     normal = np.random.default_rng(seed).standard_normal((STEPS, COUNT, 26))
+    normal[:, 0] = np.abs(normal[:, 0])  # what alternates hardly enters
     return (scales * normal).astype(np.float32)
 
 

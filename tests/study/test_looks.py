@@ -17,6 +17,9 @@ class Heard(Observer):
         self.lines.append(message)
 
 
+USUAL = {"language": "en", "paper": "a4", "convention": "isb"}
+
+
 def opened(folder: Path, *settings: str, config: Path | None = None) -> tuple[dict, list[str]]:
     """What `configuration.toml` says of the pages after a command, and what was said."""
     heard = Heard()
@@ -28,23 +31,23 @@ def opened(folder: Path, *settings: str, config: Path | None = None) -> tuple[di
 
 
 def test_language_and_paper_stay_until_they_are_asked_anew(tmp_path: Path) -> None:
-    assert opened(tmp_path) == ({"language": "en", "paper": "a4"}, [])
-    german = {"language": "de", "paper": "letter"}
+    assert opened(tmp_path) == (USUAL, [])
+    german = {**USUAL, "language": "de", "paper": "letter"}
     assert opened(tmp_path, "report.language=de", "report.paper=letter") == (german, [])
     assert opened(tmp_path, "seed=1") == (
         german,
         ["report: language de, paper letter, as last asked for"],
     )
     assert opened(tmp_path, "report.language=en") == (
-        {"language": "en", "paper": "letter"},
+        {**USUAL, "paper": "letter"},
         ["report: paper letter, as last asked for"],
     )
     config = tmp_path / "mine.toml"
     config.write_text('[report]\npaper = "a4"\n', encoding="utf-8")
-    assert opened(tmp_path, config=config) == ({"language": "en", "paper": "a4"}, [])
+    assert opened(tmp_path, config=config) == (USUAL, [])
 
 
 @pytest.mark.parametrize("stored", ["[report", "report = 3", '[report]\nlanguage = "xx"', ""])
 def test_settings_that_cannot_be_read_are_written_anew(tmp_path: Path, stored: str) -> None:
     (tmp_path / "configuration.toml").write_text(stored, encoding="utf-8")
-    assert opened(tmp_path) == ({"language": "en", "paper": "a4"}, [])
+    assert opened(tmp_path) == (USUAL, [])

@@ -30,6 +30,8 @@ PARSING: Final = frozenset(("tomllib.loads", "pickle.loads", "marshal.loads", "E
 GATE: Final = "file_gate"
 OWN: Final = {
     "gaitval/apps/cohort/store.py:read": "object storage, of which it reads so many bytes",
+    "gaitval/compiled_cache.py:get_source_stamp": "the package's own code",
+    "gaitval/reporting/page.py:fetch": "fonts of matplotlib, by names of ours",
     "gaitval/apps/cohort/process.py:peak_memory": "the system's own file on this process",
     "gaitval/datasets/registry.py:registry": "registry.toml of the package",
     "gaitval/apps/export/mujoco_folder.py:write_mujoco": "a script of the package",
@@ -57,7 +59,6 @@ OWN: Final = {
     "gaitval/partial_files.py:remove_abandoned": "locks a file, and reads nothing",
     "gaitval/plugins.py:of_ending": "loads what a distribution registers, and reads no file",
     "gaitval/reporting/checklist.py:checklist": "checklist.toml of the package",
-    "gaitval/reporting/page.py:_font_faces": "fonts of the package",
     "gaitval/reporting/translated.py:_catalogue": "catalogues of the package",
     "gaitval/study/stage.py:_undone": "a run's own files, which are put back as they were",
     "gaitval/scaling/marker_sets.py:_builtin": "marker sets of the package",

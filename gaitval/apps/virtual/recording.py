@@ -206,6 +206,8 @@ def _standing(
     attached: list[ModelMarker] = []
     for name, marker in marker_set.markers.items():
         frame = frames[SEGMENTS.index(marker.segment)]
+        if marker.landmark is not None and marker.landmark not in landmarks:
+            continue  # a crest, which stands for spines that this person shows
         if marker.landmark is not None:
             places[name] = landmarks[marker.landmark]
         else:
