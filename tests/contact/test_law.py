@@ -51,7 +51,7 @@ def test_laws_read_settings_that_exist_and_none_has_anothers():
 @pytest.mark.parametrize("name", LAWS)
 def test_each_setting_of_a_law_changes_its_force(name):
     """So none is a setting without effect, and none acts through its place in a row."""
-    moving = 0.01, (0.1, -0.05, -0.2)
+    moving = 0.01, (0.05, -0.025, -0.2)
     before = force(law_of(name), *moving)[0]
     for setting in LAWS[name]().settings:
         value = 0.7 * getattr(ContactSettings(), setting)
