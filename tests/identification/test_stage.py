@@ -6,16 +6,16 @@ from types import SimpleNamespace
 import pytest
 from body_result import MODEL, made_up
 
-from gaitval.artefacts import write_json
+from gaitval.artefacts import read_json, write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_report import bars, in_words
-from gaitval.identification.body_words import sentences, walker_words
+from gaitval.identification.body_words import AS_SCALED, sentences, walker_words
 from gaitval.identification.default import WORDS
 from gaitval.identification.offsets import offset_of
 from gaitval.metrics.results import read_metrics
-from gaitval.model.parameters import PARAMETERS
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.model.urdf import write_urdf
 from gaitval.reporting import body_bars
 from gaitval.reporting.report import _parameters
@@ -64,6 +64,14 @@ def test_a_study_that_walks_with_this_posterior_says_what_it_identified(written,
     (folder / body_stage.FOUND).parent.mkdir(parents=True)
     write_json(folder / body_stage.FOUND, {WORDS: in_words(found, MODEL, "shared")})
     before, *_ = body_bars.shown(folder)
+    used, nominal = folder / "identification.json", nominal_parameters().tolist()
+    stored = read_json(STORED.parent / "identification.json")
+    write_json(used, stored | {"identified": nominal, "nominal": nominal})
+    body_stage.write(run_in(folder, "shared"))
+    # no walk came nearer with the found body
+    assert body_bars.shown(folder)[0]["said"] == f"{before['said']} {AS_SCALED}"
+    another = (0.99 * nominal_parameters()).tolist()
+    write_json(used, stored | {"identified": another, "nominal": nominal})
     body_stage.write(run_in(folder, "shared"))
     texts, _, draw = body_bars.shown(folder)
     # and whose body the walker has, which is another's by another method
