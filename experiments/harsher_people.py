@@ -27,11 +27,12 @@ import numpy as np
 
 from experiments.bodies import as_scaled, fit_of, person_of
 from experiments.harsh_people import leg
+from gaitval.apps.virtual.harsh import with_arms_swung
 from gaitval.apps.virtual.person import as_subject, drawn_parameters, seen, walked, with_errors
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import Configuration, ContactSettings, load_configuration
-from gaitval.coordinates import ARM, COORDINATES, SIDES
+from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycle_curves import Curves
@@ -42,7 +43,7 @@ from gaitval.measurement.sources import NINETY
 from gaitval.model.body import BodyModel, Segment
 from gaitval.model.extended import extended_body
 from gaitval.policy.storage import Policy, load_start
-from gaitval.reference.motion import ReferenceMotion, moved
+from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -123,13 +124,7 @@ class HarsherFaults:
 
     def motion(self, reference: ReferenceMotion, model: BodyModel) -> ReferenceMotion:
         """The motion with arms that swing otherwise."""
-        positions, velocities = reference.positions.copy(), reference.velocities.copy()
-        for name in (f"{joint}_{side}" for joint in ARM for side in "rl"):
-            column = COORDINATES.index(name)
-            mean = positions[:, column].mean()
-            positions[:, column] = mean + self.arms * (positions[:, column] - mean)
-            velocities[:, column] *= self.arms
-        return moved(reference, model, positions, velocities)
+        return with_arms_swung(reference, model, self.arms)
 
 
 def drawn_faults(random: np.random.Generator, number: int) -> HarsherFaults:

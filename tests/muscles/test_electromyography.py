@@ -1,31 +1,26 @@
 """Electromyograms: names of channels, envelopes, agreement, staying near; and settings, once."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from known_walk import known_walk
+from known_walk import loaded_walk
 
 import gaitval as gv
 from gaitval.apps.muscles.sharing import MuscleSettings, shared_motions
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.gait.electromyograms import muscle_of, read_electromyograms
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.musculature.electromyography import DELAY
-from gaitval.musculature.gait import LoadedMotion, muscles_of
+from gaitval.musculature.gait import muscles_of
 from gaitval.musculature.paths import COORDINATES, table
 
 
 @pytest.fixture(scope="module")
 def motion():
-    walk = known_walk()
-    dynamics = inverse_dynamics(
-        walk.model, walk.time, walk.positions, walk.force, walk.point, walk.free_moment,
-        kinematics=walk.kinematics,
-    )  # fmt: skip
-    span = (float(walk.time[0]), float(walk.time[-1]))
-    return LoadedMotion("walk.trc", walk.model, 1.75, walk.positions, dynamics, {"right": [span]})
+    walk = loaded_walk()
+    return replace(walk, name="walk.trc", cycles={"right": walk.cycles["right"]})
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
-from known_walk import known_walk
+from known_walk import HEIGHT, loaded_walk
 
 from gaitval.apps.judge.muscles import judge_muscles
 from gaitval.apps.muscles.write import reserves
@@ -15,12 +15,11 @@ from gaitval.coordinates import ACTUATED
 from gaitval.errors import ArtefactError, ModelError, RecordError
 from gaitval.gait.cycles import GaitCycle
 from gaitval.importing.stored_motions import _in_table, _knees
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage
 from gaitval.model.markers import MARKERS, save_markers
 from gaitval.musculature import share
 from gaitval.musculature.forces import FALL, RISE, RecordedActivation
-from gaitval.musculature.gait import CONTACTS, SOURCES, LoadedMotion, muscles_of, part_of
+from gaitval.musculature.gait import CONTACTS, SOURCES, muscles_of, part_of
 from gaitval.musculature.mapping import leg_loads, published_angles, sizes
 from gaitval.musculature.own_coordinates import own_lengths, plain_paths
 from gaitval.musculature.paths import COORDINATES, table
@@ -29,20 +28,14 @@ from gaitval.opensim.muscle_motion import write_storages
 from gaitval.opensim.osim import write_osim
 from gaitval.simulation.mujoco_muscles import muscle_mjcf
 
-HEIGHT = 1.75
-
 
 @pytest.fixture(scope="module")
 def motion():
-    walk = known_walk()
-    dynamics = inverse_dynamics(
-        walk.model, walk.time, walk.positions, walk.force, walk.point, walk.free_moment,
-        kinematics=walk.kinematics,
-    )  # fmt: skip
-    start, end = float(walk.time[0]), float(walk.time[-1])
+    walk = loaded_walk()
+    ((start, end),) = walk.cycles["right"]
     middle = (start + end) / 2
     cycles = {"right": [(start, middle), (middle, end)], "left": [(start, end)]}
-    return LoadedMotion("walk", walk.model, HEIGHT, walk.positions, dynamics, cycles)
+    return replace(walk, cycles=cycles)
 
 
 @pytest.fixture(scope="module")

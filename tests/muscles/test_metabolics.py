@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from known_walk import known_walk
+from known_walk import loaded_walk
 
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.musculature.forces import rate
-from gaitval.musculature.gait import LoadedMotion, muscles_of
+from gaitval.musculature.gait import muscles_of
 from gaitval.musculature.leg_metabolics import fibre_states, fibres_of, muscle_rates
 from gaitval.musculature.metabolics import DENSITY, MODELS, REST, Fibres, FibreStates, slow_shares
 from gaitval.musculature.paths import table
@@ -75,14 +74,7 @@ def test_slow_fibres_are_of_muscles_that_there_are():
 
 @pytest.fixture(scope="module")
 def motion():
-    walk = known_walk()
-    dynamics = inverse_dynamics(
-        walk.model, walk.time, walk.positions, walk.force, walk.point, walk.free_moment,
-        kinematics=walk.kinematics,
-    )  # fmt: skip
-    start, end = float(walk.time[0]), float(walk.time[-1])
-    cycles = {"right": [(start, end)], "left": [(start, end)]}
-    return LoadedMotion("walk", walk.model, 1.75, walk.positions, dynamics, cycles, speed=1.2)
+    return replace(loaded_walk(), speed=1.2)
 
 
 @pytest.fixture(scope="module")

@@ -15,10 +15,12 @@ from gaitval.inverse.motion_rates import Kinematics, cardan_coordinates
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames
+from gaitval.musculature.gait import LoadedMotion
 from gaitval.reference.motion import ReferenceMotion, build_reference
 from gaitval.scaling.scaling import scale_subject
 
 RATE = 150.0
+HEIGHT = 1.75
 HARMONICS = 8
 """Of a stride of 1.1 s: up to 7 Hz, what a filter at 6 Hz leaves of a recording."""
 
@@ -166,3 +168,15 @@ def known_walk(
         model, time, positions, force, point, free_moment, kinematics=kinematics
     ).moments
     return KnownWalk(model, time, kinematics, force, point, free_moment, moments)
+
+
+def loaded_walk() -> LoadedMotion:
+    """`known_walk` with its moments, as muscles take it: a cycle of each side as long as it."""
+    walk = known_walk()
+    dynamics = inverse_dynamics(
+        walk.model, walk.time, walk.positions, walk.force, walk.point, walk.free_moment,
+        kinematics=walk.kinematics,
+    )  # fmt: skip
+    span = float(walk.time[0]), float(walk.time[-1])
+    cycles = {side: [span] for side in SIDES}
+    return LoadedMotion("walk", walk.model, HEIGHT, walk.positions, dynamics, cycles)

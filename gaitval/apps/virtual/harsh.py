@@ -119,13 +119,18 @@ class Faults:
 
     def motion(self, reference: ReferenceMotion, model: BodyModel) -> ReferenceMotion:
         """The motion with arms that swing otherwise."""
-        positions, velocities = reference.positions.copy(), reference.velocities.copy()
-        for name in (f"{joint}_{side}" for joint in ARM for side in "rl"):
-            column = COORDINATES.index(name)
-            mean = positions[:, column].mean()
-            positions[:, column] = mean + self.arms * (positions[:, column] - mean)
-            velocities[:, column] *= self.arms
-        return moved(reference, model, positions, velocities)
+        return with_arms_swung(reference, model, self.arms)
+
+
+def with_arms_swung(reference: ReferenceMotion, model: BodyModel, factor: float) -> ReferenceMotion:
+    """The motion of the body `model`, with arms that swing `factor` times as far."""
+    positions, velocities = reference.positions.copy(), reference.velocities.copy()
+    for name in (f"{joint}_{side}" for joint in ARM for side in "rl"):
+        column = COORDINATES.index(name)
+        mean = positions[:, column].mean()
+        positions[:, column] = mean + factor * (positions[:, column] - mean)
+        velocities[:, column] *= factor
+    return moved(reference, model, positions, velocities)
 
 
 @dataclass(frozen=True)
