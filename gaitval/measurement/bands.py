@@ -207,15 +207,15 @@ def half_holding(away: Array, deviation: Array) -> Array:
     a standard `deviation`; of any shape, one unit. From `NINETY` deviations, at none away, to away
     and 1.28 of them.
     """
-    size = np.maximum(deviation, np.finfo(float).tiny)
-    ahead = np.abs(away) / size
-    low, high = ahead, ahead + NINETY
+    away = np.abs(away)
+    size = np.where(deviation > 0.0, deviation, 1.0)
+    low, high = away, away + NINETY * deviation
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         # Of both tails the far one matters only near none away.
-        enough = ndtr(middle - ahead) - ndtr(-middle - ahead) >= _HELD
+        enough = ndtr((middle - away) / size) - ndtr(-(middle + away) / size) >= _HELD
         low, high = np.where(enough, low, middle), np.where(enough, middle, high)
-    return np.asarray(high * size)
+    return np.where(deviation > 0.0, high, away)
 
 
 def _add(parts: dict[str, _BandCurves], source: str, moved: _BandCurves) -> None:
