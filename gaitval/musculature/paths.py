@@ -166,10 +166,13 @@ def table() -> PathTable:
     ):
         arrays = {name: stored[name] for name in stored.files}
     rows = json.loads(arrays["about"].tobytes().decode())["muscles"]
+    refitted = files("gaitval.musculature").joinpath("passive.json").read_text("utf-8")
+    passive: dict[str, tuple[float, float]] = json.loads(refitted)
     muscles: list[Muscle] = []
     groups: dict[tuple[tuple[int, ...], bytes], tuple[Array, list[_Member]]] = {}
     for index, row in enumerate(rows):
         name, own = row["name"], tuple(COORDINATES.index(c) for c in row["coordinates"])
+        start, full = passive.get(name, (row["passive_from"], row["passive_to"]))
         muscles.append(
             Muscle(
                 name=name,
@@ -178,8 +181,8 @@ def table() -> PathTable:
                 optimal_fibre=row["optimal_fibre_m"],
                 tendon_slack=row["tendon_slack_m"],
                 pennation=row["pennation_rad"],
-                passive_from=row["passive_from"],
-                passive_to=row["passive_to"],
+                passive_from=start,
+                passive_to=full,
             )
         )
         powers = arrays[f"{name}/powers"].astype(np.int64)
