@@ -140,8 +140,8 @@ def main() -> None:
     for label, a, b in (("published", start, full), ("fitted", own, most)):
         side = neutral.moments(a, b)
         print(
-            f"{label}: hip {rms(moved.moments(a, b)[:, 0] - wanted):.1f} Nm from Silder (RMS), knee "
-            f"{rms(side[:, KNEE] - knee):.1f} from the published; in neutral adduction "
+            f"{label}: hip {rms(moved.moments(a, b)[:, 0] - wanted):.1f} Nm from Silder (RMS), "
+            f"knee {rms(side[:, KNEE] - knee):.1f} from the published; in neutral adduction "
             f"{rms(side[:, 1]):.1f}, rotation {rms(side[:, 2]):.1f}"
         )
         for i in range(0, len(hips), 2):
