@@ -307,7 +307,7 @@ def _walk(
         *rmse_measures(errors),
         *skill_measures(errors, of.guesses),
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
-        *unrecorded(rollout, cycles, mass=of.model.mass),
+        *unrecorded(rollout, cycles, mass=of.model.mass, ground=of.model.ground),
         *torque_measures(rollout, cycles, model=of.model, height=of.height),
         step_width_measure(
             stride["step_width"], of.leg_length, of.recorded.spatiotemporal.step_width
