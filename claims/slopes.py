@@ -6,14 +6,12 @@ level by the same route. What is known is kept below `work`, so that a run which
 """
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 import claims
-from claims import Claim
 from claims.rows import STARTED
 
 if TYPE_CHECKING:

@@ -52,7 +52,9 @@ def curve(coefficients: np.ndarray, stride: float, slope: float, phase: np.ndarr
     k = 2.0 * np.pi * np.outer(phase, np.arange(1, HARMONICS + 1))
     series = np.hstack([np.ones((len(phase), 1)), np.cos(k), np.sin(k)])
     table = coefficients.reshape(series.shape[1], 3, 3)
-    return np.asarray(np.einsum("pf,fls,l,s->p", series, table, _bernstein(stride), _bernstein(slope)))
+    return np.asarray(
+        np.einsum("pf,fls,l,s->p", series, table, _bernstein(stride), _bernstein(slope))
+    )
 
 
 def main() -> None:

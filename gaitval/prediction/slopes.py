@@ -25,7 +25,7 @@ from gaitval.errors import ConfigurationError
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord, PeriodicCurve, periodic_through
 from gaitval.model.body import BodyModel
-from gaitval.model.devices.composite import fitted
+from gaitval.model.devices.composite import fitted, parallel_axes, part_place
 from gaitval.model.devices.loads import trunk_load
 from gaitval.model.ground import Ground
 from gaitval.model.parameters import NOMINAL_FRICTION
@@ -125,6 +125,23 @@ def body_on(model: BodyModel, settings: RecordSettings) -> BodyModel:
     return replace(laden, ground=ground_of(settings))
 
 
+def body_without(model: BodyModel, settings: RecordSettings) -> BodyModel:
+    """The person's own body of `model`, which `body_on` gave the load of `settings`; as muscles
+    know it.
+    """
+    if not settings.load:
+        return model
+    torso, whole = model["torso"], model.mass / (1.0 + settings.load / 100.0)
+    (vest,) = trunk_load(settings.load, whole).parts
+    place, inertia = part_place(vest, torso, model)
+    mass = torso.mass - vest.mass
+    centre = (torso.mass * torso.centre_of_mass - vest.mass * place) / mass
+    own = torso.inertia - inertia - vest.mass * parallel_axes(place - torso.centre_of_mass)
+    own = own - mass * parallel_axes(centre - torso.centre_of_mass)
+    bare = replace(torso, mass=mass, centre_of_mass=centre, inertia=own)
+    return replace(model, segments=tuple(bare if s.name == "torso" else s for s in model.segments))
+
+
 def friction_needed(record: GaitRecord) -> float:
     """Friction coefficient that the forces of a `record`, in the ground's axes, ask for: the most
     shear over normal force of a foot that carries at least `LOADED`.
@@ -135,6 +152,13 @@ def friction_needed(record: GaitRecord) -> float:
         carries = z > LOADED
         needed = max(needed, float((np.hypot(x, y)[carries] / z[carries]).max(initial=0.0)))
     return needed
+
+
+def _flatter(settings: RecordSettings, share: float) -> RecordSettings:
+    """The `settings` with a `share` of their slopes."""
+    return settings.model_copy(
+        update={"slope": share * settings.slope, "cross_slope": share * settings.cross_slope}
+    )
 
 
 def check_ground(
@@ -151,13 +175,22 @@ def check_ground(
     steep = float(np.degrees(np.arctan(ground.steepness)))
     needed = friction_needed(on_ground(record, settings))
     if needed > sliding and not ground.level:
-        level = friction_needed(record)
+        less = [
+            share
+            for share in np.linspace(0.0, 1.0, 21)[:-1]
+            if friction_needed(on_ground(record, _flatter(settings, float(share)))) <= sliding
+        ]
+        mend = (
+            f"Give a slope of at most {max(less) * settings.slope:+.1f} %, or a ground with more "
+            "friction."
+            if less
+            else "On the level they would slide, too: give a ground with more friction."
+        )
         raise ConfigurationError(
             f"--slope {settings.slope:g}: to walk on {ground} ({steep:.1f} degrees) the feet need a "
-            f"friction coefficient of {needed:.2f}, by this person's forces ({level:.2f} on the "
-            f"level), but between foot and ground it is {sliding:.2f} (body parameter friction, "
-            f"times contact.dynamic_to_static). They would slide. Give a slope of at most about "
-            f"{100.0 * max(0.0, sliding - level):.0f} %, or a ground with more friction."
+            f"friction coefficient of {needed:.2f}, by this person's forces of level walking, "
+            f"turned, but between foot and ground it is {sliding:.2f} (body parameter friction, "
+            f"times contact.dynamic_to_static). They would slide. {mend}"
         )
     if steep > STEEPEST + 1e-9:
         most = 100.0 * np.tan(np.deg2rad(STEEPEST))
