@@ -1,8 +1,9 @@
 """Walks on slopes and with loads, predicted from level records, against published people.
 
-Every walk is that of a stored policy, untrained for the slope, on a reference that is fitted to what
-is expected there (`gaitval.prediction.slopes`). What a slope changes is told from the walk on the
-level by the same route. What is known is kept below `work`, so that a run which was stopped goes on.
+Every walk is that of a stored policy, untrained for the slope, on a reference that is fitted to
+what is expected there (`gaitval.prediction.slopes`). What a slope changes is told from the walk on
+the level by the same route. What is known is kept below `work`, so that a run which was stopped
+goes on.
 """
 
 import json

@@ -76,15 +76,15 @@ def predict(
         typer.Option("--force", help="Also beyond 50 % of a speed that was walked; run again."),
     ] = False,
 ) -> None:
-    """Walk at a speed, on a slope or with a load that was not recorded, or a trial that is held out.
+    """Walk at a speed, on a slope or with a load that was not recorded, or a held-out trial.
 
     What is expected at that speed follows from the person's other trials and from how other people
     change with speed. A speed takes a minute. Where the general policy falls, one policy of this
     person first learns a range of speeds (5 minutes, once). With --holdout the walk is compared
     with the trial that was held out, beside predictions that need no model: the nearest trial
     copied, the straight line of two trials, the change of other people added. With --slope or
-    --load, at the recorded speed unless --speed is given, what other people change there is added to
-    the level record, and Newton's law on that ground does the rest.
+    --load, at the recorded speed unless --speed is given, what other people change there is added
+    to the level record, and Newton's law on that ground does the rest.
     """
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import builtin_subjects, load_subject

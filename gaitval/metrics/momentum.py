@@ -13,8 +13,8 @@ over a second is 0.01 % of the weight."""
 
 
 def momentum_residual(rollout: Rollout, mass: float, ground: Ground = LEVEL) -> float | None:
-    """The largest force on a body of `mass` (kg) in `rollout` on a `ground` that ground, gravity and
-    push do not explain, % of body weight; None if it is shorter than two windows.
+    """The largest force on a body of `mass` (kg) in `rollout` on a `ground` that ground, gravity
+    and push do not explain, % of body weight; None if it is shorter than two windows.
 
     Over windows of `EVERY` seconds, each half a window later than the one before: the change of
     momentum less the impulse of all external forces, divided by the duration (Newton's second law,

@@ -47,8 +47,8 @@ def by_kind(curves: Curves) -> dict[Kind, dict[str, Array]]:
 def recorded_part(
     record: GaitRecord, subject: "Subject | None" = None, ground: Ground = LEVEL
 ) -> RecordResult:
-    """The part of `metrics.json` about `record`, which is in the axes of the `ground`; `subject` has
-    the corrections of its plates.
+    """The part of `metrics.json` about `record`, which is in the axes of the `ground`; `subject`
+    has the corrections of its plates.
     """
     phase = np.arange(1000) / 1000
     steps, lengths = record.steps, step_lengths(record)

@@ -19,8 +19,9 @@ AXES: Final = ("forward", "left", "up")
 
 
 def record_centre_of_mass(record: GaitRecord, ground: Ground = LEVEL) -> Array:
-    """Path (101, 3) m of the centre of mass over the right cycle of `record`, in the axes
-    of its `ground`, less its mean and steady travel: the acceleration from the ground reaction, integrated twice as a periodic series.
+    """Path (101, 3) m of the centre of mass over the right cycle of `record`, in the axes of its
+    `ground`, less its mean and steady travel: the acceleration from the ground reaction, integrated
+    twice as a periodic series.
     """
     count = SAMPLES - 1
     phase = np.arange(count) / count

@@ -5,8 +5,9 @@ correction - reads the known record. By default that is the person's record. Wit
 "kinematics"` it has the person's angles, speed, stride time and time of left heel strike; moments,
 forces and stance are those expected of anybody at this speed from other people's. With
 `record.holdout` or `record.speed` it is what the person's other trials predict for another speed
-(`speed`); with `record.slope` or `record.load` what is expected there (`slopes`). What is held out is read by nothing but the comparison, which
-tests/workflows/test_poison.py proves with NaN in its place.
+(`speed`); with `record.slope` or `record.load` what is expected there (`slopes`). What is held out
+is read by nothing but the comparison, which tests/workflows/test_poison.py proves with NaN in its
+place.
 """
 
 from collections.abc import Sequence

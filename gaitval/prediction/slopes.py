@@ -187,8 +187,8 @@ def check_ground(
             else "On the level they would slide, too: give a ground with more friction."
         )
         raise ConfigurationError(
-            f"--slope {settings.slope:g}: to walk on {ground} ({steep:.1f} degrees) the feet need a "
-            f"friction coefficient of {needed:.2f}, by this person's forces of level walking, "
+            f"--slope {settings.slope:g}: to walk on {ground} ({steep:.1f} degrees) the feet need "
+            f"a friction coefficient of {needed:.2f}, by this person's forces of level walking, "
             f"turned, but between foot and ground it is {sliding:.2f} (body parameter friction, "
             f"times contact.dynamic_to_static). They would slide. {mend}"
         )

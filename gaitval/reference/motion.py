@@ -430,8 +430,9 @@ def _pelvis_translation(
     record: GaitRecord, phase: Array, com_offset: Array, foot_offset: Array, up: Array
 ) -> Array:
     """Periodic part of the pelvis position (N, 3), mean zero, at the phases `phase` of a `record`;
-    `up` (3,) is the unit vector against gravity. From the pelvis' origin it is `com_offset` (N, 3) m to the centre of mass, and `foot_offset`
-    (N, 2, 3) m to the right and the left ankle, world axes.
+    `up` (3,) is the unit vector against gravity. From the pelvis' origin it is `com_offset` (N, 3)
+    m to the centre of mass, and `foot_offset` (N, 2, 3) m to the right and the left ankle, world
+    axes.
 
     Least squares over a Fourier series: the centre of mass accelerates as the recorded forces
     require (with their mean scaled to what periodic motion needs), and the flat foot is stationary

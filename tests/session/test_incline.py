@@ -92,9 +92,7 @@ def test_a_whole_import_finds_it_and_its_moments_know_it(gait_data, level, tmp_p
     assert found.body.model.ground.slope == pytest.approx(5.0, abs=0.9)
     assert [message for step, message in said if step == "incline"]
     walk, before = found.trials[0], level.trials[0]
-    residual, was = (
-        np.nanmean(each.dynamics.residual_force, axis=0)[0] for each in (walk, before)
-    )
+    residual, was = (np.nanmean(each.dynamics.residual_force, axis=0)[0] for each in (walk, before))
     # gravity that was not turned would leave 5 % of the weight
     assert abs(residual - was) < 0.015 * request.mass_kg * 9.81
     subject = subject_of(found)

@@ -216,8 +216,8 @@ def test_a_block_slides_down_with_what_friction_leaves_of_gravity(task, ground):
 
 @pytest.mark.parametrize("ground", [Ground(20.0), Ground(-20.0), Ground(0.0, -20.0)], ids=str)
 def test_a_block_that_friction_holds_only_creeps(task, ground):
-    """The ground carries W cos θ along its normal and W sin θ against the slope, at a slip far below
-    that at which friction is exhausted."""
+    """The ground carries W cos θ along its normal and W sin θ against the slope, at a slip far
+    below that at which friction is exhausted."""
     walker = sled_on(task, ground, 0.8, 500)
     recording = Trajectory(1000)
     for _ in range(2):
