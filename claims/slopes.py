@@ -7,15 +7,18 @@ goes on.
 """
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 import claims
+from claims import Claim
 from claims.rows import STARTED
 
 if TYPE_CHECKING:
+    from gaitval.arrays import Array
     from gaitval.configuration import RecordSettings
     from gaitval.simulation.walker import WalkingTask
     from gaitval.study.stored_policy import StoredPolicy
@@ -128,3 +131,194 @@ def _all(given: claims.Given) -> dict[int, dict[str, Any]]:
     folder = given.work / f"slopes-{STARTED}"
     folder.mkdir(parents=True, exist_ok=True)
     return {number: _person(number, folder / f"{number}.json") for number in TEN}
+
+
+def _mean(walks: Mapping[int, Mapping[str, Any]], condition: str, name: str) -> "Array":
+    """Of the people, the mean of a number or curve of their walks in a `condition`."""
+    return np.mean([np.asarray(each[condition][name]) for each in walks.values()], axis=0)
+
+
+def _work(walks: Mapping[int, Mapping[str, Any]], condition: str) -> dict[str, float]:
+    """J/kg that each joint of a leg does in stance, positive and negative, mean of the people, from
+    mean curves.
+    """
+    found: dict[str, float] = {}
+    for joint in _CURVES:
+        done = []
+        for each in walks.values():
+            moment, angle = (
+                np.array(each[condition][f"{kind}_{joint}"]) for kind in ("moments", "angles")
+            )
+            work = 0.5 * (moment[1:] + moment[:-1]) * np.diff(angle)
+            stance = work[:STANCE]
+            done.append([stance[stance > 0.0].sum(), stance[stance < 0.0].sum()])
+        found[f"{joint}+"], found[f"{joint}-"] = np.mean(done, axis=0).tolist()
+    return found
+
+
+def _share(work: Mapping[str, float], joint: str, sign: str) -> float:
+    return work[f"{joint}{sign}"] / sum(work[f"{each}{sign}"] for each in _CURVES)
+
+
+STANCE: Final = 62
+"""% of the cycle."""
+
+
+class Published(NamedTuple):
+    """What a study says of a change from level ground.
+
+    Attributes
+    ----------
+    source, locator : read there.
+    what : the quantity, a key of `_measures`.
+    condition : ours that is nearest.
+    sign : of the change.
+    size, error : its value and standard error, where the study tells both.
+    """
+
+    source: str
+    locator: str
+    what: str
+    condition: str
+    sign: int
+    size: float | None = None
+    error: float | None = None
+
+
+FRANZ: Final = "Franz and Kram (2012), Gait Posture 35:143"
+HONG: Final = "Hong et al. (2014), Gait Posture 39:29"
+MONTGOMERY: Final = "Montgomery and Grabowski (2018), J R Soc Interface 15:20180550"
+PUBLISHED: Final = (
+    Published(FRANZ, "table 1", "step length", "down_10", -1, 100 * (0.93 / 0.98 - 1.0), 1.5),
+    Published(FRANZ, "table 1", "step length", "up_10", 1, 100 * (0.93 / 0.91 - 1.0), 2.4),
+    Published("Kafetzakis et al. (2024), Appl Sci 14:4383", "abstract, -10 %", "step length",
+              "down_10", -1),
+    Published("Sakurai, Kuster and Wood (1994)", "abstract, -19.3 %: 2.60 for 1.16 Nm/kg",
+              "knee extension moment", "down_10", 1),
+    Published(HONG, "abstract: contributions to the first peak unaltered", "support moment",
+              "up_10", 1),
+    Published(HONG, "abstract", "hip extension moment", "up_10", 1),
+    Published(HONG, "abstract", "knee at the first peak", "up_10", 1),
+    Published(HONG, "abstract", "ankle at the first peak", "up_10", 1),
+    Published(MONTGOMERY, "abstract, +9 deg .37 for .33", "hip share +", "up_10", 1),
+    Published(MONTGOMERY, "abstract, +9 deg .29 for .19", "hip share -", "up_10", 1),
+    Published(MONTGOMERY, "abstract, -9 deg .17 for .19", "hip share -", "down_10", -1),
+    Published(MONTGOMERY, "abstract, +9 deg .27 for .42", "ankle share -", "up_10", -1),
+    Published(MONTGOMERY, "abstract, -9 deg .38 for .42", "ankle share -", "down_10", -1),
+)  # fmt: skip
+"""Only what was read, and at slopes that people were measured on; errors of step length by Taylor's
+rule from the standard errors of stride frequency. Strides are an input of the prediction, so the
+first two tell that the walks keep them, and the third is another laboratory's."""
+
+
+def _measures(walks: Mapping[int, Mapping[str, Any]], condition: str) -> dict[str, float]:
+    """Figures of a condition by the names that `PUBLISHED` calls them."""
+    hip, knee, ankle = (-_mean(walks, condition, f"moments_{joint}") for joint in _CURVES)
+    work, first = _work(walks, condition), slice(3, 31)
+    peak = first.start + int(np.argmax((hip + knee + ankle)[first]))
+    return {
+        "step length": float(_mean(walks, condition, "stride_length")),
+        "knee extension moment": float(knee[first].max()),
+        "hip extension moment": float(hip[first].max()),
+        "support moment": float((hip + knee + ankle)[peak]),
+        "knee at the first peak": float(knee[peak]),
+        "ankle at the first peak": float(ankle[peak]),
+        **{
+            f"{joint.split('_')[0]} share {sign}": _share(work, joint, sign)
+            for joint in _CURVES
+            for sign in "+-"
+        },
+    }
+
+
+@claims.measured()
+def walked(given: claims.Given) -> list[Claim]:
+    """People of ten who walk 100 cycles on slopes and with loads, and their walks' balances."""
+    walks = _all(given)
+    rows = []
+    for name in CONDITIONS:
+        stood = [
+            not each[name]["fell"] and each[name]["cycles"] >= 100.0 for each in walks.values()
+        ]
+        rows.append(
+            Claim(f"{name}: people who walk 100 cycles", float(sum(stood)), "people", len(stood))
+        )
+    steep = [name for name, (slope, _) in CONDITIONS.items() if slope]
+    known = [each[name] for each in walks.values() for name in steep if "energy" in each[name]]
+    momentum = [each["momentum"] for each in known]
+    energy = [100.0 * abs(each["energy"]["unexplained"]) / each["work"] for each in known]
+    lifted = [
+        100.0 * abs(each["energy"]["unexplained"] / each["energy"]["change"]) for each in known
+    ]
+    rows.append(Claim("slopes, momentum balance: largest", max(momentum), "% BW", len(known)))
+    rows.append(
+        Claim("slopes, energy balance of the joints' work: largest", max(energy), "%", len(known))
+    )
+    rows.append(
+        Claim("slopes, energy balance of the work against gravity: largest", max(lifted), "%",
+              len(known))
+    )  # fmt: skip
+    return rows
+
+
+@claims.measured()
+def published(given: claims.Given) -> list[Claim]:
+    """Changes on slopes of ten percent against published ones: signs, and sizes where known."""
+    walks = _all(given)
+    level, right, inside = _measures(walks, "level"), [], []
+    for each in PUBLISHED:
+        there = _measures(walks, each.condition)[each.what]
+        change = there - level[each.what]
+        right.append(bool(change * each.sign > 0.0))
+        print(each.what, each.condition, round(level[each.what], 3), round(there, 3),
+              "as" if right[-1] else "NOT AS", each.source, flush=True)  # fmt: skip
+        if each.size is not None and each.error is not None:
+            percent = 100.0 * change / level[each.what]
+            inside.append(abs(percent - each.size) <= 1.96 * each.error)
+    studies = len({each.source for each in PUBLISHED})
+    return [
+        Claim("slopes: published signs", float(sum(right)), f"of {len(right)}", studies),
+        Claim("slopes: sizes within the study's 95 %", float(sum(inside)), f"of {len(inside)}", 1),
+    ]
+
+
+@claims.measured("data")
+def cost(given: claims.Given) -> list[Claim]:
+    """Change of metabolic rate with a vest and on 5 % against Silder's, who were given."""
+    from scipy.stats import spearmanr
+
+    from claims.metabolic import _measured, _middle
+    from gaitval.apps.devices.costs import model_band
+
+    names = {
+        "level": "sildbw0", "load_10": "sild10w0", "load_20": "sild20w0", "load_30": "sild30w0",
+        "up_5": "sildbw5", "up_5_load_20": "sild20w5",
+    }  # fmt: skip
+    measured, walks = _measured(given.data, "silder", tuple(names.values())), _all(given)
+    rows = []
+    for title, read in (("mean of two", _middle), ("joints", lambda rates: rates["joints"])):
+        predicted = np.array(
+            [np.mean([read(each[name]["gross"]) for each in walks.values()]) for name in names]
+        )
+        print(title, predicted.round(2), measured.round(2), flush=True)
+        rank = float(spearmanr(predicted, measured).statistic)
+        slope = float(np.polyfit(measured, predicted, 1)[0])
+        rows.append(Claim(f"vest and 5 %, {title}: rank correlation", rank, "1", len(names)))
+        rows.append(Claim(f"vest and 5 %, {title}: slope on measured", slope, "1", len(names)))
+    inside = []
+    for i, name in enumerate(names):
+        if i:
+            changes = [
+                float(
+                    np.mean([w[name]["gross"][m] - w["level"]["gross"][m] for w in walks.values()])
+                )
+                for m in walks[TEN[0]]["level"]["gross"]
+            ]
+            low, high = model_band(changes)
+            inside.append(bool(low <= measured[i] - measured[0] <= high))
+            print(name, f"{low:.2f} to {high:.2f}, measured {measured[i] - measured[0]:.2f}")
+    rows.append(
+        Claim("vest and 5 %: measured changes inside the band", 100.0 * float(np.mean(inside)), "%",
+              len(inside))
+    )  # fmt: skip
+    return rows

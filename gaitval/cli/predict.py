@@ -20,6 +20,13 @@ from gaitval.terminal.app import (
 AS_WALKED: Final = 0.005
 """m/s, from a trial's speed within which a speed is that of the trial."""
 
+_UNCERTAIN: Final = (
+    "How wrong this is for one person is not known: this person was not recorded on a slope or "
+    "with a load. Angles change as they do in the mean of twenty people, who differ; nothing is "
+    "added for a load; moments and forces follow from Newton's law. docs/how-to/slope.md says "
+    "what published changes it was held against, and where it fails."
+)
+
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
     from gaitval.metrics.results import Metrics
@@ -133,7 +140,9 @@ def predict(
     if record.holdout:
         display.print_groups(metrics)
     else:
-        print_distances(metrics)
+        print_distances(metrics, on_a_slope=is_changed(record))
+        if is_changed(record):
+            display.plain(_UNCERTAIN)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
     display.print_verdict(metrics)
 
@@ -187,9 +196,10 @@ def _wanted(
     return [f'record.holdout="{holdout}"']
 
 
-def print_distances(metrics: "Metrics") -> None:
+def print_distances(metrics: "Metrics", *, on_a_slope: bool = False) -> None:
     """Print, where nothing was recorded, the walk's distance in `metrics` from its prediction,
-    beside the errors of predictions of held-out trials.
+    beside the errors of predictions of held-out trials, of which there are none `on_a_slope` or
+    with a load.
     """
     from rich.table import Table
 
@@ -217,7 +227,7 @@ def print_distances(metrics: "Metrics") -> None:
             f"{whose}, each predicted from the same person's others, from as far in speed.",
             soft_wrap=True,
         )  # fmt: skip
-    else:
+    elif not on_a_slope:
         display.plain(
             "How wrong the prediction is, is not known: no recorded trial is as far in speed from "
             "the same person's others."

@@ -116,8 +116,8 @@ def known_record(
     """
     if is_changed(settings):
         level = settings.model_copy(update={"slope": 0.0, "cross_slope": 0.0, "load": 0.0})
-        known = known_record(subject, level, others, speed=speed, forced=forced)
-        return KnownRecord(on_ground(known.record, settings), ON_A_SLOPE)
+        there = known_record(subject, level, others, speed=speed, forced=forced)
+        return KnownRecord(on_ground(there.record, settings), ON_A_SLOPE)
     if not is_predicted(settings) and speed is None:
         return _of_a_trial(subject, settings, others)
     from gaitval.prediction.speed import at_speed, trials_known

@@ -99,10 +99,11 @@ def angle_change(name: str, slope_deg: float) -> PeriodicCurve:
 
 def stride_time_factor(speed: float, slope_deg: float) -> float:
     """Stride time on a slope over that on the level, at the same `speed` m/s."""
-    speeds, rows = zip(*STRIDE_FREQUENCY, strict=True)
-    table = RegularGridInterpolator((np.array(speeds), np.array(FRANZ_SLOPES)), np.array(rows))
+    speeds = np.array([each for each, _ in STRIDE_FREQUENCY])
+    rows, slopes = np.array([row for _, row in STRIDE_FREQUENCY]), np.array(FRANZ_SLOPES)
+    table = RegularGridInterpolator((speeds, slopes), rows)
     within = float(np.clip(speed, speeds[0], speeds[-1]))
-    there = float(np.clip(slope_deg, FRANZ_SLOPES[0], FRANZ_SLOPES[-1]))
+    there = float(np.clip(slope_deg, slopes[0], slopes[-1]))
     found = table([[within, 0.0], [within, there]])
     return float(found[0] / found[1])
 

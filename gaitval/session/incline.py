@@ -19,7 +19,8 @@ from gaitval.session.trial import WalkingTrial, valid_cycles
 
 SAME: Final = 1.0
 """Degrees: a slope below it is called level, and one that is said may be as far from what the
-forces show. The level treadmill and floor of two public recordings show 0.3 and -0.2 (WBDS01, Rajagopal)."""
+forces show. The level treadmill and floor of two public recordings show 0.3 and -0.2 (WBDS01 and
+Rajagopal's)."""
 
 
 class FoundIncline(NamedTuple):
