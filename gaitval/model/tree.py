@@ -45,6 +45,7 @@ class Tree(NamedTuple):
     sphere_segment : (K,) index into `SEGMENTS`.
     sphere_position : (K, 3) m, in the segment's frame.
     sphere_radius : (K,) m.
+    gravity : (3,) m/s², in the world's axes, which are the ground's (`model.ground`).
     """
 
     joint_position: Array
@@ -54,6 +55,7 @@ class Tree(NamedTuple):
     sphere_segment: Index
     sphere_position: Array
     sphere_radius: Array
+    gravity: Array
 
 
 class Frames(NamedTuple):
@@ -96,6 +98,7 @@ def tree_arrays(model: BodyModel) -> Tree:
         sphere_segment=np.array([_INDEX[c.segment] for c in model.spheres], dtype=np.int64),
         sphere_position=np.array([c.position for c in model.spheres], dtype=float),
         sphere_radius=np.array([c.radius for c in model.spheres], dtype=float),
+        gravity=model.ground.gravity,
     )
 
 

@@ -12,7 +12,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
-from gaitval.constants import GRAVITY
 from gaitval.coordinates import AXES, COORDINATES
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, BodyModel, Segment
 from gaitval.model.tree import COORDINATE_COUNT
@@ -54,7 +53,8 @@ def mjcf(model: BodyModel, *, option: str = "", floor: bool = False) -> str:
 
     ground = '<geom type="plane" size="0 0 1" contype="1" conaffinity="0"/>' if floor else ""
     return (
-        f'<mujoco><compiler angle="radian"/><option gravity="0 0 {-GRAVITY}" {option}/>'
+        f'<mujoco><compiler angle="radian"/>'
+        f'<option gravity="{_numbers(model.ground.gravity)}" {option}/>'
         f"<worldbody>{ground}{body(model.segments[0])}</worldbody></mujoco>"
     )
 

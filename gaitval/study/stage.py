@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
     from gaitval.gait.record import GaitRecord
     from gaitval.prediction.known import KnownRecord
+    from gaitval.reference.motion import ReferenceMotion
 
 RECORDS = "stages.json"
 """What each stage of a run folder depended on and wrote."""
@@ -120,18 +121,40 @@ class Run:
         settings = self.configuration.record
         return known_record(self.subject, settings, builtin_subjects(), speed=speed, forced=True)
 
+    def expected_of(
+        self, reference: "ReferenceMotion", *, speed: float | None = None
+    ) -> "GaitRecord":
+        """What is known of the walk of a `reference`, at `speed` m/s as for `known_record`; on a
+        slope or with a load, with the moments and forces of the reference, which nothing else
+        tells.
+        """
+        from gaitval.model.urdf import read_urdf
+        from gaitval.prediction.slopes import is_changed
+        from gaitval.reference.fitted_record import with_fitted_kinetics
+
+        record = self.known_record(speed=speed).record
+        if not is_changed(self.configuration.record):
+            return record
+        mass = read_urdf(self.folder / "model.urdf").mass
+        return with_fitted_kinetics(record, reference, mass)
+
     def compared(self) -> "tuple[Subject, GaitRecord]":
         """The person on the trial that the walk is compared with, and its record; at an unrecorded
         speed, the predicted one. Kinetics that were not recorded are expected ones, which judge
         nothing.
         """
         from gaitval.prediction.known import is_unrecorded, with_expected_kinetics
+        from gaitval.prediction.slopes import is_changed
 
         settings = self.configuration.record
         if is_unrecorded(settings):
             record = self.known_record().record
+            if is_changed(settings):
+                from gaitval.reference.motion import ReferenceMotion
+
+                record = self.expected_of(ReferenceMotion.load(self.folder / "reference.npz"))
             at: dict[str, Any] = {
-                "walking_speed_m_s": settings.speed,
+                "walking_speed_m_s": record.speed,
                 "plates": None,
                 "trial": "predicted",
                 "source": f"{self.subject.person} predicted",
