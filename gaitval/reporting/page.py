@@ -26,6 +26,7 @@ from gaitval.memory import without_search
 from gaitval.number_text import number, rough
 from gaitval.policy.processes import kept_workers
 from gaitval.reporting.catalogue import translations, words
+from gaitval.reporting.compiled_templates import CompiledTemplates
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import Draw, drawn
 from gaitval.reporting.figure_data import write_tables
@@ -97,7 +98,7 @@ def _base64(text: str) -> str:
     return base64.b64encode(text.encode()).decode("ascii")
 
 
-@cache  # with the templates, which take half a second to compile
+@cache  # with the templates
 def _environment(language: str) -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(_resource),
@@ -106,6 +107,9 @@ def _environment(language: str) -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         extensions=["jinja2.ext.i18n"],
+        # nothing of the language goes into what is compiled, which is kept for all of them
+        optimized=False,
+        bytecode_cache=CompiledTemplates(),
     )
     # line breaks in a template are no part of its texts, so they may be wrapped anew
     environment.policies["ext.i18n.trimmed"] = True
@@ -113,8 +117,8 @@ def _environment(language: str) -> jinja2.Environment:
         translations(language), newstyle=True
     )
     environment.filters |= {"labelled": _labelled, "base64": _base64, **_in_language(language)}
-    # what is printed as it is, without a filter
-    environment.finalize = lambda value: _figures(language, value)
+    # what is printed as it is, without a filter; asked for when a page is written, not before
+    environment.finalize = jinja2.pass_context(lambda _, value: _figures(language, value))
     return environment
 
 
