@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from copy import copy
 from typing import Any, Final, NamedTuple, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from gaitval.lanes import WIDTH
 from gaitval.model.tree import centres_of_mass
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.processes import kept_workers
+from gaitval.policy.settled import SettledWalks
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout
@@ -117,7 +119,7 @@ def record_together(
         )
     ]
     actions = max(_longest(each, cycles) for each in group.environments[:walks])
-    recording = Trajectory(actions * group.environments[0].walker.steps_per_action, WIDTH)
+    recording = _recording_of(group, actions * group.environments[0].walker.steps_per_action)
     rows, fell = np.zeros(walks, dtype=int), np.zeros(walks, dtype=bool)
     for walking, fallen in walks_together(group, policy, mu, starts, cycles):
         recording.append(group.beside.account, group.beside.arrays.root_force)
@@ -126,6 +128,20 @@ def record_together(
     for e, start_phase in enumerate(start_phases):
         steps = recording.steps_of(e, int(rows[e]))
         yield _rollout(steps, group.environments[e].walker, start_phase, bool(fell[e]))
+    _recordings[group] = recording
+
+
+_recordings: Final[WeakKeyDictionary[WalkingGroup, Trajectory]] = WeakKeyDictionary()
+"""Of groups, the last one: a hundred megabytes, which the system would clear anew for each."""
+
+
+def _recording_of(group: WalkingGroup, steps: int) -> Trajectory:
+    """An empty recording of so many `steps` of a `group`, for one use at a time."""
+    found = _recordings.pop(group, None)
+    if found is None or len(found.phase) != steps:
+        found = Trajectory(steps, WIDTH)
+    found.rows = 0
+    return found
 
 
 def times_of(walker: Walker, steps: int) -> Array:
@@ -161,11 +177,13 @@ def record_rollout(
     push: tuple[float, float, float] | None = None,
     noise: float = 0.0,
     seed: int = 0,
+    settled: SettledWalks | None = None,
 ) -> Rollout:
     """Simulate a rollout of the deterministic `policy`, a body `mu` (14,), in the engine of
     `environment`, from `start_phase` of the right gait cycle over the planned gait `cycles`, and
     keep everything. `push`: see `WalkingEnvironment`; none by default. `noise` is the standard
-    deviation of the joint angles at the start, rad, with its `seed`.
+    deviation of the joint angles at the start, rad, with its `seed`. A walk with a push begins
+    where one of those `settled`, which began like it, was before it.
     """
     walker = environment.walker
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": noise}
@@ -173,8 +191,14 @@ def record_rollout(
     observation, _ = environment.reset(seed=seed, options=options)
     actions = _longest(environment, cycles)
     recording = Trajectory(actions * walker.steps_per_action)
-    fell = False
-    for _ in range(actions):
+    fell, done = False, 0
+    alike, pushed_at = (None, np.inf) if push is None else (settled, push[0])
+    if alike is not None and (begun := alike.resume(environment, pushed_at, recording)):
+        done, observation = begun
+    for count in range(done, actions):
+        if alike is not None and walker.phase >= pushed_at:
+            alike.keep(environment, pushed_at, recording, count, observation)
+            alike = None
         observation, _, fell, _, _ = environment.step(policy.act(observation), recording)
         if fell or walker.phase >= start_phase + cycles:
             break

@@ -60,12 +60,17 @@ def _labelled(svg: str, text: str, medium: str) -> Markup:
 
 def _in_both_modes(colour: re.Match[str]) -> str:
     """A figure's colour from the style sheet; without one there, turned light on a dark page."""
-    red, green, blue = (int(colour[1][at : at + 2], 16) / 255 for at in (0, 2, 4))
+    return _themed(colour[1])
+
+
+@cache
+def _themed(colour: str) -> str:
+    red, green, blue = (int(colour[at : at + 2], 16) / 255 for at in (0, 2, 4))
     hue, lightness, saturation = colorsys.rgb_to_hls(red, green, blue)
     # the same hue; dark colours become light, and black becomes white
     turned = colorsys.hls_to_rgb(hue, max(lightness, 1.0 - 0.6 * lightness), saturation)
     light = "".join(f"{round(255 * value):02x}" for value in turned)
-    return f"var(--c{colour[1]}, light-dark(#{colour[1]}, #{light}))"
+    return f"var(--c{colour}, light-dark(#{colour}, #{light}))"
 
 
 _OUTLINED: Final = re.compile(
