@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from copy import copy
 from typing import Any, Final, NamedTuple, TypeVar
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,7 +118,7 @@ def record_together(
         )
     ]
     actions = max(_longest(each, cycles) for each in group.environments[:walks])
-    recording = _recording_of(group, actions * group.environments[0].walker.steps_per_action)
+    recording = Trajectory(actions * group.environments[0].walker.steps_per_action, WIDTH)
     rows, fell = np.zeros(walks, dtype=int), np.zeros(walks, dtype=bool)
     for walking, fallen in walks_together(group, policy, mu, starts, cycles):
         recording.append(group.beside.account, group.beside.arrays.root_force)
@@ -128,20 +127,6 @@ def record_together(
     for e, start_phase in enumerate(start_phases):
         steps = recording.steps_of(e, int(rows[e]))
         yield _rollout(steps, group.environments[e].walker, start_phase, bool(fell[e]))
-    _recordings[group] = recording
-
-
-_recordings: Final[WeakKeyDictionary[WalkingGroup, Trajectory]] = WeakKeyDictionary()
-"""Of groups, the last one: a hundred megabytes, which the system would clear anew for each."""
-
-
-def _recording_of(group: WalkingGroup, steps: int) -> Trajectory:
-    """An empty recording of so many `steps` of a `group`, for one use at a time."""
-    found = _recordings.pop(group, None)
-    if found is None or len(found.phase) != steps:
-        found = Trajectory(steps, WIDTH)
-    found.rows = 0
-    return found
 
 
 def times_of(walker: Walker, steps: int) -> Array:
