@@ -139,6 +139,7 @@ class BodyFit:
         self.reference = build_reference(record, model, contact)
         self.prior_mean, self.prior_sd = nominal_parameters(), np.asarray(prior_sd, dtype=float)
         self._model, self._contact, self._noise = model, contact, noise
+        self.angle_offset: float = noise.angle_offset
         self.problem = self._problem(record)
 
     def body(self, common: Array) -> tuple[Tree, ContactLaw]:
