@@ -71,7 +71,7 @@ class Ensemble:
 def starts_of(
     trial: PushTrial, stride_time: float, *, count: int = STARTS, first: int = 0
 ) -> list[PushTrial]:
-    """The ensemble of a `trial`, of a walker with this `stride_time` (s): `count` starts, their seeds
+    """The ensemble of a `trial`, of a walker with this `stride_time` (s): `count` starts, seeds
     from `first` on, whose pushes begin within the same time.
     """
     middle, apart = (count - 1) / 2, APART * (STARTS - 1) / max(count - 1, 1)
