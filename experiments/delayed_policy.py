@@ -40,7 +40,7 @@ from gaitval.datasets.subject_file import BUILTIN
 from gaitval.lanes import WIDTH
 from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS, OBSERVED, is_mirrored
 from gaitval.policy.senses import windows
-from gaitval.policy.storage import NETWORK, Policy, load_start, save_policy
+from gaitval.policy.storage import NETWORK, Policy, description, load_start, save_policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
@@ -175,7 +175,10 @@ def taught(
             f"round {number + 1} of {len(shares)}: {falls} falls, loss "
             f"{np.mean(losses[-100:]):.4f}, {len(inputs)} lessons, {walked:.0f} s + {learned:.0f} s"
         )
-    return learner
+    configuration = tasks[0].configuration
+    return Policy(
+        learner.tensors, description(configuration, {"general": True}, sum(map(len, lessons.told)))
+    )
 
 
 def about(subjects: Sequence[str], policy: Policy, start: Policy) -> dict[str, Any]:

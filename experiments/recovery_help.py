@@ -39,13 +39,15 @@ TESTED: Final = (0.125, 0.375, 0.625, 0.875)
 """Phases of the gait cycle of pushes in the search, and of those that are told."""
 SETTLING, AFTER = 3.0, 4.0
 """Gait cycles before a push, and after it."""
-STEP: Final = 50.0
+STEP: Final = 25.0
 """N, between the pushes of which the largest is told."""
+HARDER: Final = (-50.0, 50.0, 100.0, 200.0)
+"""N, from the largest push that is survived without the device, of those in the search."""
 FALL: Final = 10.0
 """Steps that a fall counts in the search."""
 UNIT: Final = 2.0
 """Nms/rad, of the gains in the search."""
-GENERATIONS, POPULATION = 3, 5
+GENERATIONS, POPULATION = 5, 6
 
 
 class Unusual:
@@ -123,7 +125,7 @@ class Tried:
 
     def largest(self, phase: float, direction: float, ceiling: float = 1000.0) -> float:
         """N, the largest push up to which every one is survived."""
-        force = 200.0
+        force = 100.0
         while force < ceiling and not self.walk(Push(phase, direction, force + STEP)).fell:
             force += STEP
         return force
@@ -134,14 +136,15 @@ def sides() -> tuple[float, float]:
     return 0.5 * math.pi, -0.5 * math.pi
 
 
-def searched(name: str, forces: Sequence[float], say: Callable[[str], None]) -> list[float]:
+def searched(name: str, say: Callable[[str], None]) -> list[float]:
     """The gains, Nms/rad, with which a person needs the fewest steps."""
     person = wearer(name)
+    alone = Tried(person, None)
     pushes = [
-        Push(phase, direction, force)
+        Push(phase, direction, alone.largest(phase, direction) + more)
         for phase in SEARCHED
         for direction in sides()
-        for force in forces
+        for more in HARDER
     ]
 
     def cost(gains: Sequence[float] | None) -> float:
@@ -161,11 +164,14 @@ def searched(name: str, forces: Sequence[float], say: Callable[[str], None]) -> 
 
 
 def helped(name: str, gains: Sequence[float]) -> dict[str, Any]:
-    """Largest pushes of a person without and with the device, N, and their change, %."""
+    """Largest pushes of a person without the device, with it off, and with it, N, and the change
+    from the first to the last, %: mean and SD of the cases.
+    """
     person = wearer(name)
     cases = [(phase, direction) for phase in TESTED for direction in sides()]
     found = {}
-    for key, worn in (("without", None), ("with", list(gains))):
+    worn_so = {"without": None, "off": [0.0] * len(gains), "with": list(gains)}
+    for key, worn in worn_so.items():
         tried = Tried(person, worn)
         found[key] = [tried.largest(*case) for case in cases]
     before, after = (np.array(found[key]) for key in ("without", "with"))
@@ -179,14 +185,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("people", nargs="*")
     parser.add_argument("--search", metavar="PERSON")
-    parser.add_argument("--forces", type=float, nargs="+", default=[400.0, 550.0])
     parser.add_argument("--out", type=Path, default=TARGET)
     arguments = parser.parse_args()
     stored: dict[str, Any] = read_json(arguments.out) if arguments.out.exists() else {}
     began = time.monotonic()
     if arguments.search:
         say = partial(print, flush=True)
-        gains = searched(arguments.search, arguments.forces, say)
+        gains = searched(arguments.search, say)
         stored |= {"searched_on": arguments.search, "gains_nms_rad": gains, "people": {}}
         write_json(arguments.out, stored)
     for name in arguments.people:

@@ -59,7 +59,7 @@ def placed_feet(task: WalkingTask, policy: Policy, mu: Array) -> list[PlacedFoot
             mu=mu,
             start_phases=[0.0] * len(some),
             cycles=settling + 1.0 + AFTER,
-            pushes=[each and (settling + each.phase, each.force, each.direction) for each in some],
+            pushes=[_started(each, settling) for each in some],
         ):
             threshold = configuration.contact.event_threshold
             walks.append(walked(rollout, model, threshold=threshold))
@@ -69,6 +69,10 @@ def placed_feet(task: WalkingTask, policy: Policy, mu: Array) -> list[PlacedFoot
         for push, walk in zip(tried[1:], walks[1:], strict=True)
         if push is not None
     ]
+
+
+def _started(push: Push | None, settling: float) -> tuple[float, float, float] | None:
+    return None if push is None else (settling + push.phase, push.force, push.direction)
 
 
 def _placed(push: Push, walk: BalanceWalk, plain: BalanceWalk, seconds: float) -> PlacedFoot:

@@ -41,7 +41,7 @@ def windows(constants: EnvironmentSettings) -> int:
 
 def observation_size(constants: EnvironmentSettings) -> int:
     """Numbers that a policy is told with these `constants`."""
-    return OBSERVATION_SIZES[constants.observation] + ACTION_COUNT * windows(constants)
+    return int(OBSERVATION_SIZES[constants.observation]) + ACTION_COUNT * windows(constants)
 
 
 def path_places(size: int) -> tuple[Index, ...]:
@@ -121,4 +121,4 @@ class Senses:
             found = np.concatenate([found, means.ravel()])
         if mirrored:
             found = self._signs * found[self._order]
-        return found.astype(np.float32)
+        return np.asarray(found, dtype=np.float32)

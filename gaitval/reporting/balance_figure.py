@@ -122,7 +122,7 @@ def draw_people(figure: Figure, people: Mapping[str, Sequence[PlacedFoot]]) -> N
     reach = 1.1 * max(1.0, CENTIMETRES * max(largest))
     panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
     for axes, (title, (rows, sides)) in zip(panels, found.items(), strict=True):
-        law(axes, *rows.T, sides, reach)
+        law(axes, rows[:, 0], rows[:, 1], rows[:, 2], sides, reach)
         axes.set_title(title)
         axes.set_xlabel("extrapolated centre of mass, cm to the left")
     panels[0].set_ylabel("next foot, cm to the left")

@@ -97,7 +97,8 @@ class DrawnSteps:
 def _law(axes: Axes, steps: Sequence[Placement], axis: int, title: str) -> None:
     """Change of the foot's place over that of the extrapolated centre of mass, forward or aside."""
     rows = [(each.extrapolated[axis], each.foot[axis], each.guess[axis]) for each in steps]
-    law(axes, *np.array(rows).reshape(-1, 3).T, [SIDES[each.column] for each in steps])
+    x, y, guess = np.array(rows).reshape(-1, 3).T
+    law(axes, x, y, guess, [SIDES[each.column] for each in steps])
     axes.set_title(title)
     axes.set_xlabel("extrapolated centre of mass, cm")
     axes.set_ylabel("next foot, cm")
