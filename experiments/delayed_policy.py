@@ -3,17 +3,19 @@
 What joints and feet tell is 50 ms old, what the balance organ tells 100 ms, what is seen 150 ms,
 all with noise. It is told its own actions of the last 150 ms, from which it can foresee what they
 do: a forward model, as people are thought to have one in the cerebellum. The general policy would
-fall within a second. So it is first the teacher (Ross et al. 2011, DAgger): the new one walks, the
-teacher, who feels the body as it is, says what it would do, and that is learned. Then it is trained
-on by itself as every other is, because who knows of a push 100 ms late has to answer otherwise.
+fall within a second; it is the teacher, on the same people (Ross et al. 2011, DAgger): the new one
+walks, the teacher, who feels the body as it is, says what it would do, and that is learned. Trained
+on by reinforcement as the general one was, it stood pushes as well and walked less exactly
+(docs/notebook/balance.md), so it is not.
 
-    python -m experiments.delayed_policy                 # 40 min on two cores
+    python -m experiments.delayed_policy                 # 10 min
 """
 
 import argparse
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,9 +29,7 @@ from experiments.general_policy import (
     VIRTUAL,
     VIRTUAL_SEED,
     built_in,
-    printed,
     task_of,
-    train_general,
     virtual,
     virtual_task_of,
 )
@@ -60,8 +60,6 @@ STEPS: Final = (400, 8000)
 """Of the optimiser in each round but the last, and in that."""
 RATES: Final = (1e-3, 1e-4)
 BATCH: Final = 512
-TRAINED: Final = 4_000_000
-"""Samples of the training by itself."""
 
 
 def with_memory(policy: Policy, environment: EnvironmentSettings) -> Policy:
@@ -198,7 +196,7 @@ def main() -> None:
     """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("subjects", nargs="*", default=list(BUILTIN), help="default: all built in")
-    parser.add_argument("--work", type=Path, default=Path("reports/delayed-training"))
+    parser.add_argument("--actions", type=int, default=ACTIONS, help="default: %(default)s")
     parser.add_argument("--out", type=Path, default=TARGET)
     parser.add_argument("--workers", type=int, default=2, help="default: %(default)s")
     arguments = parser.parse_args()
@@ -206,7 +204,6 @@ def main() -> None:
     configuration = load_configuration(
         settings=[
             f"training.environments={environments}",
-            f"training.workers={arguments.workers}",
             "record.use=kinematics",
             *PUSHES,
             *SETTINGS,
@@ -225,14 +222,10 @@ def main() -> None:
         task.with_environment(steps_per_action=slower) if number % 2 else task
         for number, task in enumerate(tasks)
     ]
-    learned = taught(mixed, start, lambda text: print(text, flush=True))
-    save_policy(learned, arguments.work / "taught")
-    policy = train_general(
-        tasks, arguments.work, samples=TRAINED, start=learned, on_progress=printed()
-    )
+    policy = taught(mixed, start, partial(print, flush=True), actions=arguments.actions)
     save_policy(policy, arguments.out)
     write_json(arguments.out / "about.json", about(arguments.subjects, policy, start))
-    print(f"{arguments.out}: {', '.join(POLICY_FILES)}. {arguments.work} may be deleted.")
+    print(f"{arguments.out}: {', '.join(POLICY_FILES)}")
 
 
 if __name__ == "__main__":
