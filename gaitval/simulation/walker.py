@@ -13,7 +13,7 @@ check: with its own integrator and a shorter step its walks are similar, not equ
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -75,7 +75,7 @@ class WalkingTask:
             else apply_parameters(self.model, self.reference_mu)
         )
 
-    def with_environment(self, **settings: float) -> "WalkingTask":
+    def with_environment(self, **settings: Any) -> "WalkingTask":
         """The same task with some `settings` of `environment` changed."""
         environment = self.configuration.environment.model_copy(update=settings)
         configuration = self.configuration.model_copy(update={"environment": environment})
