@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.checks.checks import trial_warnings
+from gaitval.checks.laboratory_checks import floor_slope, level_warnings, odd_rate_warnings
 from gaitval.checks.motion_checks import belt_warnings
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
@@ -149,7 +150,17 @@ def work_out_trial(
         recording, landmarks, events, ground.findings, ground.measured,
         height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
     )  # fmt: skip
-    warnings = (*of_file, *unsolved(kinematics, recording), *belt_warnings(belt, feet), *found)
+    of_laboratory = (
+        *odd_rate_warnings(recording.marker_rate),
+        *level_warnings(floor_slope(recording, events, landmarks, belt), belt),
+    )
+    warnings = (
+        *of_file,
+        *unsolved(kinematics, recording),
+        *of_laboratory,
+        *belt_warnings(belt, feet),
+        *found,
+    )
     for warning in warnings:
         notify("warnings", f"{name}: {warning}")
     return WalkingTrial(
