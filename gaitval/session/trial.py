@@ -33,6 +33,7 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_set import MarkerSet
+from gaitval.session.absent_knees import absent_knees
 from gaitval.session.read import SessionRecordings
 from gaitval.session.request import Notify, Request, silent
 from gaitval.session.scale import FittedBody
@@ -118,6 +119,7 @@ def work_out_trial(
     that is a `stride` and lacks a side's whole cycle is joined to itself and worked out again.
     """
     given, landmarks = recording, session.marker_set.landmarks
+    of_knees = tuple(absent_knees(recording, session.marker_set))
     motion = trial_motion(body.model, body.markers, recording, processing)
     anchoring, positions = motion.anchoring, motion.positions
     kinematics = anchoring.kinematics
@@ -156,6 +158,7 @@ def work_out_trial(
     )
     warnings = (
         *of_file,
+        *of_knees,
         *unsolved(kinematics, recording),
         *of_laboratory,
         *belt_warnings(belt, feet),
