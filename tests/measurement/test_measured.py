@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from claims.measurement.planting import faults
 from gaitval.configuration import ProcessingSettings
@@ -110,6 +111,24 @@ def test_one_channel_of_a_plate_is_named(imported, sample, number, gain):
     assert flag.value == pytest.approx(20.0, abs=5.0)
     assert f"along the walk {flag.value:.0f} ±" in flag.message
     assert f"too {'large' if gain > 1.0 else 'small'}" in flag.message
+
+
+@pytest.mark.parametrize(("degrees", "way"), [(1.8, "right"), (-1.8, "left")])
+def test_cameras_that_lean_aside_beside_the_plates(imported, sample, degrees, way):
+    """Turned about the direction of the walk, what is up goes to the right."""
+    _, session = sample
+    turn = Rotation.from_rotvec([np.radians(degrees), 0.0, 0.0]).as_matrix()
+
+    def leaning(recording):
+        return replace(recording, markers=recording.markers @ turn.T)
+
+    walks = tuple(map(leaning, session.walking))
+    tilted = replace(session, standing=leaning(session.standing), walking=walks)
+    found = imported(None, tilted)
+    (flag,) = (flag for _, flag in found.warnings if flag.check.startswith(CHECK))
+    assert flag.check == f"{CHECK}: camera tilt"
+    assert flag.value == pytest.approx(1.8, abs=0.5)
+    assert f"° {way}" in flag.message or f"deg {way}" in flag.message
 
 
 @pytest.mark.parametrize(
