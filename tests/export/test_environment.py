@@ -116,6 +116,7 @@ def test_every_part_of_an_observation_has_a_bound(
         observation_bounds(WalkingEnvironment(walked.stored.corrected_task), walked.mu)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [8, 11])
 def test_walkers_side_by_side_do_what_each_does_alone(number: int) -> None:
     """Bit for bit, through falls and new starts, in groups of eight and in one that is not full."""

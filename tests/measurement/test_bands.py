@@ -102,6 +102,7 @@ def test_the_subject_keeps_the_width_of_each_band(found, tmp_path):
     assert again == pytest.approx(subject.uncertainty, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_delay_that_was_found_widens_the_moments(found):
     seen = found.measurement.seen
     late = FoundFault(DELAY, np.array([0.03]), np.array([0.003]), 1.0, 1.0, (), True)
@@ -130,6 +131,7 @@ def test_late_forces_lose_nothing_where_a_foot_lands_and_leaves(delay):
     assert np.abs(away).max() < 1.0 / 75.0
 
 
+@pytest.mark.slow
 def test_errors_of_landmarks_go_with_the_stature(found):
     smaller = found.request.model_copy(update={"height": 0.9 * found.request.height})
     made = bands(replace(found, request=smaller), found.measurement.seen)

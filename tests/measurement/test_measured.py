@@ -100,6 +100,7 @@ def with_marker_forward(recording, name, metres):
     return replace(recording, markers=markers)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "gain"), [(0, 1.2), (1, 0.8)])
 def test_one_channel_of_a_plate_is_named(imported, sample, number, gain):
     _, session = sample
@@ -183,6 +184,7 @@ def test_a_correction_brings_the_moments_back(imported):
     assert any(step == "correct" for step, _ in corrected.decisions)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "kind", "wrong", "sound"),
     [("plate 1 40 mm forward", "place", "_r", "_l"), ("plate 2 gain -10 %", "gain", "_l", "_r")],
@@ -242,6 +244,7 @@ def test_a_fault_of_all_plates_adds_to_those_of_each(sample):
             np.testing.assert_allclose(before.corners[:, 0] - plate.corners[:, 0], by)
 
 
+@pytest.mark.slow
 def test_a_fault_that_is_not_sure_is_not_corrected(imported):
     right, same = imported(None), imported(None, correct=("place", "gain", "delay"))
     for name, curve in right.moments.items():
@@ -262,6 +265,7 @@ def test_angles_have_bands_without_forces_or_with_an_aid(imported, options):
     assert found.uncertainty()["angle_knee_angle_l"] > 0.01
 
 
+@pytest.mark.slow
 def test_a_correction_of_a_fault_that_is_not_there_is_said_to_do_harm(imported, monkeypatch):
     messages = [
         text for step, text in imported(None, correct=("gain",)).decisions if step == "warnings"

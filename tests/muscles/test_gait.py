@@ -142,6 +142,7 @@ def test_recorded_activations_are_stayed_near(motion):
               **options)  # fmt: skip
 
 
+@pytest.mark.slow
 def test_bands_say_what_makes_them(motion):
     found = muscles_of([replace(motion, cycles={"right": motion.cycles["right"][:1]})], draws=30)
     leg = found.legs["right"]
@@ -212,6 +213,7 @@ def test_opensim_opens_the_model_and_has_our_lengths_and_arms(motion, tmp_path):
                 assert arm == pytest.approx(-slopes[k, i, c], abs=4e-3)
 
 
+@pytest.mark.slow
 def test_tendons_of_mujoco_are_as_long_as_our_muscles(motion):
     """1 mm over gait, in 95 % of poses and muscles."""
     mujoco = pytest.importorskip("mujoco")

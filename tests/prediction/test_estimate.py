@@ -96,6 +96,7 @@ def test_angles_that_say_something_are_learned_from():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("others", [4, 9])
 def test_bands_of_a_few_people_hold_what_they_say(others):
     """Of people whose kinetics are noise about a mean, nine points in ten: with four people 95 % of
@@ -109,6 +110,7 @@ def test_bands_of_a_few_people_hold_what_they_say(others):
     assert 0.895 < np.mean(inside) < 0.95
 
 
+@pytest.mark.slow
 def test_the_ten_are_estimated_better_than_expected_and_within_the_bands():
     errors, guesses, inside = [], [], []
     for subject in builtin_subjects():

@@ -152,6 +152,7 @@ def test_a_side_that_is_not_seen_is_absent(found, side, tmp_path):
     assert "With --mirror" in message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", SIDES)
 def test_mirror_fills_in_a_side_and_marks_it(found, side, tmp_path):
     part = asking_for_mirrors(only(found, side))

@@ -787,6 +787,7 @@ gaitval.cli.main()
 """
 
 
+@pytest.mark.slow
 def test_stages_run_without_what_posix_alone_has(tmp_path: Path) -> None:
     """As on Windows, as far as that can be had here; the lock is then filelock's of files."""
     folder = tmp_path / "run"
@@ -836,6 +837,7 @@ def test_a_baseline_is_stored_of_finished_runs_only(
     assert read_seal(tmp_path / "baseline").code == {}  # that of the stand-ins
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("believed")
 def test_a_run_that_is_redone_half_is_no_baseline_until_it_is_finished(
     opened: Opener, stand_ins: list[float | None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -1058,6 +1060,7 @@ def test_the_persons_own_stored_policy_is_no_start(
     assert read_json(scaled.folder / "start" / "policy.json")["general"]
 
 
+@pytest.mark.slow
 def test_a_policy_of_another_size_is_not_started_from(
     opened: Opener,
     scaled: Run,
