@@ -36,7 +36,7 @@ from gaitval.prediction.deviations import (
     trial_of,
     units,
 )
-from gaitval.prediction.estimate import Estimate, estimate
+from gaitval.prediction.estimate import Estimate, elsewhere, estimate
 from gaitval.prediction.known import KINEMATIC_ACCURACY, KnownRecord, is_predicted
 from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.prediction.seen import (
@@ -118,11 +118,11 @@ def of_known(
     own = with_total(at_own_contacts(record, subject), subject)
     reference = consistent_reference(own, model, contact, accuracy)
     fit = fit_of(reference_curves(reference, model.mass, own.left_phase), own, subject.leg_length_m)
-    found = estimate(
-        trial_of(subject, record, fit),
-        learned_from(subject, others),
-        angles=is_of_the_laboratory(subject),
-    )
+    at_home = is_of_the_laboratory(subject)
+    found = estimate(trial_of(subject, record, fit), learned_from(subject, others), angles=at_home)
+    # An import puts joints where every import does; whose curves were given, where is not known.
+    if not at_home and subject.gait.total_force is not None:
+        found = elsewhere(found)
     return found if own is record else _seen(found, record, subject)
 
 
