@@ -85,7 +85,9 @@ def _components(curves: Array, weight: Array, count: int) -> tuple[Array, Array]
     """Mean (100,) and `count` principal components of `curves` (n, 100) with a `weight` (n,)."""
     mean = np.average(curves, axis=0, weights=weight)
     _, _, shapes = np.linalg.svd((curves - mean) * np.sqrt(weight)[:, None], full_matrices=False)
-    return mean, shapes[:count]
+    kept = shapes[:count]
+    largest = np.take_along_axis(kept, np.argmax(np.abs(kept), axis=1)[:, None], axis=1)
+    return mean, kept * np.sign(largest)  # the sign of a component is nobody's
 
 
 def ankle_scores(data: Path) -> str:

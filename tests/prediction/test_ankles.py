@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from experiments import ankle_scores
 from gaitval.prediction import ankles
 from gaitval.prediction.ankles import (
     FREEDOMS,
@@ -94,3 +95,7 @@ def test_ankles_of_people_who_are_left_out_are_nearer_than_by_a_line_through_nin
         errors.append(9.81 * 0.85 * np.sqrt(np.mean(np.square(off), axis=1)).mean())
     assert len(errors) == 33
     assert np.mean(errors) < 0.095
+
+
+def test_the_shipped_scores_are_those_of_the_data(gait_data):
+    assert ankle_scores.ankle_scores(gait_data) == ankle_scores.FILE.read_text("utf-8")
