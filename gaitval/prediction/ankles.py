@@ -5,9 +5,8 @@ and moment are known at up to eight treadmill speeds each. `ankles.json` has the
 principal components (`experiments/ankle_scores.py`). A parabola on dimensionless speed is drawn
 through them, and a ridge regression says how the moment differs from it by how the angle does;
 every person has the same weight, however many trials there are of one. How free it is, the
-people themselves say, each left out once. With 32 others the moment of someone at three middle
-speeds is 0.083 Nm/kg off, with the parabola alone 0.105, with a line through nine 0.114
-(`python -m claims ankles`).
+people themselves say, each left out once. With 32 others somebody's moment is 0.091 Nm/kg off at
+all speeds, with the parabola alone 0.113 (`python -m claims ankles`).
 """
 
 from collections.abc import Iterable
