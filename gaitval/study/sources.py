@@ -36,6 +36,7 @@ DATA: Final = {
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
     "gaitval.musculature.paths": ("musculature/paths.npz", "musculature/passive.json"),
     "gaitval.musculature.strands": ("musculature/sites.json",),
+    "gaitval.prediction.ankles": ("prediction/ankles.json",),
     "gaitval.prediction.deviations": ("prediction/fits.json",),
     "gaitval.reporting.translated": ("reporting/languages/*.po", "reporting/texts.txt"),
     "gaitval.reporting.checklist": ("reporting/checklist.toml",),
