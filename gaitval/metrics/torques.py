@@ -191,7 +191,7 @@ def mechanical_energy(rollout: Rollout, model: BodyModel, row: int) -> float:
         turning = frames.rotation[s].T @ frames.angular[s]
         total += 0.5 * tree.mass[s] * float(speed @ speed)
         total += 0.5 * float(turning @ tree.inertia[s] @ turning)
-        total += tree.mass[s] * GRAVITY * float(frames.origin[s, 2] + centre[2])
+        total -= float((tree.mass[s] * tree.gravity) @ (frames.origin[s] + centre))
     return total
 
 

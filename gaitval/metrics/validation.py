@@ -252,9 +252,12 @@ def _unfiltered_measures(
 
 def _muscles(rollout: Rollout, of: Comparator, compared: _Compared) -> MuscleGait | None:
     """Muscles of the compared cycles; None where they cannot be worked out."""
-    body = apply_parameters(of.model, rollout.mu)
+    body = apply_parameters(of.person, rollout.mu)
+    laden = None if of.person is of.model else apply_parameters(of.model, rollout.mu)
     try:
-        motion = walk_motion(rollout, compared.cycles, body, height=of.height, lost=of.lost)
+        motion = walk_motion(
+            rollout, compared.cycles, body, height=of.height, lost=of.lost, laden=laden
+        )
         return muscles_of([motion])
     except GaitvalError:  # a walk that no muscle could walk has its limits failed elsewhere
         return None
@@ -308,7 +311,7 @@ def _walk(
         *rmse_measures(errors),
         *skill_measures(errors, of.guesses),
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
-        *unrecorded(rollout, cycles, mass=of.model.mass),
+        *unrecorded(rollout, cycles, mass=of.model.mass, ground=of.model.ground),
         *torques.measures,
         step_width_measure(
             stride["step_width"], of.leg_length, of.recorded.spatiotemporal.step_width

@@ -28,6 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Flags
 from gaitval.configuration import ContactSettings
@@ -328,6 +329,15 @@ def _penalties(
     return penalty, miss
 
 
+def moment_accuracy(accuracy: RecordAccuracy, name: str) -> float:
+    """Nm/kg, of the moment of `name`, one of `FEED_FORWARD`."""
+    if name == "hip_adduction":
+        return accuracy.adduction_moment
+    if name == "ankle_angle" or accuracy.flexion_moments is None:
+        return accuracy.moment
+    return accuracy.flexion_moments
+
+
 def _hold_unrecorded(
     target: Array,
     weights: Array,
@@ -386,11 +396,13 @@ def fit_problem(
     own = np.column_stack([np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES])
     ends = np.array([record.stance_fraction[side] for side in SIDES])
     force = [record.ground_reaction(side, own[:, i]) for i, side in enumerate(SIDES)]
-    # No periodic motion has another mean vertical force than one body weight.
-    level = sum(each[:, 2].mean() for each in force)
+    # No periodic motion has another mean force against gravity than one body weight.
+    level = sum((each @ model.ground.up).mean() for each in force)
 
     target = np.zeros((INSTANTS, OUTPUTS))
-    target[:, TRUNK.start + 1] = accuracy.mean_lean
+    # An upright trunk leans in the axes of a slope.
+    target[:, TRUNK] = Rotation.from_matrix(model.ground.from_level).as_rotvec()
+    target[:, TRUNK.start + 1] += accuracy.mean_lean
     weights = np.zeros((INSTANTS, OUTPUTS))
     lever = np.zeros((INSTANTS, OUTPUTS, _COMMON))
     # Element 1 of the trunk's rotation vector is its turn about y, the forward lean; the lean that
@@ -407,7 +419,7 @@ def fit_problem(
         weights[:, place : place + 3] = 1.0 / (sizes * weight)
         for name in FEED_FORWARD:
             row = COORDINATES.index(f"{name}_{side[0]}")
-            size = wanted.adduction_moment if name == "hip_adduction" else wanted.moment
+            size = moment_accuracy(wanted, name)
             weights[:, row] = 1.0 / (size * model.mass)
             target[:, row] = record.moments[f"{name}_{side[0]}"](own[:, i]) * model.mass
             # A plate that is shifted forward changes a sagittal moment by the vertical force times
