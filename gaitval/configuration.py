@@ -95,9 +95,7 @@ FractionRange = Annotated[tuple[Fraction, Fraction], AfterValidator(_ascending)]
 class Section(BaseModel):
     """A group of constants: frozen, unknown keys, infinity and NaN refused."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @field_validator("*", mode="before")
     @classmethod
@@ -122,6 +120,12 @@ class RecordSettings(Section):
     person's other trials. Empty: the subject's own trial, which is known to the model."""
     speed: NotNegative = 0.0
     """Speed that is predicted, m/s; 0: that of the trial that is held out, or the recorded one."""
+    slope: float = Field(0.0, gt=-100.0, lt=100.0)
+    """%, rise of the ground over horizontal distance ahead that is predicted; uphill positive."""
+    cross_slope: float = Field(0.0, gt=-100.0, lt=100.0)
+    """%, likewise to the left."""
+    load: NotNegative = 0.0
+    """% of body mass, a vest that is predicted."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -129,6 +133,12 @@ class RecordSettings(Section):
             raise ValueError(
                 f"holdout {self.holdout} and speed {self.speed:g} m/s: a walk at one speed would "
                 "be compared with a trial at another. Give one of them."
+            )
+        if self.holdout and (self.slope or self.cross_slope or self.load):
+            raise ValueError(
+                f"holdout {self.holdout}, slope {self.slope:g} %, cross-slope {self.cross_slope:g} "
+                f"% and load {self.load:g} %: the trial was walked on the level without a load, so "
+                "it says nothing about this walk. Leave the trial or the slope and load out."
             )
         return self
 

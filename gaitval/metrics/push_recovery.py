@@ -36,6 +36,7 @@ from gaitval.lanes import WIDTH
 from gaitval.metrics.walk_results import PushRecovery, PushTrace
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout
+from gaitval.policy.settled import settled_walks
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout
@@ -263,9 +264,11 @@ def trace_of(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
     """Velocity of the centre of mass in `trial` from a cycle before the push, in an `environment`
     that is `without_drift`.
     """
+    begun = trial.policy.key, trial.mu.tobytes(), trial.noise, trial.seed
     rollout = record_rollout(
-        environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings()
-    )
+        environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings(),
+        settled=settled_walks(environment, *begun),
+    )  # fmt: skip
     # the phase counts whole cycles since the start, so this is 0 when the push begins
     since = rollout.phase - (trial.settling_cycles + trial.push.phase)
     # a row for each action is enough to draw, and keeps the file small

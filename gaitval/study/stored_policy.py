@@ -21,6 +21,7 @@ from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash
 from gaitval.one_thread import one_thread
 from gaitval.policy.storage import Policy, load_policy, load_start
+from gaitval.prediction.slopes import body_on
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
@@ -90,8 +91,9 @@ class StoredPolicy(Displayed):
 
     @cached_property
     def model(self) -> BodyModel:
-        """The subject's scaled body model."""
-        return scale_subject(self.subject, symmetric=self.configuration.scaling.symmetric).model
+        """The subject's scaled body model, on the ground and with the load that it walked with."""
+        scaled = scale_subject(self.subject, symmetric=self.configuration.scaling.symmetric)
+        return body_on(scaled.model, self.configuration.record)
 
     @cached_property
     def identified_model(self) -> BodyModel:
@@ -159,14 +161,13 @@ class StoredPolicy(Displayed):
             )
         subject = load_subject(folder / "subject.toml")
         configuration = load_configuration(folder / "configuration.toml")
+        scaled = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
         path = folder / "correction.json"
         return cls(
             subject=subject,
             network=load_policy(
                 folder / "policy",
-                model_hash=model_hash(
-                    scale_subject(subject, symmetric=configuration.scaling.symmetric).model
-                ),
+                model_hash=model_hash(body_on(scaled, configuration.record)),
                 environment=configuration.environment,
             ),
             configuration=configuration,

@@ -29,6 +29,7 @@
   const renderer = new THREE.WebGLRenderer({ canvas, context: gl });
   renderer.debug.checkShaderErrors = false; // to ask would wait for every shader
   const world = new THREE.Scene();
+  walkerBody.tilt(world, scene.body);
   const camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1.6, 0.1, 60);
   camera.up.copy(UP);
   const orbit = new THREE.OrbitControls(camera, canvas);
@@ -215,11 +216,11 @@
   /* The camera walks beside the person. */
   const target = new THREE.Vector3();
   function follow() {
-    const step = new THREE.Vector3(pelvis.x, pelvis.y, 0.84).sub(target);
+    const step = world.localToWorld(new THREE.Vector3(pelvis.x, pelvis.y, 0.84)).sub(target);
     target.add(step);
     orbit.target.add(step);
     camera.position.add(step);
-    layFloor(target.x, target.y);
+    layFloor(pelvis.x, pelvis.y);
   }
 
   const height = 1.95; // m of the picture, with a margin over the tallest
