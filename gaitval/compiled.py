@@ -34,6 +34,7 @@ SOURCES = (
     "inverse/pose_solver.py",
     "inverse/residual_derivatives.py",
     "model/body.py",
+    "model/ground.py",
     "lanes.py",
     "metrics/torques.py",
     "model/tree.py",

@@ -60,6 +60,7 @@ Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_vanishi
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Phase = Annotated[float, Field(ge=0, lt=1)]
+NerveDelay = Annotated[float, Field(ge=0, le=1)]
 LARGEST_TRAINING = 10**12
 """Samples; at 10,000 a second they take three years."""
 Rate = Annotated[float, Field(gt=0, le=1)]
@@ -94,9 +95,7 @@ FractionRange = Annotated[tuple[Fraction, Fraction], AfterValidator(_ascending)]
 class Section(BaseModel):
     """A group of constants: frozen, unknown keys, infinity and NaN refused."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @field_validator("*", mode="before")
     @classmethod
@@ -121,6 +120,12 @@ class RecordSettings(Section):
     person's other trials. Empty: the subject's own trial, which is known to the model."""
     speed: NotNegative = 0.0
     """Speed that is predicted, m/s; 0: that of the trial that is held out, or the recorded one."""
+    slope: float = Field(0.0, gt=-100.0, lt=100.0)
+    """%, rise of the ground over horizontal distance ahead that is predicted; uphill positive."""
+    cross_slope: float = Field(0.0, gt=-100.0, lt=100.0)
+    """%, likewise to the left."""
+    load: NotNegative = 0.0
+    """% of body mass, a vest that is predicted."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -128,6 +133,12 @@ class RecordSettings(Section):
             raise ValueError(
                 f"holdout {self.holdout} and speed {self.speed:g} m/s: a walk at one speed would "
                 "be compared with a trial at another. Give one of them."
+            )
+        if self.holdout and (self.slope or self.cross_slope or self.load):
+            raise ValueError(
+                f"holdout {self.holdout}, slope {self.slope:g} %, cross-slope {self.cross_slope:g} "
+                f"% and load {self.load:g} %: the trial was walked on the level without a load, so "
+                "it says nothing about this walk. Leave the trial or the slope and load out."
             )
         return self
 
@@ -198,6 +209,10 @@ class ServoSettings(Section):
     """Fraction of the record's joint moments that is fed forward."""
 
 
+SENSES: Final = ("observation_delays", "observation_noise", "action_memory")
+"""Settings of what a policy is told of its body by nerves."""
+
+
 class EnvironmentSettings(Section):
     """The walking task: time steps, observation, termination, randomisation."""
 
@@ -236,10 +251,16 @@ class EnvironmentSettings(Section):
     """... or turned this far from its reference, rad, ..."""
     drift_tolerance: Positive = 0.8
     """... or this far from its reference position, along the walkway or sideways, m."""
-    observation_delay: float = Field(0.0, ge=0.0, le=1.0)
-    """s, by which the policy sees its body late, as through nerves: what joints, feet and trunk do,
-    not its own clock, its last action and what it knows of itself. Rounded to whole actions. People
-    need 50 to 150 ms. 0: what is seen is of now."""
+    observation_delays: tuple[NerveDelay, NerveDelay, NerveDelay] = (0.0, 0.0, 0.0)
+    """s, by which the policy feels its body late, as through nerves: joints, feet and ground; what
+    the balance organ tells; what is seen of the body's path. Not its own clock, its last action and
+    what it knows of itself. Rounded to whole actions. People: about 0.05, 0.1, 0.15. 0: of now."""
+    observation_noise: NotNegative = 0.0
+    """Standard deviation of the noise on what is felt, rad, m, m/s, rad/s, tens of rad/s of joints,
+    body weights: new in every action."""
+    action_memory: float = Field(0.0, ge=0.0, le=1.0)
+    """s, of past actions that the policy is told, as means over 0.05 s: what a forward model needs
+    to know how the body has moved since it was felt."""
     initial_noise: NotNegative = 0.02
     """Standard deviation of joint angles (rad) at the start of an episode."""
     push_probability: Fraction = 0.8
@@ -266,12 +287,13 @@ class EnvironmentSettings(Section):
 
     @model_serializer(mode="wrap")
     def _as_before_it_was_known(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Without a delay the settings are written as before there was one, so that no stage runs
-        again for it.
+        """Without nerves the settings are written as before there were any, so that no stage runs
+        again for them.
         """
         values: dict[str, Any] = write(self)
-        if not self.observation_delay:
-            values.pop("observation_delay", None)
+        for name in SENSES:
+            if getattr(self, name) == type(self).model_fields[name].default:
+                values.pop(name, None)
         return values
 
     @model_validator(mode="after")

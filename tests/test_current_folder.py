@@ -110,6 +110,7 @@ def test_the_folder_is_hostile(place):
         assert {"git-fsmonitor", "git-process"} & ran
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not shutil.which("gcc") or not shutil.which("objdump"), reason="nobody to ask for a library"
 )
@@ -149,6 +150,7 @@ def test_nor_does_a_run(place, name):
     assert not found.read
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("git"), reason="no git to be misled")
 def test_a_repositorys_settings_run_nothing_when_its_commit_is_asked_for(place):
     code = "from gaitval.apps.regression.history import current_commit; print(current_commit()[0])"

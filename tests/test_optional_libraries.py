@@ -179,6 +179,7 @@ def test_a_study_without_its_libraries_says_so_before_any_work(tmp_path: Path) -
     assert not (tmp_path / "reports" / "S05" / "model.urdf").exists()
 
 
+@pytest.mark.slow
 def test_a_judgement_needs_no_library_of_an_extra_and_has_no_page_then(tmp_path: Path) -> None:
     body = scale_subject(load_subject("S05")).model
     write_osim(tmp_path / "model.osim", body, (), ContactSettings(), 0.8)

@@ -20,6 +20,13 @@ from gaitval.terminal.app import (
 AS_WALKED: Final = 0.005
 """m/s, from a trial's speed within which a speed is that of the trial."""
 
+_UNCERTAIN: Final = (
+    "How wrong this is for one person is not known: this person was not recorded on a slope or "
+    "with a load. Angles change as they do in the mean of twenty people, who differ; nothing is "
+    "added for a load; moments and forces follow from Newton's law. docs/how-to/slope.md says "
+    "what published changes it was held against, and where it fails."
+)
+
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
     from gaitval.metrics.results import Metrics
@@ -27,6 +34,7 @@ if TYPE_CHECKING:
 
 @added_command(
     "gaitval predict 5 --speed 0.95",
+    "gaitval predict 5 --slope 5 --load 20",
     "gaitval predict 5 --holdout T03",
     "gaitval predict 5 --holdout slow_trial.toml",
     "gaitval predict my_patient.toml --speed 1.3 --use kinematics",
@@ -48,6 +56,24 @@ def predict(
             show_default=False,
         ),
     ] = None,
+    slope: Annotated[
+        float | None,
+        typer.Option(
+            "--slope",
+            metavar="PERCENT",
+            help="Slope of the ground; uphill is positive.",
+            show_default=False,
+        ),
+    ] = None,
+    load: Annotated[
+        float | None,
+        typer.Option(
+            "--load",
+            metavar="PERCENT",
+            help="A vest of so much of body mass, up to 40 %.",
+            show_default=False,
+        ),
+    ] = None,
     use: UseOption = None,
     out: OutOption = None,
     config: ConfigOption = None,
@@ -57,18 +83,22 @@ def predict(
         typer.Option("--force", help="Also beyond 50 % of a speed that was walked; run again."),
     ] = False,
 ) -> None:
-    """Walk at a speed that was not recorded, or that is held out.
+    """Walk at a speed, on a slope or with a load that was not recorded, or a held-out trial.
 
     What is expected at that speed follows from the person's other trials and from how other people
     change with speed. A speed takes a minute. Where the general policy falls, one policy of this
     person first learns a range of speeds (5 minutes, once). With --holdout the walk is compared
     with the trial that was held out, beside predictions that need no model: the nearest trial
-    copied, the straight line of two trials, the change of other people added.
+    copied, the straight line of two trials, the change of other people added. With --slope or
+    --load, at the recorded speed unless --speed is given, what other people change there is added
+    to the level record, and Newton's law on that ground does the rest.
     """
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import builtin_subjects, load_subject
     from gaitval.metrics.results import read_metrics
+    from gaitval.model.devices.loads import trunk_load
     from gaitval.prediction.known import known_record
+    from gaitval.prediction.slopes import check_ground, is_changed
     from gaitval.study.predicted_study import run_prediction
     from gaitval.study.stage import open_run
 
@@ -77,18 +107,25 @@ def predict(
         # a file of another trial: it is added to the person, and held out by its name
         person = person.with_trial(load_subject(holdout))
         holdout = person.trials[-1].name
-    wanted = _wanted(speed, holdout)
+    wanted = _wanted(speed, holdout, slope, load, person)
     chosen = [*(settings or ()), *([f"record.use={use}"] if use else []), *wanted]
     configuration = load_configuration(config, settings=chosen)
     record = configuration.record
-    if record.speed:
+    if record.speed and not is_changed(record):
         _check_unwalked(person, record.speed)
-    known_record(
-        person, record, builtin_subjects(), forced=force
-    )  # refuses what cannot be predicted
+    level = record.model_copy(update={"slope": 0.0, "cross_slope": 0.0, "load": 0.0})
+    # refuses what cannot be predicted
+    known = known_record(person, level, builtin_subjects(), forced=force)
+    if is_changed(record):
+        check_ground(known.record, record, configuration.contact)
+        if record.load:
+            trunk_load(record.load, person.mass_kg)
     name = f"{person.identifier}-range"
     name += f"-without-{record.holdout}" if record.holdout else ""
     name += "-kinematics" if record.use == "kinematics" else ""
+    name += f"-slope{record.slope:+g}" if record.slope else ""
+    name += f"-across{record.cross_slope:+g}" if record.cross_slope else ""
+    name += f"-load{record.load:g}" if record.load else ""
     folder = out or Path("reports") / name
     # one range for all speeds: a speed in its settings would train it again for each
     of_range = configuration.model_copy(update={"record": record.model_copy(update={"speed": 0.0})})
@@ -103,7 +140,9 @@ def predict(
     if record.holdout:
         display.print_groups(metrics)
     else:
-        print_distances(metrics)
+        print_distances(metrics, on_a_slope=is_changed(record))
+        if is_changed(record):
+            display.plain(_UNCERTAIN)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
     display.print_verdict(metrics)
 
@@ -120,11 +159,29 @@ def _check_unwalked(person: "Subject", speed: float) -> None:
             )
 
 
-def _wanted(speed: float | None, holdout: str | None) -> list[str]:
-    """Settings for the speed or the trial to predict."""
+def _wanted(
+    speed: float | None,
+    holdout: str | None,
+    slope: float | None,
+    load: float | None,
+    person: "Subject",
+) -> list[str]:
+    """Settings for the speed, the trial, or the slope and load to predict."""
+    if slope is not None or load is not None:
+        if holdout is not None:
+            raise ConfigurationError(
+                f"--holdout {holdout} with --slope or --load: the trial was walked on the level "
+                "without a load, so it says nothing about this walk. Leave one of them out."
+            )
+        if load is not None and load < 0.0:
+            raise ConfigurationError(f"--load {load:g}: nobody carries less than nothing.")
+        speed = person.walking_speed_m_s if speed is None else speed
+        changed = [f"record.slope={slope or 0.0}", f"record.load={load or 0.0}"]
+        return [*_wanted(speed, None, None, None, person), *changed]
     if (speed is None) == (holdout is None):
         raise ConfigurationError(
-            "give one of --speed (m/s) and --holdout (a trial, whose speed is predicted)."
+            "give one of --speed (m/s), --holdout (a trial, whose speed is predicted), and --slope "
+            "or --load (%)."
         )
     if holdout is not None and not holdout.strip():
         raise ConfigurationError(
@@ -139,9 +196,10 @@ def _wanted(speed: float | None, holdout: str | None) -> list[str]:
     return [f'record.holdout="{holdout}"']
 
 
-def print_distances(metrics: "Metrics") -> None:
+def print_distances(metrics: "Metrics", *, on_a_slope: bool = False) -> None:
     """Print, where nothing was recorded, the walk's distance in `metrics` from its prediction,
-    beside the errors of predictions of held-out trials.
+    beside the errors of predictions of held-out trials, of which there are none `on_a_slope` or
+    with a load.
     """
     from rich.table import Table
 
@@ -169,7 +227,7 @@ def print_distances(metrics: "Metrics") -> None:
             f"{whose}, each predicted from the same person's others, from as far in speed.",
             soft_wrap=True,
         )  # fmt: skip
-    else:
+    elif not on_a_slope:
         display.plain(
             "How wrong the prediction is, is not known: no recorded trial is as far in speed from "
             "the same person's others."

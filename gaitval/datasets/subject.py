@@ -125,6 +125,9 @@ class Subject(Displayed, StoredPart):
     aid: Aid | None = None
     """What carries a part of the body beside the feet; it is not measured, so mean force is below
     one body weight, and moments of the legs are those of what the feet carry."""
+    slope_percent: Annotated[FiniteNumber, Field(gt=-50, lt=50)] | None = None
+    """Of the ground that was walked on, uphill positive, where it was not level; the record is in
+    the ground's axes."""
     mass_kg: FiniteNumber
     height_m: FiniteNumber
     leg_length_m: FiniteNumber

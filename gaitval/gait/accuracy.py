@@ -26,6 +26,8 @@ class RecordAccuracy(NamedTuple):
     forward_force: float = 0.0068
     sideways_force: float = 0.005
     vertical_force: float = 0.0095
+    flexion_moments: float | None = None
+    """Of hip and knee in the sagittal plane, where it is not that of the ankle (`moment`)."""
     hip_centre: float = 0.02
     """m, forward and sideways, of the hip centres that the moments are about. Regressions from
     markers miss them by 2 to 3 cm, functional methods by 1 (Leardini et al. 1999, J Biomech 32:99,

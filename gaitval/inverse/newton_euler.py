@@ -4,7 +4,7 @@ A recursive scheme from the feet to the pelvis (Winter 2009, chapters 5 and 7; F
 table 5.1), in world axes about the joint of each segment. The whole ground reaction of a side acts
 on its foot segment and none on its toes.
 
-Gravity is `constants.GRAVITY` along -z.
+Gravity is that of the `Tree`.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,6 @@ import numpy as np
 
 from gaitval.arrays import Array, Index
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.constants import GRAVITY
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import (
     DOF_COUNT,
@@ -70,12 +69,11 @@ def inertial_wrenches(
     mass, centre_of_mass, inertia = tree.mass, tree.centre_of_mass, tree.inertia
     forward(tree.joint_position, q, frames, SEGMENT_COUNT)
     velocities(qd, frames, SEGMENT_COUNT)
-    for i in range(3):
-        turning[0, 0, i] = qdd[i]
-        turning[0, 1, i] = qdd[3 + i]
     # A base that accelerates upwards with g loads every segment with its weight, so no weights are
     # added below.
-    turning[0, 1, 2] += GRAVITY
+    for i in range(3):
+        turning[0, 0, i] = qdd[i]
+        turning[0, 1, i] = qdd[3 + i] - tree.gravity[i]
     for s in range(1, SEGMENT_COUNT):
         p = PARENT[s]
         w0, w1, w2 = angular[p, 0], angular[p, 1], angular[p, 2]

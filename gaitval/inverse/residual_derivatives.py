@@ -114,7 +114,7 @@ def residual_derivatives(
     centre = tree.centre_of_mass.copy()
     some = Tree(
         tree.joint_position, some_mass, centre, some_inertia,
-        tree.sphere_segment, tree.sphere_position, tree.sphere_radius,
+        tree.sphere_segment, tree.sphere_position, tree.sphere_radius, tree.gravity,
     )  # fmt: skip
     groups = BODY_UNKNOWNS - 3
     for t in range(len(states)):

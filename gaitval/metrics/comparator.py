@@ -17,6 +17,7 @@ from gaitval.metrics.repetitions import repeats
 from gaitval.metrics.walk_muscles import lost_joints
 from gaitval.model.body import BodyModel
 from gaitval.prediction.known import is_predicted
+from gaitval.prediction.slopes import body_without
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
@@ -33,6 +34,7 @@ class Comparator:
     recorded, guesses : its part of `metrics.json`, and that of the predictions without a model.
     origins : where what is compared comes from.
     model, leg_length : the body before mu; m.
+    person : the same without what the person carries.
     height : of the person, m.
     lost : coordinates of joints that a prosthesis has, by side.
     opponents : the guesses that know no more than the run was told.
@@ -45,6 +47,7 @@ class Comparator:
     guesses: Sequence[PredictionResult]
     origins: Origins
     model: BodyModel
+    person: BodyModel
     leg_length: float
     height: float
     lost: Mapping[Side, Collection[str]]
@@ -85,10 +88,13 @@ def compared_with(
     return Comparator(
         record=record,
         curves=curves,
-        recorded=recorded_part(record, subject).model_copy(update={"origins": stored}),
+        recorded=recorded_part(record, subject, model.ground).model_copy(
+            update={"origins": stored}
+        ),
         guesses=guesses,
         origins=origins,
         model=model,
+        person=body_without(model, configuration.record),
         leg_length=subject.leg_length_m,
         height=subject.height_m,
         lost=lost_joints(subject),

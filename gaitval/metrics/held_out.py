@@ -19,6 +19,7 @@ from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.dimensionless import speed_unit
+from gaitval.gait.record import GaitRecord
 from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.predicted_results import PredictedCurves, PredictionBand, StatisticalCurves
@@ -200,12 +201,18 @@ def _speeds(person: Subject, names: Sequence[str]) -> dict[str, int]:
 
 
 def predicted_curves(
-    subject: Subject, settings: RecordSettings, others: Sequence[Subject]
+    subject: Subject,
+    settings: RecordSettings,
+    others: Sequence[Subject],
+    walked: GaitRecord | None = None,
 ) -> PredictedCurves:
     """The curves that are predicted for the speed of `settings`, without a model, with a band for
     each where at least `FEWEST_TRIALS` trials of this person and of `others` can be held out.
-    Nothing of a trial that `settings` hold out is read.
+    Nothing of a trial that `settings` hold out is read. On a slope or with a load they are those of
+    `walked`, without a band: nobody's trials say how far they are off.
     """
+    if walked is not None:
+        return PredictedCurves(curves=_stored(by_kind(recorded_curves(walked))))
     known = trials_known(subject, settings.holdout or None)
     person = known[0].model_copy(
         update={"trials": tuple(t for t in known[0].trials if t.name != settings.holdout)}

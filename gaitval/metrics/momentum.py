@@ -3,6 +3,7 @@
 import numpy as np
 
 from gaitval.constants import GRAVITY
+from gaitval.model.ground import LEVEL, Ground
 from gaitval.simulation.rollout import Rollout
 
 EVERY = 1.0
@@ -11,9 +12,9 @@ of mass 34 m from where it started, so a velocity over two steps of 2 ms is know
 over a second is 0.01 % of the weight."""
 
 
-def momentum_residual(rollout: Rollout, mass: float) -> float | None:
-    """The largest force on a body of `mass` (kg) in `rollout` that ground, gravity and push do not
-    explain, % of body weight; None if it is shorter than two windows.
+def momentum_residual(rollout: Rollout, mass: float, ground: Ground = LEVEL) -> float | None:
+    """The largest force on a body of `mass` (kg) in `rollout` on a `ground` that ground, gravity
+    and push do not explain, % of body weight; None if it is shorter than two windows.
 
     Over windows of `EVERY` seconds, each half a window later than the one before: the change of
     momentum less the impulse of all external forces, divided by the duration (Newton's second law,
@@ -24,7 +25,7 @@ def momentum_residual(rollout: Rollout, mass: float) -> float | None:
     if len(rollout.time) < 2 * window:
         return None
     force = rollout.ground_reaction.sum(axis=1) + rollout.root_force[:, 3:]
-    force = force - [0.0, 0.0, mass * GRAVITY]
+    force = force + mass * ground.gravity
     starts = np.arange(1, len(force) - window - 1, window // 2)
     # windows overlap by half, so that a force at the edge of one is inside another
     ends = starts + window

@@ -26,6 +26,7 @@ from gaitval.metrics.record_results import (
 from gaitval.metrics.typed import array, number, numbers
 from gaitval.metrics.walk_results import MeanCurve
 from gaitval.metrics.whole_body import record_centre_of_mass
+from gaitval.model.ground import LEVEL, Ground
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
@@ -43,8 +44,12 @@ def by_kind(curves: Curves) -> dict[Kind, dict[str, Array]]:
     }
 
 
-def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> RecordResult:
-    """The part of `metrics.json` about `record`; `subject` has the corrections of its plates."""
+def recorded_part(
+    record: GaitRecord, subject: "Subject | None" = None, ground: Ground = LEVEL
+) -> RecordResult:
+    """The part of `metrics.json` about `record`, which is in the axes of the `ground`; `subject`
+    has the corrections of its plates.
+    """
     phase = np.arange(1000) / 1000
     steps, lengths = record.steps, step_lengths(record)
     # phases of the right cycle at which each foot is in stance; the left one starts at left_phase
@@ -64,7 +69,7 @@ def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> Recor
     return RecordResult(
         curves=RecordedCurves(**{kind: _listed(each) for kind, each in by_kind(curves).items()}),
         joint_power=power,
-        centre_of_mass=record_centre_of_mass(record).tolist(),
+        centre_of_mass=record_centre_of_mass(record, ground).tolist(),
         # what was not given is written too
         plates=None if plates is None else PlateCorrection(**plates.model_dump()),
         as_measured=measured,

@@ -13,6 +13,7 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, ARM, LEG, LUMBAR, SIDES
 from gaitval.metrics.cycles import GaitCycles, cut, step_of
 from gaitval.metrics.tolerances import Measure, measured
+from gaitval.model.ground import LEVEL, Ground
 from gaitval.model.rotations import pelvis_angles
 from gaitval.simulation.rollout import Rollout
 
@@ -50,9 +51,11 @@ the range of the trunk's tilt, lean and turn is above their mean (0: not above),
 is away from upright; and the largest size of the moment (3,) at the lumbar joint."""
 
 
-def unrecorded(rollout: Rollout, cycles: GaitCycles, *, mass: float) -> list[Measure]:
-    """`UNRECORDED` of the compared `cycles` of `rollout`, by a model of `mass` kg; without values
-    if there are none.
+def unrecorded(
+    rollout: Rollout, cycles: GaitCycles, *, mass: float, ground: Ground = LEVEL
+) -> list[Measure]:
+    """`UNRECORDED` of the compared `cycles` of `rollout`, by a model of `mass` kg on a `ground`;
+    without values if there are none.
     """
     if cycles.count("right") == 0:
         return [measured(*each, None) for each in UNRECORDED]
@@ -70,27 +73,29 @@ def unrecorded(rollout: Rollout, cycles: GaitCycles, *, mass: float) -> list[Mea
         *(float(each.max()) for each in shoulders),
         100.0 * arms / legs if legs > 0.0 else None,
         100.0 * force_ringing(rollout, rows) / (mass * GRAVITY),
-        *_trunk(rollout, cycles),
+        *_trunk(rollout, cycles, ground),
         float(np.linalg.norm(rollout.moments[rows][:, _LUMBAR], axis=1).max() / mass),
     )
     return [measured(*each, value) for each, value in zip(UNRECORDED, values, strict=True)]
 
 
-def trunk_angles(positions: Array) -> Array:
-    """Forward tilt, lean to the left and turn to the left (T, 3) deg of the trunk in the room, from
-    the coordinates `positions` (T, 31).
+def trunk_angles(positions: Array, ground: Ground = LEVEL) -> Array:
+    """Forward tilt, lean to the left and turn to the left (T, 3) deg of the trunk in a room whose z
+    is up, from the coordinates `positions` (T, 31) on a `ground`.
     """
     pelvis = Rotation.from_rotvec(positions[:, :3])
     # The lumbar joint turns about -y, x and z of the pelvis in this order.
     lumbar = Rotation.from_euler("YXZ", positions[:, 6:][:, _LUMBAR] * np.array([-1.0, 1.0, 1.0]))
     # List is positive where the right side is up, so the trunk leans to the left.
-    return np.asarray(np.rad2deg(pelvis_angles((pelvis * lumbar).as_matrix())))
+    return np.asarray(
+        np.rad2deg(pelvis_angles(ground.from_level.T @ (pelvis * lumbar).as_matrix()))
+    )
 
 
-def _trunk(rollout: Rollout, cycles: GaitCycles) -> list[float]:
+def _trunk(rollout: Rollout, cycles: GaitCycles, ground: Ground) -> list[float]:
     """Of each of `TRUNK_RANGE`, and of the mean tilt."""
     angles = cut(
-        trunk_angles(rollout.positions), cycles.starts["right"], cycles.ends["right"]
+        trunk_angles(rollout.positions, ground), cycles.starts["right"], cycles.ends["right"]
     ).mean(axis=0)
     return [
         *(

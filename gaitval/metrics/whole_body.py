@@ -12,14 +12,16 @@ from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.cycles import GaitCycles, cut
 from gaitval.metrics.tolerances import Measure, measured
+from gaitval.model.ground import LEVEL, Ground
 from gaitval.simulation.rollout import Rollout
 
 AXES: Final = ("forward", "left", "up")
 
 
-def record_centre_of_mass(record: GaitRecord) -> Array:
-    """Path (101, 3) m of the centre of mass over the right cycle of `record`, less its mean and
-    steady travel: the acceleration from the ground reaction, integrated twice as a periodic series.
+def record_centre_of_mass(record: GaitRecord, ground: Ground = LEVEL) -> Array:
+    """Path (101, 3) m of the centre of mass over the right cycle of `record`, in the axes of its
+    `ground`, less its mean and steady travel: the acceleration from the ground reaction, integrated
+    twice as a periodic series.
     """
     count = SAMPLES - 1
     phase = np.arange(count) / count
@@ -30,7 +32,7 @@ def record_centre_of_mass(record: GaitRecord) -> Array:
         start=np.zeros((count, 3)),
     )
     # scaled to a mean of one body weight, as steady walking needs: force over mass, m/s²
-    spectrum = np.fft.rfft(GRAVITY * force / force[:, 2].mean(), axis=0)
+    spectrum = np.fft.rfft(GRAVITY * force / (force @ ground.up).mean(), axis=0)
     turns = 2.0 * np.pi * np.arange(len(spectrum)) / record.stride_time
     # integrating e^(iwt) twice divides by -w²; gravity and the mean position are the constant term
     spectrum[1:] /= -(turns[1:, None] ** 2)

@@ -9,6 +9,7 @@ from typing import Final
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
+from gaitval.model.ground import LEVEL, Ground
 
 _JOINTS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
     "thigh_r": ("pelvis", ("hip_flexion_r", "hip_adduction_r", "hip_rotation_r")),
@@ -82,12 +83,13 @@ class ContactSphere:
 @dataclass(frozen=True)
 class BodyModel:
     """A person's body: segments in the order of `SEGMENTS`, and twelve foot spheres (six per foot,
-    right foot first).
+    right foot first); and the `ground` that it is on, in whose axes gravity is.
     """
 
     name: str
     segments: tuple[Segment, ...]
     spheres: tuple[ContactSphere, ...]
+    ground: Ground = LEVEL
 
     def __getitem__(self, name: str) -> Segment:
         return self.segments[SEGMENTS.index(name)]

@@ -45,6 +45,7 @@ class Tree(NamedTuple):
     sphere_segment : (K,) index into `SEGMENTS`.
     sphere_position : (K, 3) m, in the segment's frame.
     sphere_radius : (K,) m.
+    gravity : (3,) m/s², in the world's axes, which are the ground's (`model.ground`).
     """
 
     joint_position: Array
@@ -54,6 +55,7 @@ class Tree(NamedTuple):
     sphere_segment: Index
     sphere_position: Array
     sphere_radius: Array
+    gravity: Array
 
 
 class Frames(NamedTuple):
@@ -96,6 +98,7 @@ def tree_arrays(model: BodyModel) -> Tree:
         sphere_segment=np.array([_INDEX[c.segment] for c in model.spheres], dtype=np.int64),
         sphere_position=np.array([c.position for c in model.spheres], dtype=float),
         sphere_radius=np.array([c.radius for c in model.spheres], dtype=float),
+        gravity=model.ground.gravity,
     )
 
 
@@ -274,10 +277,22 @@ def segment_frames(model: BodyModel, positions: Array) -> Array:
     """Poses of all segments of `model` over a motion, `positions` (T, 31) in the order of
     `coordinates.COORDINATES`: (T, 14, 4, 4) homogeneous transforms, segment to world.
     """
-    joint_position, frames = tree_arrays(model).joint_position, empty_frames()
     found = np.zeros((len(positions), SEGMENT_COUNT, 4, 4))
     found[..., 3, 3] = 1.0
-    for t, q in enumerate(np.asarray(positions, dtype=float)):
-        forward(joint_position, q, frames, SEGMENT_COUNT)
-        found[t, :, :3, :3], found[t, :, :3, 3] = frames.rotation, frames.origin
+    along = np.ascontiguousarray(positions, dtype=float)
+    _enter_segment_frames(tree_arrays(model).joint_position, along, empty_frames(), found)
     return found
+
+
+@njit_borrowing
+def _enter_segment_frames(
+    joint_position: Array, positions: Array, frames: Frames, found: Array
+) -> None:
+    """Write the rotations and origins of `segment_frames` into `found` (T, 14, 4, 4)."""
+    for t in range(positions.shape[0]):
+        forward(joint_position, positions[t], frames, SEGMENT_COUNT)
+        for s in range(SEGMENT_COUNT):
+            for i in range(3):
+                for j in range(3):
+                    found[t, s, i, j] = frames.rotation[s, i, j]
+                found[t, s, i, 3] = frames.origin[s, i]

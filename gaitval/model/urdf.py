@@ -32,6 +32,7 @@ from gaitval.model.body import (
     ContactSphere,
     Segment,
 )
+from gaitval.model.ground import LEVEL, Ground
 from gaitval.model.safe_xml import parse_xml
 from gaitval.plain_numbers import plain_float
 
@@ -116,6 +117,8 @@ def model_hash(model: BodyModel) -> str:
         _update(digest, each.name, *numbers)
     for sphere in model.spheres:
         _update(digest, f"{sphere.segment}/{sphere.name}", sphere.position, sphere.radius)
+    if not model.ground.level:
+        _update(digest, "ground", model.ground.slope, model.ground.cross_slope)
     return digest.hexdigest()
 
 
@@ -137,6 +140,11 @@ def _template_values(model: BodyModel) -> dict[str, Any]:
         "ranges": {name: [repr(value) for value in ends] for name, ends in RANGES.items()},
         "shape": _shape(model),
     }
+    if not model.ground.level:
+        values["ground"] = {
+            "slope": repr(float(model.ground.slope)),
+            "cross_slope": repr(float(model.ground.cross_slope)),
+        }
     for segment in model.segments:
         inertia = segment.inertia
         values[segment.name] = {
@@ -234,7 +242,21 @@ def _body_model(robot: Element) -> BodyModel:
     segments = tuple(_segment(name, links[name], joints) for name in SEGMENTS)
     spheres = tuple(sphere for name in SEGMENTS for sphere in _spheres_of(name, links[name]))
     _refuse([*_bad_numbers(segments), *_bad_spheres(spheres)])
-    return BodyModel(name=robot.get("name", ""), segments=segments, spheres=spheres)
+    name, ground = robot.get("name", ""), _ground_of(robot)
+    return BodyModel(name=name, segments=segments, spheres=spheres, ground=ground)
+
+
+def _ground_of(robot: Element) -> Ground:
+    """The ground of a file that says one: an element of gaitval's own, which URDF does not have and
+    other programs leave out. Raises ValueError.
+    """
+    found = robot.find("ground")
+    if found is None:
+        return LEVEL
+    slopes = [plain_float(found.get(key, "0")) for key in ("slope", "cross_slope")]
+    if not np.isfinite(slopes).all():
+        raise ValueError(f"<ground> with slopes of {slopes} %: not finite")
+    return Ground(*slopes)
 
 
 def _refuse(problems: Sequence[str]) -> None:

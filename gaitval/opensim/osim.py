@@ -31,7 +31,6 @@ from scipy.spatial.transform import Rotation
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.configuration import ContactSettings
-from gaitval.constants import GRAVITY
 from gaitval.contact.law import contact_law
 from gaitval.coordinates import ACTUATED, AXES, RANGES, Side
 from gaitval.errors import ModelError
@@ -119,7 +118,7 @@ def write_osim(
     _text(root, "credits", "Written by gaitval")
     _text(root, "length_units", "meters")
     _text(root, "force_units", "N")
-    _vector(root, "gravity", (0.0, -GRAVITY, 0.0))
+    _vector(root, "gravity", vectors_to_opensim(model.ground.gravity))
     _bodies(_set(root, "BodySet"), model)
     _joints(_set(root, "JointSet"), model, locked)
     forces = _set(root, "ForceSet")

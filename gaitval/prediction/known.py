@@ -5,8 +5,9 @@ correction - reads the known record. By default that is the person's record. Wit
 "kinematics"` it has the person's angles, speed, stride time and time of left heel strike; moments,
 forces and stance are those expected of anybody at this speed from other people's. With
 `record.holdout` or `record.speed` it is what the person's other trials predict for another speed
-(`speed`). What is held out is read by nothing but the comparison, which
-tests/workflows/test_poison.py proves with NaN in its place.
+(`speed`); with `record.slope` or `record.load` what is expected there (`slopes`). What is held out
+is read by nothing but the comparison, which tests/workflows/test_poison.py proves with NaN in its
+place.
 """
 
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject import Subject
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord
+from gaitval.prediction.slopes import ON_A_SLOPE, is_changed, on_ground
 
 RecordedQuantity = Literal["angles", "timing", "moments", "forces", "stance"]
 QUANTITIES: Final[tuple[RecordedQuantity, ...]] = (
@@ -91,12 +93,12 @@ def with_expected_kinetics(subject: Subject, others: Sequence[Subject]) -> GaitR
 
 def is_predicted(settings: RecordSettings) -> bool:
     """Whether, by `settings`, the walk is of another trial or speed than the model knows."""
-    return bool(settings.holdout) or settings.speed > 0.0
+    return bool(settings.holdout) or is_unrecorded(settings)
 
 
 def is_unrecorded(settings: RecordSettings) -> bool:
     """Whether, by `settings`, there is no record at the speed of the walk to compare with."""
-    return settings.speed > 0.0 and not settings.holdout
+    return (settings.speed > 0.0 or is_changed(settings)) and not settings.holdout
 
 
 def known_record(
@@ -112,6 +114,10 @@ def known_record(
     whose gait is known, without that person. Raises SubjectError if no trial is left, the speed is
     too far away, or there are too few others to expect kinetics from.
     """
+    if is_changed(settings):
+        level = settings.model_copy(update={"slope": 0.0, "cross_slope": 0.0, "load": 0.0})
+        there = known_record(subject, level, others, speed=speed, forced=forced)
+        return KnownRecord(on_ground(there.record, settings), ON_A_SLOPE)
     if not is_predicted(settings) and speed is None:
         return _of_a_trial(subject, settings, others)
     from gaitval.prediction.speed import at_speed, trials_known

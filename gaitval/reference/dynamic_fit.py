@@ -28,6 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Flags
 from gaitval.configuration import ContactSettings
@@ -53,6 +54,7 @@ from gaitval.reference.motion import (
     side_phase,
     spectral_rate,
 )
+from gaitval.reference.steady_trunk import SHAKING, steady_amplitude
 from gaitval.reference.walking_laws import (
     FOOT,
     FOOT_NUMBERS,
@@ -128,6 +130,9 @@ class ConventionAccuracy(NamedTuple):
     subtalar_moment: float = 0.1
     rotation_moment: float = 0.3
     """Nm/kg, of the moments at the subtalar joints and about the thighs' axes from none."""
+    steady_moment: float = 0.05
+    """Nm/kg, of each harmonic beyond `SMOOTH_HARMONIC` of what bends the upper body, and of the
+    same turns of pelvis and arms. Fits of a quarter to twice of it follow the record alike."""
 
 
 class Accuracy(NamedTuple):
@@ -161,6 +166,7 @@ INFERENCE = Accuracy(
         free_moment=np.inf,
         subtalar_moment=np.inf,
         rotation_moment=np.inf,
+        steady_moment=np.inf,
     ),
 )
 """What the identification, the search for shifted plates and virtual people were calibrated with:
@@ -290,11 +296,14 @@ def _coordinate_accuracy(accuracy: Accuracy) -> Array:
     return np.array(scales)
 
 
-def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Array, Array]:
+def _penalties(
+    accuracy: Accuracy, departure: Array, series: Array, steady: Array
+) -> tuple[Array, Array]:
     """Rows (31, R, n) and constants (31, R) of the residuals that are linear in the unknowns:
     departures of the coordinates, of which the initial motion has `departure` (T, 31) from the
-    record, and roughness of their change. The trunk is held instead of the lumbar coordinates, of
-    which only the change is kept small.
+    record, and roughness of their change, which trunk and arms hold closer: to the amplitudes
+    `steady` (H,) rad. The trunk is held instead of the lumbar coordinates, of which only the change
+    is kept small.
     """
     instants, terms = series.shape
     # Mean, cosines, sines: the order of a series' columns.
@@ -302,6 +311,7 @@ def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Arr
     high = harmonic > SMOOTH_HARMONIC
     # Acceleration grows with the square of the harmonic.
     roughness = np.diag(ROUGHNESS * high * (harmonic / SMOOTH_HARMONIC) ** 2)
+    closer = np.diag(np.concatenate([[0.0], np.tile(1.0 / steady, 2)]) * high)
     penalty = np.zeros((len(COORDINATES), instants + terms, terms))
     miss = np.zeros(penalty.shape[:2])
     # A sum over instants divided by their number: the mean square does not depend on how many there
@@ -309,12 +319,23 @@ def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Arr
     norm = 1.0 / np.sqrt(instants)
     for k, wanted in enumerate(_coordinate_accuracy(accuracy)):
         penalty[k, instants:] = roughness / wanted
+        if k in SHAKING:
+            penalty[k, instants:] = np.maximum(penalty[k, instants:], closer)
         if COORDINATES[k] in LUMBAR:
             penalty[k, instants:] += np.diag(1.0 / wanted * ~high)
         else:
             penalty[k, :instants] = series / wanted * norm
             miss[k, :instants] = departure[:, k] / wanted * norm
     return penalty, miss
+
+
+def moment_accuracy(accuracy: RecordAccuracy, name: str) -> float:
+    """Nm/kg, of the moment of `name`, one of `FEED_FORWARD`."""
+    if name == "hip_adduction":
+        return accuracy.adduction_moment
+    if name == "ankle_angle" or accuracy.flexion_moments is None:
+        return accuracy.moment
+    return accuracy.flexion_moments
 
 
 def _hold_unrecorded(
@@ -375,11 +396,13 @@ def fit_problem(
     own = np.column_stack([np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES])
     ends = np.array([record.stance_fraction[side] for side in SIDES])
     force = [record.ground_reaction(side, own[:, i]) for i, side in enumerate(SIDES)]
-    # No periodic motion has another mean vertical force than one body weight.
-    level = sum(each[:, 2].mean() for each in force)
+    # No periodic motion has another mean force against gravity than one body weight.
+    level = sum((each @ model.ground.up).mean() for each in force)
 
     target = np.zeros((INSTANTS, OUTPUTS))
-    target[:, TRUNK.start + 1] = accuracy.mean_lean
+    # An upright trunk leans in the axes of a slope.
+    target[:, TRUNK] = Rotation.from_matrix(model.ground.from_level).as_rotvec()
+    target[:, TRUNK.start + 1] += accuracy.mean_lean
     weights = np.zeros((INSTANTS, OUTPUTS))
     lever = np.zeros((INSTANTS, OUTPUTS, _COMMON))
     # Element 1 of the trunk's rotation vector is its turn about y, the forward lean; the lean that
@@ -396,7 +419,7 @@ def fit_problem(
         weights[:, place : place + 3] = 1.0 / (sizes * weight)
         for name in FEED_FORWARD:
             row = COORDINATES.index(f"{name}_{side[0]}")
-            size = wanted.adduction_moment if name == "hip_adduction" else wanted.moment
+            size = moment_accuracy(wanted, name)
             weights[:, row] = 1.0 / (size * model.mass)
             target[:, row] = record.moments[f"{name}_{side[0]}"](own[:, i]) * model.mass
             # A plate that is shifted forward changes a sagittal moment by the vertical force times
@@ -414,12 +437,15 @@ def fit_problem(
 
     shift, hip = max(shift_sd, _NO_SHIFT), max(wanted.hip_centre, _NO_SHIFT)
     norm = 1.0 / np.sqrt(INSTANTS)
-    penalty, miss = _penalties(accuracy, np.broadcast_to(departure, path[0].shape), series[0])
+    rates = np.array(2.0 * np.pi / time * np.arange(1.0, HARMONICS + 1))
+    steady = steady_amplitude(model, rates, accuracy.convention.steady_moment)
+    departures = np.broadcast_to(departure, path[0].shape)
+    penalty, miss = _penalties(accuracy, departures, series[0], steady)
     return Problem(
         bodies=lambda _: body,
         varied=(),
         path=(path[0], path[1], path[2]),
-        rates=np.array(2.0 * np.pi / time * np.arange(1.0, HARMONICS + 1)),
+        rates=rates,
         series=series,
         target=target,
         weight=weights * norm,

@@ -19,8 +19,10 @@ convention of this project, because the record has no markers above the pelvis o
 It is long because each part of the motion has its derivation beside it.
 """
 
+import pickle
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from hashlib import blake2b
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -38,6 +40,7 @@ from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.display import Displayed
 from gaitval.gait.record import RECORDED_ANGLES, GaitRecord, PeriodicCurve, periodic_through
 from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.ground import LEVEL, Ground
 from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import ROOT_DOFS, Tree, segment_frames, tree_arrays
@@ -338,7 +341,24 @@ def _lowest(heights: Array) -> Array:
     return np.asarray(-0.003 * logsumexp(-heights / 0.003, axis=1))
 
 
+_MOST_OFFSETS: Final = 8
+_offsets: Final[dict[bytes, dict[str, float]]] = {}
+
+
 def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
+    """`_found_offsets`, once for equal records and bodies: a study asks for those of the body as
+    scaled three times, and they take longer than all else of a reference.
+    """
+    content = pickle.dumps((record, model))
+    key = blake2b(content, digest_size=16).digest()
+    if key not in _offsets:
+        while len(_offsets) >= _MOST_OFFSETS:
+            del _offsets[next(iter(_offsets))]
+        _offsets[key] = _found_offsets(record, model)
+    return dict(_offsets[key])
+
+
+def _found_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     """Smallest constant offsets (rad) of `OFFSET_JOINTS`, right and left, for the motion to fit
     the ground (soles at one height in double support, the flat foot level) and the direction of
     the recorded force on the flat foot, seen from behind.
@@ -395,14 +415,15 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     return dict(zip(names, map(float, solution.x), strict=True))
 
 
-def trunk_upright(rotation: Array) -> Array:
+def trunk_upright(rotation: Array, ground: Ground = LEVEL) -> Array:
     """Lumbar coordinates (N, 3) rad that keep the trunk upright and facing forward (+x): extension
     (trunk backward), bending (to the right), rotation (to the left). `rotation` (N, 3, 3) is that
-    of the pelvis, pelvis to world.
+    of the pelvis, pelvis to world, whose axes are those of the `ground`.
     """
     # The lumbar joint turns about -y, x, z of the pelvis in this order.
     # The joint must undo the pelvis's rotation: its matrix is the transpose.
-    angles = Rotation.from_matrix(np.swapaxes(rotation, 1, 2)).as_euler("YXZ")
+    upright = np.swapaxes(rotation, 1, 2) @ ground.from_level
+    angles = Rotation.from_matrix(upright).as_euler("YXZ")
     return np.asarray(angles * np.array([-1.0, 1.0, 1.0]))
 
 
@@ -425,11 +446,12 @@ def _series(phase: Array, order: int) -> Array:
 
 
 def _pelvis_translation(
-    record: GaitRecord, phase: Array, com_offset: Array, foot_offset: Array
+    record: GaitRecord, phase: Array, com_offset: Array, foot_offset: Array, up: Array
 ) -> Array:
-    """Periodic part of the pelvis position (N, 3), mean zero, at the phases `phase` of a `record`.
-    From the pelvis' origin it is `com_offset` (N, 3) m to the centre of mass, and `foot_offset`
-    (N, 2, 3) m to the right and the left ankle, world axes.
+    """Periodic part of the pelvis position (N, 3), mean zero, at the phases `phase` of a `record`;
+    `up` (3,) is the unit vector against gravity. From the pelvis' origin it is `com_offset` (N, 3)
+    m to the centre of mass, and `foot_offset` (N, 2, 3) m to the right and the left ankle, world
+    axes.
 
     Least squares over a Fourier series: the centre of mass accelerates as the recorded forces
     require (with their mean scaled to what periodic motion needs), and the flat foot is stationary
@@ -440,10 +462,10 @@ def _pelvis_translation(
         start=np.zeros((len(phase), 3)),
     )
     # Forces are in body weights, so force x g is acceleration. In a periodic motion the mean force
-    # is one body weight upwards and nothing else: the measured mean is removed, and the vertical
-    # force scaled to it.
+    # is one body weight upwards and nothing else: the measured mean is removed, and the force along
+    # the ground's normal scaled to it.
     acceleration = GRAVITY * (force - force.mean(axis=0))
-    acceleration[:, 2] *= 1.0 / force[:, 2].mean()
+    acceleration[:, 2] *= 1.0 / (force @ up).mean()
     time = record.stride_time
     # Centre of mass = pelvis + offset, so the pelvis accelerates by the rest.
     offset_acceleration = spectral_rate(spectral_rate(com_offset)) / time**2
@@ -462,9 +484,11 @@ def _pelvis_translation(
 
 
 def _standing_height(tree: Tree, contact: ContactSettings, frames: Array) -> float:
-    """Height to add so that the mean static contact force over the cycle is one body weight."""
+    """Height to add so that the mean static contact force over the cycle is what of the body's
+    weight the ground's normal carries.
+    """
     heights = _sole_heights(tree, frames)
-    weight = tree.mass.sum() * GRAVITY
+    weight = tree.mass.sum() * -tree.gravity[2]
     law = contact_law(contact, NOMINAL_FRICTION)
 
     def excess(lift: float) -> float:
@@ -495,7 +519,7 @@ def build_reference(
     angles, angle_rates = _pelvis_curves(record, phase)
     rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
     lumbar = slice(ACTUATED.index("lumbar_extension"), ACTUATED.index("lumbar_rotation") + 1)
-    joint[:, lumbar] = trunk_upright(rotation)
+    joint[:, lumbar] = trunk_upright(rotation, model.ground)
     # Numerically: the lumbar angles are not curves of the record, but follow from the pelvis.
     joint_rate[:, lumbar] = spectral_rate(joint[:, lumbar])
 
@@ -509,7 +533,9 @@ def build_reference(
     frames = segment_frames(model, positions)
     com_offset = whole_body_path(tree, frames)
     feet = [SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")]
-    translation = _pelvis_translation(record, phase, com_offset, frames[:, feet][..., :3, 3])
+    translation = _pelvis_translation(
+        record, phase, com_offset, frames[:, feet][..., :3, 3], model.ground.up
+    )
     velocities[:, 3:6] = spectral_rate(translation) / time
     velocities[:, 3] += record.speed
     # Walk along y = 0 with the mean centre of mass in the middle.

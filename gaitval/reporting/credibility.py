@@ -12,6 +12,8 @@ from gaitval.build_info import minute_of
 from gaitval.errors import ArtefactError
 from gaitval.metrics.momentum import momentum_residual
 from gaitval.metrics.results import Metrics
+from gaitval.model.ground import LEVEL
+from gaitval.model.urdf import read_urdf
 from gaitval.reporting.facts import shown
 from gaitval.simulation.rollout import Rollout
 
@@ -44,7 +46,9 @@ def beside_metrics(folder: Path, metrics: Metrics) -> dict[str, str]:
     """
     path, momentum = folder / "rollouts" / f"{metrics.final}.npz", None
     if path.exists():
-        momentum = momentum_residual(Rollout.load(path), metrics.method.model_mass_kg)
+        model = folder / "model.urdf"
+        ground = read_urdf(model).ground if model.exists() else LEVEL
+        momentum = momentum_residual(Rollout.load(path), metrics.method.model_mass_kg, ground)
     return {
         "momentum": "" if momentum is None else shown(momentum, "% of body weight", 3),
         "seed": str((provenance_before(folder) or {}).get("seed", "")),

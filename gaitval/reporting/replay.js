@@ -58,6 +58,7 @@
   const renderer = new THREE.WebGLRenderer({ canvas, context: gl });
   renderer.debug.checkShaderErrors = false; // to ask would wait for every shader
   const world = new THREE.Scene();
+  walkerBody.tilt(world, scene.body);
   const camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1.6, 0.1, 40);
   camera.up.set(0, 0, 1);
   const orbit = new THREE.OrbitControls(camera, canvas);

@@ -252,15 +252,19 @@ def _poses(model: BodyModel, positions: Array, segments: tuple[str, ...]) -> dic
 
 
 def body_of(model: BodyModel) -> dict[str, object]:
-    """What `replay_body.js` draws of `model`: mass, joints in the segment before, contact
-    spheres.
+    """What `replay_body.js` draws of `model`: mass, joints in the segment before, contact spheres;
+    on a slope also the rotation, row by row, from the ground's axes to those of a room whose z is
+    up.
     """
     spheres = [
         {"segment": sphere.segment, "position": sphere.position.tolist(), "radius": sphere.radius}
         for sphere in model.spheres
     ]
     joints = {each.name: each.joint_position.tolist() for each in model.segments}
-    return {"mass": model.mass, "joints": joints, "spheres": spheres}
+    found: dict[str, object] = {"mass": model.mass, "joints": joints, "spheres": spheres}
+    if not model.ground.level:
+        found["room"] = model.ground.from_level.T.ravel().tolist()
+    return found
 
 
 def _body(model: BodyModel, positions: Array) -> dict[str, object]:

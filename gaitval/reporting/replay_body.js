@@ -4,7 +4,7 @@
    the frame of the segment (x forward, y left, z up, m). Lengths are those of the model; girths are
    those of a typical adult, wider for a body that is heavier for its legs. They have no meaning in the
    simulation. `walkerBody.lit` makes their material, `walkerBody.solid` the shapes of devices;
-   `walkerBody.drawnSlowly()` says whether there is no graphics card. */
+   `walkerBody.drawnSlowly()` says whether there is no graphics card; `walkerBody.tilt` lets a slope rise. */
 "use strict";
 const walkerBody = (() => {
   const SIDES = 24; // corners of a cross-section
@@ -242,5 +242,13 @@ const walkerBody = (() => {
     probe?.getExtension("WEBGL_lose_context")?.loseContext();
     return /swiftshader|llvmpipe|software|basic render/i.test(name);
   }
-  return Object.assign(parts, { lit, solid, drawnSlowly });
+
+  /* Turn a scene in the axes of the ground into the room's, where z is up: a slope rises. */
+  function tilt(scene, { room }) {
+    if (!room) return;
+    const [a, b, c, d, e, f, g, h, i] = room;
+    scene.setRotationFromMatrix(new THREE.Matrix4().set(a, b, c, 0, d, e, f, 0, g, h, i, 0, 0, 0, 0, 1));
+    scene.updateMatrixWorld(true);
+  }
+  return Object.assign(parts, { lit, solid, drawnSlowly, tilt });
 })();

@@ -26,6 +26,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.display import Displayed
 from gaitval.errors import ScalingError
 from gaitval.model.body import BodyModel
+from gaitval.model.ground import Ground
 from gaitval.scaling.anthropometry import (
     ADULT_YEARS,
     DE_LEVA,
@@ -152,7 +153,11 @@ def scale_subject(subject: "Person", *, symmetric: bool = True) -> ScaledBody:
     measured = measurements_of(subject)
     # A marker's error makes lengths differ; a mass of one side is somebody's word.
     own = getattr(subject, "prosthesis", None) in SIDES or measured.masses_differ
-    return build_body(subject, replace(measured, symmetric=symmetric and not own))
+    body = build_body(subject, replace(measured, symmetric=symmetric and not own))
+    slope = getattr(subject, "slope_percent", None)
+    if slope is None:
+        return body
+    return replace(body, model=replace(body.model, ground=Ground(slope)))
 
 
 def measurements_of(subject: "Person") -> Measurements:

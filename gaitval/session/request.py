@@ -145,6 +145,9 @@ class ImportOptions(BaseModel):
     of the plates if left out, else 0."""
     belt: Annotated[float | None, Field(ge=0.0, le=5.0), OptionDisplay("M/S")] = None
     """Speed of the treadmill's belt in all trials, m/s; as the flat feet move if left out."""
+    incline: Annotated[float | None, Field(gt=-50.0, lt=50.0), OptionDisplay("PERCENT")] = None
+    """Slope of the belt or floor, %, uphill positive, of a file whose axes are the belt's; as the
+    mean force leans if left out."""
     feet_not_flat: bool = False
     """The person stands on toes or heels: put the feet flat for scaling."""
     marker_set: str | None = None

@@ -17,6 +17,7 @@ from gaitval.inverse.marker_placement import MarkerPlacement, place_markers
 from gaitval.inverse.model_fit import ANATOMICAL_SD, SOFT_TISSUE_SD, ModelFit, fit_model
 from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel
+from gaitval.model.ground import Ground
 from gaitval.model.markers import ModelMarker
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
@@ -59,6 +60,11 @@ class FittedBody:
     def model(self) -> BodyModel:
         """The model that is used."""
         return self.scaled.model
+
+    def on(self, ground: Ground) -> "FittedBody":
+        """The same on another ground."""
+        model = replace(self.scaled.model, ground=ground)
+        return replace(self, scaled=replace(self.scaled, model=model))
 
 
 HIP_LENGTHS: Final = ("hip_half_width", "hip_forward", "hip_up")

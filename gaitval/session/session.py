@@ -20,6 +20,7 @@ from gaitval.gait.foot_forces import LIGHTEST, of_weight
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain
 from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.session.average import check_mass, drift_warnings, mean_angles, mean_kinetics
+from gaitval.session.incline import ground_of
 from gaitval.session.one_side import missing_sides
 from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import Notify, Request, silent
@@ -156,6 +157,12 @@ def work_out_trials(
             request = request.without_trial(error.trial)
     walks = _usable_walks(request, processing, known, noted)
     require_cycles(walks)
+    ground = ground_of(request, walks, noted)
+    if ground != body.model.ground:
+        # what the segments weigh, and so all moments, changes with gravity's direction
+        body = known.body = body.on(ground)
+        known.trials.clear()
+        walks = _usable_walks(request, processing, known, silent)
     weight_ratio = check_mass(request, walks)
     moments, forces = mean_kinetics(request, walks)
     angles = mean_angles(body.model, walks)

@@ -75,6 +75,7 @@ def subject_of(found: Import) -> Subject:
         "age_years": request.age,
         "prosthesis": request.prosthesis,
         "aid": request.aid,
+        "slope_percent": None if body.model.ground.level else body.model.ground.slope,
         "mass_kg": request.mass_kg,
         "height_m": request.height_m,
         "leg_length_m": body.chosen.hip_height,
@@ -182,7 +183,7 @@ def total_force(model: BodyModel, walks: Sequence[WalkingTrial]) -> Force | None
     # A walk that is not quite steady does not end as it began; its speed and height stay, so that
     # the mean is the weight and nothing else.
     mean -= np.outer(PHASE - 0.5, mean[-1] - mean[0])
-    mean += np.array([0.0, 0.0, 1.0]) - mean[:-1].mean(axis=0)
+    mean += model.ground.up - mean[:-1].mean(axis=0)
     # Sideways it is a tenth as large as a foot's force.
     fits = [FittedCurve.fitted(fit_periodic(PHASE, each, 0.1 * FORCE_TOLERANCE)) for each in mean.T]
     return Force(forward=fits[0], left=fits[1], up=fits[2])

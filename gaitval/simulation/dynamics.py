@@ -18,7 +18,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.constants import GRAVITY
 from gaitval.model.tree import (
     COORDINATE_COUNT,
     DOF_COUNT,
@@ -97,12 +96,13 @@ def _turned(r: Array, inertia: Array) -> Any:
 def _rigid_bodies(tree: Tree, frames: Frames, qd: Array, work: DynamicsWorkspace) -> None:
     """Inertia of every segment, and the force on it for the motion with q̈ = 0."""
     rotation, origin, axes, angular = frames.rotation, frames.origin, frames.axes, frames.angular
-    acceleration = work.acceleration
+    acceleration, gravity = work.acceleration, tree.gravity
     for s in range(SEGMENT_COUNT):
         w0, w1, w2 = angular[s, 0], angular[s, 1], angular[s, 2]
         if s == 0:
             # Instead of pulling on every segment, gravity is a pelvis that accelerates upwards.
-            b0, b1, b2, a0, a1, a2 = 0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY
+            b0, b1, b2 = 0.0, 0.0, 0.0
+            a0, a1, a2 = 0.0 - gravity[0], 0.0 - gravity[1], 0.0 - gravity[2]
         else:
             p = PARENT[s]
             b0, b1, b2 = acceleration[p, 0], acceleration[p, 1], acceleration[p, 2]

@@ -9,7 +9,6 @@ import dartpy
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.constants import GRAVITY
 from gaitval.coordinates import AXES, COORDINATES, ROOT
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, BodyModel, Segment
 
@@ -59,7 +58,6 @@ class HumanSkeleton:
 
     def __init__(self, model: BodyModel, *, physics_step: float) -> None:
         world = dartpy.simulation.World()
-        world.setGravity([0.0, 0.0, -GRAVITY])
         world.setTimeStep(physics_step)
         skeleton = dartpy.dynamics.Skeleton()
         joint, pelvis = skeleton.createFreeJointAndBodyNodePair()
@@ -78,7 +76,10 @@ class HumanSkeleton:
         self.configure(model)
 
     def configure(self, model: BodyModel) -> None:
-        """Give all joints and segments the positions and masses of another model."""
+        """Give all joints and segments the positions and masses of another model, and its gravity
+        to the world.
+        """
+        self.world.setGravity(model.ground.gravity)
         for segment in model.segments:
             body = self.skeleton.getBodyNode(segment.name)
             inertia = segment.mass, segment.centre_of_mass, segment.inertia

@@ -116,7 +116,10 @@ def target_record(run: Run, model: "BodyModel | None" = None) -> "KnownRecord":
     """What the walk of `run` is to be: what it knew, and for kinetics that it did not know those of
     the estimate, of the scaled `model` or that of its folder.
     """
-    if not run.knew_no_kinetics:
+    from gaitval.prediction.slopes import is_changed
+
+    # on a slope or with a load Newton's law says the kinetics, not an estimate of level ones
+    if not run.knew_no_kinetics or is_changed(run.configuration.record):
         return run.known_record()
     from gaitval.study import estimate_stage
 
@@ -128,10 +131,11 @@ def walking_task(run: Run) -> "WalkingTask":
     from gaitval.reference.motion import ReferenceMotion
     from gaitval.simulation.walker import WalkingTask
 
+    reference = ReferenceMotion.load(run.folder / "reference.npz")
     return WalkingTask(
         model=read_urdf(run.folder / "model.urdf"),
-        record=run.known_record().record,
-        reference=ReferenceMotion.load(run.folder / "reference.npz"),
+        record=run.expected_of(reference),
+        reference=reference,
         configuration=run.configuration,
     )
 

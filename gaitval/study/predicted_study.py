@@ -209,6 +209,7 @@ def compare_stage(run: Run) -> Stage:
         inputs=(
             "subject.toml",
             "model.urdf",
+            "reference.npz",
             "correction.json",
             ROLLOUTS["nominal"],
             WALKS,

@@ -83,7 +83,7 @@ def range_task(run: Run, reference: str) -> WalkingTask:
     found = ReferenceMotion.load(run.folder / reference)
     return WalkingTask(
         model=read_urdf(run.folder / "model.urdf"),
-        record=run.known_record(speed=found.speed).record,
+        record=run.expected_of(found, speed=found.speed),
         reference=found,
         configuration=run.configuration,
     )

@@ -43,6 +43,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     from gaitval.metrics.rollouts import Rollouts
     from gaitval.metrics.validation import StageResults, validate
     from gaitval.prediction.known import is_predicted, is_unrecorded
+    from gaitval.prediction.slopes import is_changed
     from gaitval.simulation.rollout import Rollout
 
     def rollouts(name: str, went: "Sequence[Endurance] | None") -> Rollouts | None:
@@ -54,7 +55,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     repeats = read_json(run.folder / REPEATS) if (run.folder / REPEATS).is_file() else []
     settings, people = run.configuration.record, builtin_subjects()
     expected_errors = None
-    if is_unrecorded(settings):
+    if is_unrecorded(settings) and not is_changed(settings):
         from gaitval.metrics.held_out import prediction_errors
 
         expected_errors = prediction_errors(run.subject, settings, people)
@@ -82,7 +83,8 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     if is_predicted(settings):
         from gaitval.metrics.held_out import predicted_curves, with_predicted
 
-        curves = predicted_curves(run.subject, settings, people)
+        walked = run.compared()[1] if is_changed(settings) else None
+        curves = predicted_curves(run.subject, settings, people, walked)
         found = with_predicted(found, curves)
     # of the file beside it, which has neither devices nor the trial that is held out as its own
     path = run.folder / "subject.toml"

@@ -8,6 +8,7 @@ from gaitval.study.inputs import target_record
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
+    from gaitval.configuration import RecordSettings
     from gaitval.model.body import BodyModel
     from gaitval.reference.motion import ReferenceMotion
 
@@ -17,6 +18,7 @@ def scale_stage(run: Run) -> Stage:
 
     def scale() -> None:
         from gaitval.model.urdf import write_urdf
+        from gaitval.prediction.slopes import body_on
         from gaitval.scaling.scaling import scale_subject
 
         if run.subject.guessed:
@@ -32,7 +34,8 @@ def scale_stage(run: Run) -> Stage:
         ):
             run.observer.say(remark)
         body = scale_subject(run.subject, symmetric=run.configuration.scaling.symmetric)
-        write_urdf(body.model, run.folder / "model.urdf")
+        model = body_on(body.model, run.configuration.record)
+        write_urdf(model, run.folder / "model.urdf")
         body.write_table(run.folder / "scaling.csv")
 
     return Stage(
@@ -40,8 +43,13 @@ def scale_stage(run: Run) -> Stage:
         scale,
         inputs=("subject.toml",),
         outputs=("model.urdf", "scaling.csv"),
-        values=run.sections("scaling"),
+        values={**run.sections("scaling"), "walked": walked_on(run.configuration.record)},
     )
+
+
+def walked_on(settings: "RecordSettings") -> dict[str, float]:
+    """What of the `settings` of a record makes another body or another ground."""
+    return settings.model_dump(include={"slope", "cross_slope", "load"})
 
 
 def reference_stage(run: Run) -> Stage:

@@ -34,7 +34,7 @@ DATA: Final = {
     "gaitval.metrics.healthy_bands": ("metrics/*_bands.csv",),
     "gaitval.metrics.norms": ("metrics/norms.csv",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
-    "gaitval.musculature.paths": ("musculature/paths.npz",),
+    "gaitval.musculature.paths": ("musculature/paths.npz", "musculature/passive.json"),
     "gaitval.musculature.strands": ("musculature/sites.json",),
     "gaitval.prediction.ankles": ("prediction/ankles.json",),
     "gaitval.prediction.deviations": ("prediction/fits.json",),

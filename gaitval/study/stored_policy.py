@@ -21,6 +21,7 @@ from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash
 from gaitval.one_thread import one_thread
 from gaitval.policy.storage import Policy, load_policy, load_start
+from gaitval.prediction.slopes import body_on
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
@@ -37,21 +38,30 @@ GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
 SLOW: Final = "slow"
 """Folder in it of the policy for slow strides."""
+DELAYED: Final = "delayed"
+"""Folder in it of the policy that feels its body late."""
 SLOW_STRIDE: Final = 6.5
 """√(leg length/g). Longer strides are walked by the policy that learned on them. Of the virtual
 people of `experiments/slow_policy.py --try`, the general one walks all 20 up to 6.13 and falls with
 6 of 10 from 6.72 on."""
 
 
-def general_policy(record: "GaitRecord | None" = None, leg_length_m: float = 1.0) -> Path | None:
+def general_policy(
+    record: "GaitRecord | None" = None,
+    leg_length_m: float = 1.0,
+    environment: EnvironmentSettings | None = None,
+) -> Path | None:
     """The stored policy of several people, from which any training may start: for the strides of a
-    `record` of legs of `leg_length_m` if it is given, else for usual ones.
+    `record` of legs of `leg_length_m` if it is given, else for usual ones; in an `environment` that
+    tells a policy its own past actions, the one that learned to feel its body late.
     """
     from gaitval.gait.dimensionless import time_unit
 
     package = Path(__file__).parents[1]
     for candidate in (package.parent / "reports" / GENERAL, package / "baselines" / GENERAL):
         if (candidate / POLICY_FILES[0]).is_file():
+            if environment is not None and environment.action_memory:
+                return candidate / DELAYED
             slow = record and record.stride_time / time_unit(leg_length_m) > SLOW_STRIDE
             return candidate / SLOW if slow else candidate
     return None
@@ -81,8 +91,9 @@ class StoredPolicy(Displayed):
 
     @cached_property
     def model(self) -> BodyModel:
-        """The subject's scaled body model."""
-        return scale_subject(self.subject, symmetric=self.configuration.scaling.symmetric).model
+        """The subject's scaled body model, on the ground and with the load that it walked with."""
+        scaled = scale_subject(self.subject, symmetric=self.configuration.scaling.symmetric)
+        return body_on(scaled.model, self.configuration.record)
 
     @cached_property
     def identified_model(self) -> BodyModel:
@@ -150,14 +161,13 @@ class StoredPolicy(Displayed):
             )
         subject = load_subject(folder / "subject.toml")
         configuration = load_configuration(folder / "configuration.toml")
+        scaled = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
         path = folder / "correction.json"
         return cls(
             subject=subject,
             network=load_policy(
                 folder / "policy",
-                model_hash=model_hash(
-                    scale_subject(subject, symmetric=configuration.scaling.symmetric).model
-                ),
+                model_hash=model_hash(body_on(scaled, configuration.record)),
                 environment=configuration.environment,
             ),
             configuration=configuration,
@@ -190,7 +200,7 @@ def general_walker(
     `leg_length_m` as `general_policy` takes them. Raises
     ConfigurationError if there is none.
     """
-    folder = general_policy(record, leg_length_m)
+    folder = general_policy(record, leg_length_m, environment)
     if folder is None:
         raise ConfigurationError(
             "there is no general policy, which walks here. Run this in a checkout of gaitval, "

@@ -134,6 +134,7 @@ def centre_of_mass_velocity(walker):
     return (there[1] - there[0]) / (2 * half)
 
 
+@pytest.mark.slow
 def test_where_it_stopped_a_walker_goes_on_alone(tasks):
     """Its state, offset and contact forces are back: the next action has no jump."""
     alone, together = crowd(tasks), crowd(tasks)

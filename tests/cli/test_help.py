@@ -175,6 +175,7 @@ def test_check_of_a_missing_baseline_says_which_there_are(messages: io.StringIO)
     assert "S01, S02" in messages.getvalue()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [[], ["judge"], ["import"], ["reference"], ["data", "fetch"]])
 def test_help_keeps_its_descriptions_where_python_leaves_out_docstrings(words: list[str]) -> None:
     plain, without = (

@@ -127,6 +127,7 @@ def ran(tmp_path_factory):
             )  # fmt: skip
 
 
+@pytest.mark.slow
 @posix
 def test_the_attacks_work_where_nothing_is_locked(tmp_path):
     """Else those that fail prove nothing."""
@@ -272,6 +273,7 @@ def test_a_result_of_another_user_is_not_believed(tmp_path, path):
     assert store.finished("a") is None
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("path", ["a", f"a/{FINISHED}", f"a/{SUMMARY}"])
 def test_a_result_behind_a_link_is_not_believed(tmp_path, path):

@@ -48,6 +48,7 @@ def test_from_a_table_to_a_report_and_again(gaitval, tmp_path):
     assert Store(str(out / "studies")).finished("first_sleep0") == first, "the row's seed counts"
 
 
+@pytest.mark.slow
 def test_a_fault_has_its_own_exit_code(gaitval, tmp_path):
     (tmp_path / "t.csv").write_text("name,subject\ncrash,5\n")
     done = gaitval(str(tmp_path / "t.csv"), "--out", str(tmp_path / "o"), "--workers", "1")

@@ -101,6 +101,7 @@ def test_a_device_that_makes_fall_is_learned(person):
     assert policy.about["devices"] == "below_knee"
 
 
+@pytest.mark.slow
 def test_the_same_seed_learns_the_same(person):
     exo = with_devices(person.task, load_devices("ankle_exo"))
     task = few(exo, environments=4, rollout_steps=64, batch_size=128)  # two rounds

@@ -100,6 +100,7 @@ def test_a_device_without_a_motor_there_is_refused(person, tmp_path):
         search_spline(who, load_devices("ankle_exo")[0], Aim(joint="hip_flexion"), tmp_path)
 
 
+@pytest.mark.slow
 def test_two_generations_with_a_person(person, tmp_path, monkeypatch):
     monkeypatch.setattr(search, "POPULATION", 4)
     monkeypatch.setattr(search, "CYCLES", 8.0)

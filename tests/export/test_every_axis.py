@@ -5,6 +5,7 @@ Each format is read by a library that is not gaitval's. What only one format has
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -23,6 +24,7 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, RANGES
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.body import PARENTS, SEGMENTS
+from gaitval.model.ground import Ground
 from gaitval.model.tree import segment_frames
 from gaitval.model.urdf import write_urdf
 from gaitval.opensim.coordinates import TO_OPENSIM
@@ -141,6 +143,20 @@ def test_ranges_are_of_the_joint_in_its_direction_in_radians(body) -> None:
 def test_gravity_pulls_down(body) -> None:
     if body[2] is not None:
         np.testing.assert_allclose(body[2], [0.0, 0.0, -GRAVITY], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["mujoco", "osim", "biomod"])
+def test_on_a_slope_gravity_is_that_of_its_axes(name, walked: ExportedWalk, tmp_path: Path) -> None:
+    """Up 10 % and to the left 4 %: every program gets the vector, in its own axes."""
+    ground, before = Ground(10.0, 4.0), walked.stored.configuration
+    sloped = before.record.model_copy(update={"slope": 10.0, "cross_slope": 4.0})
+    there = ExportedWalk(
+        replace(walked.stored, configuration=before.model_copy(update={"record": sloped}))
+    )
+    found = BODIES_OF[name](there, tmp_path)[2]
+    np.testing.assert_allclose(found, ground.gravity, atol=1e-12)
+    assert found[0] < -0.5
+    assert found[1] < -0.2
 
 
 # ---- Drawings. ----

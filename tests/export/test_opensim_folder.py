@@ -79,6 +79,7 @@ def test_the_model_is_the_person(walked: ExportedWalk, folder: Path) -> None:
     assert set(JOINT_CENTRES) <= {marker.name for marker in model.markers}
 
 
+@pytest.mark.slow
 def test_opensim_finds_the_moments_that_inverse_dynamics_finds_here(
     walked: ExportedWalk, folder: Path, tmp_path: Path
 ) -> None:

@@ -128,6 +128,7 @@ def test_a_motion_of_another_model_is_refused(tmp_path):
 # ---- Inverse kinematics. ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading", [0.0, 2.5])
 def test_opensim_finds_the_same_motion_from_noisy_markers(
     walk, markers, model_file, tmp_path, heading

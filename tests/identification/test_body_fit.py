@@ -118,6 +118,7 @@ def test_a_free_body_is_at_least_as_likely_as_the_one_that_was_scaled(fit, fixed
     np.testing.assert_array_equal(nominal, nominal_parameters())
 
 
+@pytest.mark.slow
 def test_the_record_says_nothing_of_damping_and_friction(fit, solution):
     found = fit.posterior(solution)
     np.testing.assert_allclose(found.contraction[:2], 1.0, rtol=1e-6)

@@ -98,6 +98,7 @@ def test_the_extended_parameters_change_the_laws_as_their_derivatives_say(fit, f
         assert min(moved) > 0.0, EXTENDED[index].name
 
 
+@pytest.mark.slow
 def test_a_held_mu_leaves_the_extended_parameters_free(fit, fixed):
     np.testing.assert_allclose(fixed.common[3:17], 0.0, atol=1e-9)
     found = fit.posterior(fixed)

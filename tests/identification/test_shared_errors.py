@@ -34,6 +34,7 @@ def fixed(fit):
     return fit.solve(fixed=nominal_parameters())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["thigh's skin by hip, both", "belt", "left leg", "heel forward"])
 def test_laws_change_with_an_error_as_its_derivatives_say(fit, fixed, name):
     shared = SharedFit(fit)
@@ -92,6 +93,7 @@ def test_small_matrices_do_not_spin_on_two_threads(fit, fixed, monkeypatch):
     assert solved == set(seen) == {1}
 
 
+@pytest.mark.slow
 def test_with_shared_errors_a_record_tells_less_of_the_legs(fit, fixed, found):
     plain = fit.posterior(fit.mode(fixed))
     thigh = PARAMETERS.index("thigh_length")

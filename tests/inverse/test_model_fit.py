@@ -349,6 +349,7 @@ def test_the_markers_of_wbds01_fit_within_the_published_limits(gait_data):
     assert fitted.whole_largest < 0.9 * unfitted.whole_largest
 
 
+@pytest.mark.slow
 def test_the_markers_of_the_rajagopal_walk_fit_better(gait_data):
     """Its left thigh cluster slipped by 3-4 cm between the trials."""
     data = gait_data / "opensim_rajagopal" / "ExpData"

@@ -81,6 +81,7 @@ def test_residuals_fall_far_below_what_is_published_as_good(walk, guessed, found
     assert found.after.force_peak < 10.0
 
 
+@pytest.mark.slow
 def test_the_truth_is_approached(walk, guessed, found):
     model, positions = guessed
     assert found.model.mass == pytest.approx(walk.model.mass, rel=0.005)
@@ -230,6 +231,7 @@ def test_what_cannot_be_used_is_said(walk):
         reduce_residuals(*arguments, known=np.zeros(375, dtype=bool))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recorded", ["legs on a treadmill", "whole body over ground"])
 def test_recorded_walks_come_within_the_published_limits(gait_data, recorded):
     """OpenSim's checklist: force 15 N RMS and 25 N at the peak at most, moment 50 Nm and 75 Nm;

@@ -19,6 +19,7 @@ from gaitval.scaling.markers.files import as_toml
 from gaitval.scaling.markers.spines import CRESTS
 
 
+@pytest.mark.slow
 def test_a_person_without_names_is_recognised_in_any_axes() -> None:
     found = draft_markers(drawn_person(np.random.default_rng(3), named=False))
     assert not found.names_count
@@ -26,6 +27,7 @@ def test_a_person_without_names_is_recognised_in_any_axes() -> None:
     assert [guess.site.label for guess in found.guesses if guess.site] == LEGS
 
 
+@pytest.mark.slow
 def test_names_are_used_where_they_agree_and_make_it_more_certain(
     stander: Recording, drafted: Draft
 ) -> None:
@@ -37,6 +39,7 @@ def test_names_are_used_where_they_agree_and_make_it_more_certain(
     assert places == {NAMES[label]: label for label in LEGS}
 
 
+@pytest.mark.slow
 def test_exchanged_labels_are_seen_and_the_places_count(stander: Recording) -> None:
     mixed = np.random.default_rng(1).permutation(np.array(stander.names, dtype=object))
     found = draft_markers(replace(stander, names=tuple(mixed)))
@@ -45,6 +48,7 @@ def test_exchanged_labels_are_seen_and_the_places_count(stander: Recording) -> N
     assert [guess.site.label for guess in found.guesses if guess.site] == LEGS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["mirror image", "sides exchanged in the names"])
 def test_a_mirror_image_and_exchanged_sides_are_not_told_apart(
     stander: Recording, how: str
@@ -99,6 +103,7 @@ def test_too_few_markers_are_refused(stander: Recording) -> None:
         draft_markers(stander.with_markers(stander.names[:5], stander.markers[:, :5]))
 
 
+@pytest.mark.slow
 def test_a_standing_trial_of_wbds_is_drafted_without_its_names(wbds_static: Path) -> None:
     standing = read_trc(wbds_static)
     known = load_marker_set("wbds")
@@ -126,6 +131,7 @@ def test_names_of_files_and_markers_cannot_write_lines_of_their_own() -> None:
         assert found == {"title": title, "source": title, "markers": {}}
 
 
+@pytest.mark.slow
 def test_a_pelvis_without_spines_is_drafted_by_its_crests(tmp_path: Path) -> None:
     """Of a real person; the file has the crests as landmarks, which an import reads."""
     known = load_subject("S05").markers

@@ -11,7 +11,7 @@ from gaitval.coordinates import RANGES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.importing.importing import work_out
 from gaitval.importing.write import _curve_table
-from gaitval.measurement.bands import CHOICE, _summed, bands
+from gaitval.measurement.bands import CHOICE, _summed, bands, half_holding
 from gaitval.measurement.estimate import DELAY, FoundFault
 from gaitval.measurement.measured import bands_text, unshown
 from gaitval.measurement.otherwise import with_fault
@@ -63,6 +63,16 @@ def test_the_band_of_a_moment_holds_the_curve_by_each_hip_centre(found):
     assert CHOICE not in dict(made.shares["angle_hip_flexion_r"])
 
 
+@pytest.mark.parametrize("away", [0.0, 0.3, 1.0, 5.0])
+def test_a_band_about_one_curve_holds_nine_tenths_of_what_is_normal_about_another(away):
+    """Of 0 away 1.645 standard deviations, of 5 one tail alone: 5 and 1.28."""
+    half = float(half_holding(np.array(away), np.array(1.0)))
+    drawn = away + np.random.default_rng(1).standard_normal(200_000)
+    assert np.mean(np.abs(drawn) <= half) == pytest.approx(0.9, abs=0.003)
+    assert float(half_holding(np.array(2.0 * away), np.array(2.0))) == pytest.approx(2.0 * half)
+    assert float(half_holding(np.array(away), np.array(0.0))) == pytest.approx(away)
+
+
 def test_the_page_draws_the_hip_moment_by_each(found):
     drawn, bands_of = found.measurement.hips, found.measurement.bands
     title, mean, half = drawn["chosen_r"]
@@ -102,6 +112,7 @@ def test_the_subject_keeps_the_width_of_each_band(found, tmp_path):
     assert again == pytest.approx(subject.uncertainty, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_delay_that_was_found_widens_the_moments(found):
     seen = found.measurement.seen
     late = FoundFault(DELAY, np.array([0.03]), np.array([0.003]), 1.0, 1.0, (), True)
@@ -130,6 +141,7 @@ def test_late_forces_lose_nothing_where_a_foot_lands_and_leaves(delay):
     assert np.abs(away).max() < 1.0 / 75.0
 
 
+@pytest.mark.slow
 def test_errors_of_landmarks_go_with_the_stature(found):
     smaller = found.request.model_copy(update={"height": 0.9 * found.request.height})
     made = bands(replace(found, request=smaller), found.measurement.seen)

@@ -122,6 +122,7 @@ def test_what_all_plates_have_is_one_cause():
     assert _apart(frozenset({crossed, other}), 2)
 
 
+@pytest.mark.slow
 def test_sets_of_causes_have_one_order_in_every_process():
     # Sums over a set are made in its order, on which their last digits depend.
     code = (

@@ -171,6 +171,7 @@ def test_bands_hold_what_they_say_of_every_trial_that_is_held_out(people):
     assert np.mean(narrow) < 0.8
 
 
+@pytest.mark.slow
 def test_bands_of_the_ankle_hold_thirty_people_who_have_no_part_in_them(gait_data, people):
     """Known at one to three speeds and predicted at another; and how their errors grow with the
     distance is what the bands suppose.

@@ -1,11 +1,14 @@
 """The balance of momentum of a walk, on made-up walks whose hidden force is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from newton_walk import MASS, STEP, newton_walk
 
 from gaitval.constants import GRAVITY
 from gaitval.metrics.momentum import momentum_residual
+from gaitval.model.ground import Ground
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -51,3 +54,18 @@ def test_a_blow_within_one_step_is_no_hidden_force():
         since = np.clip(np.arange(len(struck.time)) - sample, 0, None)
         struck.centre_of_mass[:, 0] += (blow * STEP / MASS * STEP * since).astype(np.float32)
         assert momentum_residual(struck, MASS) < 0.1
+
+
+def test_on_a_slope_gravity_is_the_ground_s():
+    """A walk whose ground pushes against turned gravity; on level ground it would need 5 % more."""
+    ground = Ground(5.0, -3.0)
+    level = newton_walk(np.zeros(3))
+    turned = replace(
+        level,
+        ground_reaction=level.ground_reaction @ ground.from_level.T,
+        centre_of_mass=(level.centre_of_mass @ ground.from_level.T).astype(np.float32),
+    )
+    assert momentum_residual(turned, MASS, ground) < 0.05
+    assert momentum_residual(turned, MASS) == pytest.approx(
+        100.0 * np.linalg.norm(ground.up - [0.0, 0.0, 1.0]), rel=0.02
+    )

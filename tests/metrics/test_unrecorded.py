@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from synthetic_walk import MASS, STEP, perfect_walk, sharp_filter, synthetic_record
 
 from gaitval.constants import GRAVITY
@@ -16,6 +17,7 @@ from gaitval.metrics.unrecorded import (
     trunk_angles,
     unrecorded,
 )
+from gaitval.model.ground import Ground
 
 RECORD = synthetic_record()
 WALK = perfect_walk(RECORD, cycles=6)
@@ -120,6 +122,21 @@ def test_the_trunk_is_the_pelvis_and_what_the_lumbar_joint_adds():
     expected[:3] = np.diag([10.0, 10.0, 10.0])
     expected[3:6] = np.diag([-10.0, -10.0, 10.0])
     np.testing.assert_allclose(trunk_angles(positions), expected, atol=1e-9)
+
+
+def test_the_trunk_s_angles_are_those_to_gravity_on_a_slope():
+    """Normal to ground that rises ahead, or to the left, is a trunk that leans back, or right."""
+    normal = np.zeros((1, 31))
+    for ground, tilt, lean in (
+        (Ground(10.0), -np.rad2deg(np.arctan(0.1)), 0.0),
+        (Ground(0.0, 10.0), 0.0, -np.rad2deg(np.arctan(0.1))),
+    ):
+        found = trunk_angles(normal, ground)[0]
+        np.testing.assert_allclose(found[:2], [tilt, lean], atol=1e-9)
+        # in the axes of the ground an upright trunk leans the other way
+        upright = normal.copy()
+        upright[0, :3] = Rotation.from_matrix(ground.from_level).as_rotvec()
+        np.testing.assert_allclose(trunk_angles(upright, ground)[0], 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("degrees", [7.2, -7.2])

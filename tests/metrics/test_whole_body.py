@@ -14,6 +14,8 @@ from gaitval.metrics.whole_body import (
     record_centre_of_mass,
     walked_centre_of_mass,
 )
+from gaitval.model.ground import Ground
+from gaitval.prediction.slopes import weighted_sum
 
 RECORD = synthetic_record()
 WALK = perfect_walk(RECORD, cycles=6)
@@ -56,6 +58,18 @@ def test_a_force_to_the_left_accelerates_to_the_left():
     path = record_centre_of_mass(record)[:-1, 1]
     second = np.roll(path, -1) - 2 * path + np.roll(path, 1)
     assert np.corrcoef(second, np.cos(2 * np.pi * np.arange(100) / 100))[0, 1] > 0.999
+
+
+def test_on_a_slope_the_path_is_the_same_in_the_room():
+    """Forces in the axes of the ground give the path in those axes."""
+    ground = Ground(8.0, 5.0)
+    turned = {
+        side: tuple(weighted_sum(curves, row) for row in ground.from_level.tolist())
+        for side, curves in RECORD.forces.items()
+    }
+    found = record_centre_of_mass(replace(RECORD, forces=turned), ground)
+    expected = record_centre_of_mass(RECORD) @ ground.from_level.T
+    np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 def test_people_rise_and_sway_by_centimetres():

@@ -29,6 +29,7 @@ def relative(read: np.ndarray, written: np.ndarray) -> float:
     return float(np.abs(read - written).max() / np.abs(written).max())
 
 
+@pytest.mark.slow
 def test_c3d(walked: ExportedWalk, tmp_path: Path) -> None:
     (path,) = write_c3d_file(tmp_path, walked)
     read, written = read_recording(path), recording_of(walked)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import dartpy
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import ModelError
 from gaitval.model.body import SEGMENTS, BodyModel, Segment
+from gaitval.model.ground import Ground
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.urdf import model_hash, read_urdf, template_folder, write_urdf
 from gaitval.scaling.scaling import scale_subject
@@ -177,6 +180,23 @@ def test_every_segment_is_drawn(robot):
         assert robot.link_map[name].visuals
     drawn = {visual.name for link in robot.link_map.values() for visual in link.visuals}
     assert {"head", "hand_r", "hand_l"} <= drawn
+
+
+def test_the_ground_is_part_of_the_file_and_of_the_hash(model, path, tmp_path):
+    """Level ground leaves no trace, so files and hashes of before stay as they are."""
+    assert "<ground" not in path.read_text("utf-8")
+    sloped = replace(model, ground=Ground(5.0, -2.5))
+    write_urdf(sloped, tmp_path / "sloped.urdf")
+    again = read_urdf(tmp_path / "sloped.urdf")
+    assert again.ground == Ground(5.0, -2.5)
+    assert (
+        len({model_hash(each) for each in (model, sloped, replace(model, ground=Ground(5.0)))}) == 3
+    )
+    assert model_hash(again) == model_hash(sloped)
+    broken = (tmp_path / "sloped.urdf").read_text("utf-8").replace('slope="5.0"', 'slope="nan"')
+    (tmp_path / "sloped.urdf").write_text(broken, "utf-8")
+    with pytest.raises(ModelError, match=r"ground.*not finite"):
+        read_urdf(tmp_path / "sloped.urdf")
 
 
 def test_the_hash_is_of_the_numbers(model, path):

@@ -183,6 +183,7 @@ def test_a_tendon_that_stretches_is_in_equilibrium(found):
     assert np.abs(off).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_bands_hold_the_result_and_grow_with_what_is_not_known(found):
     small = Spreads(
         0.02, 0.02, 0.005, 0.01, 0.001, 0.006, tone=0.0, model_share=0.01, model_force=0.01

@@ -132,6 +132,7 @@ def test_the_body_costs_two_legs_and_rest(motion, found):
     assert metabolic_cost([replace(motion, speed=None)], found).per_metre(JOINTS) is None
 
 
+@pytest.mark.slow
 def test_draws_widen_the_band(motion):
     alone = replace(motion, cycles={"right": motion.cycles["right"]})
     plain, drawn = (metabolic_cost([alone], muscles_of([alone], draws=n)) for n in (0, 8))

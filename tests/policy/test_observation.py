@@ -129,6 +129,7 @@ def twins(task):
     return WalkingEnvironment(task), WalkingEnvironment(task)
 
 
+@pytest.mark.slow
 def test_a_left_step_is_a_right_step_in_the_mirror(twins):
     """The same actions from phase φ and φ + 1/2: the same rewards, states that are mirror images,
     and the same observations but for the phase, which tells the legs apart. So a policy that does

@@ -106,6 +106,7 @@ def test_angles_that_say_something_are_learned_from():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("made_up_ankles")
 @pytest.mark.parametrize("others", [4, 9])
 def test_bands_of_a_few_people_hold_what_they_say(others):
@@ -120,6 +121,7 @@ def test_bands_of_a_few_people_hold_what_they_say(others):
     assert 0.895 < np.mean(inside) < 0.95
 
 
+@pytest.mark.slow
 def test_the_ten_are_estimated_better_than_expected_and_within_the_bands():
     errors, guesses, inside = [], [], []
     for subject in builtin_subjects():

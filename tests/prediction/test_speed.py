@@ -141,6 +141,7 @@ def test_the_exponent_of_stride_time_is_that_of_the_published_people(gait_data):
     assert np.std(slopes, ddof=1) == pytest.approx(0.08, abs=0.005)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["S01", "S05", "S06"])
 def test_far_slower_the_steps_do_not_become_ever_longer(name):
     """A power of speed would have given S01 a stride of 2.7 s at 0.3 m/s; others take 1.5."""

@@ -31,6 +31,7 @@ from gaitval.study.stage import Observer, open_run, run_stage, why_run
 BASELINE = Path(__file__).parents[2] / "reports" / "S07" / "baseline" / "metrics.json"
 
 
+@pytest.mark.slow
 def test_the_table_and_the_page_of_a_run(tmp_path):
     configuration = load_configuration(settings=["record.use=kinematics"])
     with open_run(load_subject("7"), configuration, tmp_path, Observer()) as run:
@@ -54,6 +55,7 @@ def test_the_table_and_the_page_of_a_run(tmp_path):
         assert not elsewhere.looked_at_angles
 
 
+@pytest.mark.slow
 def test_a_walk_is_asked_the_known_angles_with_the_kinetics_of_the_estimate(tmp_path):
     configuration = load_configuration(settings=["record.use=kinematics"])
     with open_run(load_subject("7"), configuration, tmp_path, Observer()) as run:

@@ -291,6 +291,7 @@ def test_a_stiffer_ground_carries_the_feet_higher(task):
     assert 0.001 < (stiff.positions[:, 5] - soft.positions[:, 5]).mean() < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fitted", PEOPLE[::4], indirect=True)  # of ten: two more fits each
 def test_a_hip_centre_that_the_laboratory_has_elsewhere_is_found(fitted):
     """Moments of the right leg as if its hip centre were 12 mm further back and 8 mm further
@@ -319,6 +320,7 @@ def test_a_hip_centre_that_the_laboratory_has_elsewhere_is_found(fitted):
     assert change(there) < change(without)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fitted", PEOPLE[::4], indirect=True)
 def test_a_fit_that_begins_with_that_of_a_similar_body_is_as_near_and_sooner_there(
     fitted, monkeypatch

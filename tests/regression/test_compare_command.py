@@ -49,6 +49,7 @@ def compare(tmp_path: Path, now: list[Path], before: list[Path], *options: str) 
     return CliRunner().invoke(app, words)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strict", [(), ("--strict",)])
 def test_what_is_in_one_version_only_is_said_and_nothing_is_written(
     device: Device, message: io.StringIO, tmp_path: Path, strict: tuple[str, ...]
@@ -69,6 +70,7 @@ def test_what_is_in_one_version_only_is_said_and_nothing_is_written(
     assert compare(tmp_path, [now, WALK], [then, WALK], *strict).exit_code == 0
 
 
+@pytest.mark.slow
 def test_both_reports_are_there_where_a_device_fails(
     device: Device, message: io.StringIO, tmp_path: Path
 ) -> None:
@@ -81,6 +83,7 @@ def test_both_reports_are_there_where_a_device_fails(
     assert "0 of 149 measures got worse" in done.output
 
 
+@pytest.mark.slow
 def test_all_that_got_worse_is_said(device: Device, message: io.StringIO, tmp_path: Path) -> None:
     now, then = device("now", 1.2), device("before", 2.2)
     walks = [WALK, REPORTS / "S02" / "baseline"]
@@ -89,6 +92,7 @@ def test_all_that_got_worse_is_said(device: Device, message: io.StringIO, tmp_pa
     assert "no walk now of S02" in message.getvalue()
 
 
+@pytest.mark.slow
 def test_another_record_is_said(message: io.StringIO, tmp_path: Path) -> None:
     """Its figures move for that alone."""
     values = read_json(WALK / "metrics.json")

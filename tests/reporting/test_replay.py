@@ -18,6 +18,7 @@ from gaitval.artefacts import read_arrays, read_json
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS
+from gaitval.model.ground import Ground
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.reporting import replay
 from gaitval.reporting.report import write_report
@@ -280,3 +281,15 @@ def test_the_bundle_of_three_js_is_the_recorded_one_with_its_licence(tmp_path, m
     assert b"</script" not in bundle.read_bytes().lower()
     bundle.write_bytes(bundle.read_bytes() + b"\n")
     assert vendor_three.problems() == ["three.min.js has another SHA-256 than three.json says"]
+
+
+def test_on_a_slope_the_scene_is_turned_into_the_room(folder, walk):
+    """The rotation takes the ground's normal to where it points in a room whose z is up; level
+    ground says nothing of it."""
+    assert "room" not in replay.scene(walk, folder)["body"]
+    ground = Ground(10.0, 5.0)
+    there = replace(walk, body=replace(walk.body, ground=ground))
+    turn = np.reshape(replay.scene(there, folder)["body"]["room"], (3, 3))
+    np.testing.assert_allclose(turn @ ground.up, [0.0, 0.0, 1.0], atol=1e-12)
+    ahead = turn @ [1.0, 0.0, 0.0]
+    assert ahead[2] / ahead[0] == pytest.approx(0.1)  # it rises ahead

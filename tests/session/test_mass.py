@@ -19,6 +19,7 @@ def found(tmp_path_factory):
     return work_out(session.request, Configuration().processing)
 
 
+@pytest.mark.slow
 def test_a_foot_of_a_light_person_lands_when_a_heavy_one_s_does(found, tmp_path):
     """20 N are 14 % of 15 kg: stance was 4 to 5 % of the cycle short."""
     share = 15.0 / found.request.mass_kg

@@ -67,6 +67,7 @@ def test_a_walk_without_a_standing_trial_gives_the_same_body_and_angles(stood, w
     assert any("no standing trial" in warning.message for _, warning in without.warnings)
 
 
+@pytest.mark.slow
 def test_a_pose_put_together_stands_on_both_feet(without):
     places = standing_places(without.session.standing)
     assert places["L.Ankle"][1] - places["R.Ankle"][1] > 0.1
@@ -96,6 +97,7 @@ def test_a_window_without_a_standing_trial_is_refused(made_up, processing):
         work_out(request, processing)
 
 
+@pytest.mark.slow
 def test_standing_on_a_step_is_standing_on_the_floor(made_up, stood, processing):
     """A person 30 mm higher, given with --floor, has the same body."""
     step = on_floor(stood.session.standing, -0.03)
@@ -117,6 +119,7 @@ def test_a_platform_is_seen_by_the_feet(made_up, stood):
         assert found == pytest.approx(height, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_pose_on_the_toes_is_put_flat_where_no_standing_trial_shows_it(made_up, stood):
     """The ankles of a walk without a flat foot are too high; those of shoes are not."""
     landmarks, height_m = stood.session.marker_set.landmarks, made_up.request.height_m

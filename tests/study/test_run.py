@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -121,6 +122,31 @@ def test_a_changed_input_file_runs_the_stage_and_is_named(folder: Path) -> None:
     assert why_run(doubling(folder), folder) == "number.txt changed"
     assert run_stage(doubling(folder), folder)
     assert (folder / "double.txt").read_text() == "8"
+
+
+def test_a_file_is_read_once_while_nobody_writes_it(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And again after any change, also of equal length in place."""
+    run_stage(doubling(folder), folder)
+    read: list[str] = []
+    hashed = stage_module.file_hash
+    monkeypatch.setattr(
+        stage_module, "file_hash", lambda path: (read.append(path.name), hashed(path))[1]
+    )
+    monkeypatch.setattr(stage_module, "_SETTLED", -1)  # as if long ago
+    assert why_run(doubling(folder), folder) is None
+    first = len(read)
+    assert why_run(doubling(folder), folder) is None
+    assert len(read) == first
+    time.sleep(0.02)
+    (folder / "number.txt").write_text("42")
+    assert why_run(doubling(folder), folder) == "number.txt changed"
+    monkeypatch.setattr(stage_module, "_SETTLED", 1 << 62)  # as if all were just written
+    before = len(read)
+    for _ in range(2):
+        assert why_run(doubling(folder), folder) == "number.txt changed"
+    assert len(read) == before + 2
 
 
 def test_a_changed_setting_runs_the_stage_and_is_named(folder: Path) -> None:
@@ -718,6 +744,7 @@ def test_two_runs_do_not_share_a_folder(opened: Opener, tmp_path: Path) -> None:
 
 HOLDING = """
 import sys
+import time
 from pathlib import Path
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
@@ -773,6 +800,7 @@ def test_processors_are_counted_where_the_system_tells_less(
 
 WITHOUT_POSIX = """
 import sys
+import time
 
 for name in ("fcntl", "resource", "pwd", "grp", "termios"):
     sys.modules[name] = None
@@ -787,6 +815,7 @@ gaitval.cli.main()
 """
 
 
+@pytest.mark.slow
 def test_stages_run_without_what_posix_alone_has(tmp_path: Path) -> None:
     """As on Windows, as far as that can be had here; the lock is then filelock's of files."""
     folder = tmp_path / "run"
@@ -836,6 +865,7 @@ def test_a_baseline_is_stored_of_finished_runs_only(
     assert read_seal(tmp_path / "baseline").code == {}  # that of the stand-ins
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("believed")
 def test_a_run_that_is_redone_half_is_no_baseline_until_it_is_finished(
     opened: Opener, stand_ins: list[float | None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -1058,6 +1088,7 @@ def test_the_persons_own_stored_policy_is_no_start(
     assert read_json(scaled.folder / "start" / "policy.json")["general"]
 
 
+@pytest.mark.slow
 def test_a_policy_of_another_size_is_not_started_from(
     opened: Opener,
     scaled: Run,

@@ -64,6 +64,7 @@ def test_it_is_small_and_comes_whole(sample: Path) -> None:
     assert [path.name for path in (sample.parent / "other").iterdir()] == ["truth.csv"]
 
 
+@pytest.mark.slow
 def test_an_import_of_it_ends_in_a_subject_with_forces(sample: Path, imported: Imported) -> None:
     assert imported.subject.gait.forces is not None
     assert imported.subject.gait.moments

@@ -70,6 +70,7 @@ def test_no_damaged_file_ends_a_command_in_a_fault(commands, count, seed, monkey
     assert {"refused", "another input"} <= {case.outcome for case in found}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [
@@ -111,6 +112,7 @@ def test_a_case_is_made_again_from_its_seed(kinds):
         assert len({fuzz_cases.damaged(kind, made, seed) for seed in range(20)}) > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("case", "mutator", "words"),
     [

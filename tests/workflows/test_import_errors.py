@@ -613,6 +613,7 @@ def test_wrong_marker_sets(laboratory: Laboratory) -> None:
         refuse(laboratory.request(marker_set=str(path)), *wanted)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("marker", ["R.ASIS", "R.Knee", "L.Ankle", "R.Heel", "L.MT5"])
 def test_a_marker_that_standing_needs_is_missing(laboratory: Laboratory, marker: str) -> None:
     names = laboratory.standing.names
@@ -623,7 +624,7 @@ def test_a_marker_that_standing_needs_is_missing(laboratory: Laboratory, marker:
             laboratory.request(standing=standing),
             "stand.trc",
             f"missing from the standing pose: {marker}",
-            "use a trial with all of",
+            "with all of",
             through=lambda request: scale_body(
                 request, ProcessingSettings(), read_session(request, ProcessingSettings())
             ),
@@ -745,6 +746,7 @@ def test_a_person_who_walks_backwards(laboratory: Laboratory) -> None:
     )
 
 
+@pytest.mark.slow
 def test_cycles_in_which_no_marker_is_seen_do_not_count(laboratory: Laboratory) -> None:
     hidden = changed(laboratory.walking, lambda markers, _: markers[500:650].fill(np.nan))
     found = work_out(laboratory.request(walking=hidden), ProcessingSettings())
@@ -826,6 +828,7 @@ def test_forces_in_another_unit_or_sign(
     refuse(laboratory.request(forces=wrong), words, through=everything)
 
 
+@pytest.mark.slow
 def test_a_plate_with_no_foot_on_it(laboratory: Laboratory) -> None:
     """That foot's forces are absent, and the import says so."""
     left, right = laboratory.walking.plates
@@ -837,6 +840,7 @@ def test_a_plate_with_no_foot_on_it(laboratory: Laboratory) -> None:
         assert subject_of(found).gait.not_recorded == {"kinetics": "right"}
 
 
+@pytest.mark.slow
 def test_feet_exchanged_in_the_force_file(laboratory: Laboratory) -> None:
     """The plates' order and names say nothing; a force at the other foot's place is refused."""
     usual = everything(laboratory.request())
@@ -957,6 +961,7 @@ def test_a_folder_that_is_not_ones_own(laboratory: Laboratory, plain_messages: i
     assert "closed: no permission to write" in plain_messages.getvalue()
 
 
+@pytest.mark.slow
 def test_a_full_disk(
     laboratory: Laboratory, plain_messages: io.StringIO, monkeypatch: pytest.MonkeyPatch
 ) -> None:

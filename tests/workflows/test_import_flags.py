@@ -104,6 +104,7 @@ class TestMadeUp:
         plate = words[0].split()[1]
         assert caught.value.goes_on == (f"--no-plate {plate}", "--kinematics-only")
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("change", "check"),
         [
@@ -118,6 +119,7 @@ class TestMadeUp:
         assert check in {warning.check for _, warning in found.warnings}
         assert {warning.where.split()[1] for _, warning in found.warnings} == {"r"}
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("factor", [0.5, 2.0])
     @pytest.mark.parametrize("forces", [True, False], ids=["forces", "markers only"])
     def test_a_wrong_frame_rate(self, made, tmp_path, factor, forces):
@@ -187,6 +189,7 @@ class TestWhereADoubtIsSaid:
         assert read_json(tmp_path / "out" / "recording" / "import.json")["doubts"] == []
         assert "doubt" not in (tmp_path / "out" / "recording" / "recording.html").read_text()
 
+    @pytest.mark.slow
     def test_a_refusal_has_its_way_on(self, made, tmp_path):
         """The wrong plate left out, both feet never shown: angles only, of the same command."""
         request = with_forces(made, tmp_path / "f.mot", turned("r", "x"))
@@ -196,6 +199,7 @@ class TestWhereADoubtIsSaid:
         assert not (tmp_path / "out" / "subject.toml").exists()
         assert command(request, tmp_path / "out", "--kinematics-only").exit_code == 0
 
+    @pytest.mark.slow
     def test_a_plate_is_left_out(self, made, tmp_path):
         request = with_forces(made, tmp_path / "f.mot", turned("r", "x"))
         found = work_out(request.model_copy(update={"no_plate": ("r",)}), PROCESSING)

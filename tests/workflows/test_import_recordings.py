@@ -101,6 +101,7 @@ def test_the_treadmill_walk_has_the_published_speed_cadence_and_steps(t01, gait_
         assert ours == pytest.approx(float(published[column]), rel=0.01), name
 
 
+@pytest.mark.slow
 def test_consistent_residuals_are_within_opensims_checklist(recorded):
     """Force 25 N peak and 15 N RMS, moment 75 Nm and 50 Nm; Hicks et al. 2015: 5 % of the peak
     ground reaction. As recorded, both walks are beyond."""

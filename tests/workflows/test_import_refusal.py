@@ -71,6 +71,7 @@ def imported(session: MadeUpSession, out: Path, **changed: object) -> object:
     return import_files(ImportOptions(**given), out, configuration=load_configuration())
 
 
+@pytest.mark.slow
 def test_without_the_forces_of_a_foot_they_are_absent_unless_mirrored(session, tmp_path):
     """The page says it in one place, and not as something that physics contradicts."""
     forces = without_force(session, tmp_path / "one.mot", plates(session)[0])
@@ -128,6 +129,7 @@ def test_the_command_says_what_is_missing_and_the_line_that_fills_it_in(
     assert "To fill the side in" not in text.getvalue()
 
 
+@pytest.mark.slow
 def test_a_side_without_a_cycle_that_counts_is_absent_from_every_file(session, whole, tmp_path):
     """The part of the walk shows one right cycle and none of the left."""
     made = imported(
@@ -142,6 +144,7 @@ def test_a_side_without_a_cycle_that_counts_is_absent_from_every_file(session, w
     assert load_subject(tmp_path / "out" / "subject.toml").origin("left", "stance") == "expected"
 
 
+@pytest.mark.slow
 def test_what_cannot_become_a_subject_is_written_all_the_same(session, tmp_path):
     """Too few cycles for two halves, which only the subject needs."""
     with pytest.raises(RecordError, match="Everything else was worked out"):
@@ -193,6 +196,7 @@ def test_a_refusal_keeps_the_subject_of_the_import_before(session, tmp_path):
     assert (out / "subject.toml.before").read_text(encoding="utf-8") == own
 
 
+@pytest.mark.slow
 def test_a_refusal_after_the_body_keeps_it(session, tmp_path):
     """A walk that is shorter than two steps shows no whole cycle of one side."""
     with pytest.raises(RecordError, match=r"complete .* gait cycle") as caught:

@@ -137,6 +137,7 @@ def test_lengths_come_back(imported, noise, processing, metres):
         np.testing.assert_allclose(leg.metatarsals, own.metatarsals, atol=metres)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "misplaced",
     [{"Knee": (0.0, 0.0, 0.005)}, {"SIS": (0.006, 0.0, 0.006)}],
@@ -183,6 +184,7 @@ def test_moments_come_back(imported, noise, processing, share):
         assert size < share, f"{name}: {100 * size:.3g} % of the peak"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.003])
 def test_a_lower_cut_off_takes_what_it_filters_from_the_moments(imported, noise):
     """Within 5 % of the peak of the true moments low-passed at 6 Hz; not of the true ones."""
@@ -205,6 +207,7 @@ def test_a_lower_cut_off_takes_what_it_filters_from_the_moments(imported, noise)
         assert errors[ACTUATED[i]] < filtered_alone[i] + 0.02, ACTUATED[i]
 
 
+@pytest.mark.slow
 def test_cycles_are_those_of_the_walk(imported):
     case = imported(0.0, EXACT)
     walk, truth = case.walk, case.session.walk
@@ -359,6 +362,7 @@ def from_python(sessions, from_the_command_line, tmp_path_factory) -> Session:
         )
 
 
+@pytest.mark.slow
 def test_an_import_repeats_bit_for_bit(from_the_command_line: Path, from_python: Session):
     """By the command and from Python, in two processes: the same bytes."""
     first, again = hashes(from_the_command_line), hashes(from_python.folder)

@@ -50,6 +50,7 @@ def test_a_mutant_is_one_change_that_can_be_read():
         ast.parse(text)
 
 
+@pytest.mark.slow
 def test_there_are_mutants_of_all_four_folders_and_tests_of_each():
     found = mutants.drawn(400, 43)
     assert found == mutants.drawn(400, 43)
@@ -58,6 +59,7 @@ def test_there_are_mutants_of_all_four_folders_and_tests_of_each():
         assert all(Path(test).is_file() for test in mutants.tests_of(each.module)), each
 
 
+@pytest.mark.slow
 def test_every_fault_of_the_list_can_be_planted_and_has_tests():
     found = mutants.planted()
     assert len(found) >= 55

@@ -79,6 +79,7 @@ def test_the_side_that_was_recorded_is_judged(run):
     assert ("moment_rmse", "knee_angle_l") not in judged
 
 
+@pytest.mark.slow
 def test_the_sentence_says_so(run):
     case, folder, _ = run
     message = sentence(read_metrics(folder))
@@ -168,6 +169,7 @@ def test_python_says_which_curves_are_no_record():
     assert set(gv.compare(shown, shown).origins) == {None}
 
 
+@pytest.mark.slow
 def test_an_earlier_file_that_judged_a_prediction_is_refused(run):
     case, folder, _ = run
     metrics = read_json(folder / "metrics.json")

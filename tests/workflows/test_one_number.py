@@ -16,6 +16,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> one_number.Compared:
     return one_number.compared(tmp_path_factory.mktemp("one") / "sessions", size=SHORT)
 
 
+@pytest.mark.slow
 def test_every_output_says_the_same_of_every_limit(found: one_number.Compared) -> None:
     assert not found.differences, "\n".join(found.differences)
     assert found.numbers >= 20

@@ -73,6 +73,7 @@ def test_the_walk_is_a_walk(walk):
     assert np.ptp(knees) > np.deg2rad(40.0)
 
 
+@pytest.mark.slow
 def test_the_angles_are_opensims(walk, model_file, tmp_path):
     trial = replace(
         walk.trial,

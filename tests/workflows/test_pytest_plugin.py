@@ -83,6 +83,7 @@ def test_a_loss_fails_with_its_figures(project: Path) -> None:
     assert "Traceback" not in done.stdout
 
 
+@pytest.mark.slow
 def test_what_cannot_be_compared_is_said_in_words_and_nothing_walks(project: Path) -> None:
     shutil.copytree(project / "baseline", project / "broken")
     (project / "broken" / "metrics.json").write_text("{}")
@@ -102,6 +103,7 @@ def test_what_cannot_be_compared_is_said_in_words_and_nothing_walks(project: Pat
     assert not list((project / "temporary").glob("gaitval-*.json"))
 
 
+@pytest.mark.slow
 def test_a_test_that_would_compare_nothing_fails_and_nothing_walks(project: Path) -> None:
     """It would pass whatever was lost."""
     (project / "test_gait.py").write_text(

@@ -181,6 +181,7 @@ def test_measurements_of_a_subject_keep_both_legs(subject):
     assert again.right.thigh - again.left.thigh == pytest.approx(SHORTER)
 
 
+@pytest.mark.slow
 def test_the_reference_of_two_legs_stands_on_both(subject, model):
     task = WalkingTask.of(model, subject.record(), Configuration())
     assert task.model["shank_r"].joint_position[2] < task.model["shank_l"].joint_position[2]

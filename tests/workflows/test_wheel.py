@@ -161,6 +161,7 @@ def test_what_runs_with_gaitval_asks_nobody_for_sources(bill):
         assert not imported.search(path.read_text(encoding="utf-8")), path
 
 
+@pytest.mark.slow
 def test_every_library_that_the_core_imports_is_asked_for():
     """What is not in pyproject.toml, but happens to be installed, is found here."""
     known = {*sbom.closure(extras_of_it=frozenset({"all"}))}

@@ -20,7 +20,6 @@ from gaitval.apps.devices.walking import (
     DeviceTask,
 )
 from gaitval.arrays import Array
-from gaitval.constants import GRAVITY
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
@@ -72,7 +71,7 @@ def kinematics_kept(environment: DeviceEnvironment, before: Rollout) -> Kinemati
     force = before.ground_reaction
     tree = tree_arrays(laden)
     centre = centres_of_mass(tree, before.positions)
-    further = _further_force(person.mass, laden.mass, centre, before)
+    further = _further_force(person, laden.mass, centre, before)
     vertical = np.maximum(force[..., 2], 0.0)
     share = vertical / np.maximum(vertical.sum(axis=1, keepdims=True), 1.0)
     carried = force + share[..., None] * further[:, None, :]
@@ -107,14 +106,14 @@ def _followed(environment: DeviceEnvironment, before: Rollout) -> Array:
     return at_states(np.concatenate([logged, logged[-1:]]))
 
 
-def _further_force(person: float, laden: float, centre: Array, before: Rollout) -> Array:
-    """(T, 3) N, ground reaction that the added masses need in a motion; masses are in kg, and
-    `centre` (T, 3) m is that of mass of the laden body.
+def _further_force(person: BodyModel, laden: float, centre: Array, before: Rollout) -> Array:
+    """(T, 3) N, ground reaction that the masses added to a `person` need in a motion; the whole is
+    `laden` kg, and `centre` (T, 3) m is that of mass of the laden body.
     """
     step = float(before.time[1] - before.time[0])
-    moved = laden * centre - person * before.centre_of_mass
+    moved = laden * centre - person.mass * before.centre_of_mass
     further = np.gradient(np.gradient(moved, step, axis=0), step, axis=0)
-    further[:, 2] += (laden - person) * GRAVITY
+    further -= (laden - person.mass) * person.ground.gravity
     return np.asarray(further, dtype=float)
 
 

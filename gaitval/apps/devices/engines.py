@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 
 from gaitval import file_gate
 from gaitval.arrays import Array
-from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError
 from gaitval.model.body import SEGMENTS, BodyModel
@@ -30,6 +29,7 @@ from gaitval.model.tree import (
     FIRST_DOF,
     PARENT,
     SEGMENT_COUNT,
+    Tree,
     empty_frames,
     forward,
     tree_arrays,
@@ -74,12 +74,11 @@ def passive_motion(
     state[1] = random.uniform(-1.0, 1.0, COORDINATE_COUNT)
     stiffness, damping = np.zeros(ACTUATED_COUNT), np.full(ACTUATED_COUNT, 0.5)
     found, acceleration = [state.copy()], np.empty(COORDINATE_COUNT)
-    lifted = np.array([s.mass for s in model.segments])
     for _ in range(rows - 1):
         for _ in range(round(seconds / step / (rows - 1))):
             forward(tree.joint_position, state[0], frames, SEGMENT_COUNT)
             velocities(state[1], frames, SEGMENT_COUNT)
-            _without_weight(tree.centre_of_mass, lifted, frames, forces)
+            _without_weight(tree, frames, forces)
             accelerations(tree, frames, state, forces, stiffness, damping, step, work, acceleration)
             integrate(state, acceleration, step)
         found.append(state.copy())
@@ -87,12 +86,12 @@ def passive_motion(
     return positions, rates
 
 
-def _without_weight(centres: Array, masses: Array, frames: Any, forces: Array) -> None:
+def _without_weight(tree: Tree, frames: Any, forces: Array) -> None:
     """Generalised `forces` (31,) that carry each segment's weight, so that nothing falls."""
-    place = frames.origin + np.einsum("sij,sj->si", frames.rotation, centres)
+    place = frames.origin + np.einsum("sij,sj->si", frames.rotation, tree.centre_of_mass)
     forces[:] = 0.0
     for s in range(SEGMENT_COUNT):
-        force = np.array([0.0, 0.0, GRAVITY * masses[s]])
+        force = -tree.mass[s] * tree.gravity
         forces[3:6] += force
         forces[0:3] += np.cross(place[s] - frames.origin[0], force)
         at = s

@@ -14,7 +14,6 @@ from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, write_text
-from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, AXES, RANGES
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, Segment
 
@@ -57,7 +56,7 @@ def coordinate_names() -> list[str]:
 
 def biomod_text(walked: ExportedWalk) -> str:
     """The scaled body with the person's markers, as a bioMod file of version 4."""
-    parts = [_HEADER, f"gravity 0 0 {-GRAVITY!r}\n"]
+    parts = [_HEADER, f"gravity {_numbers(walked.body.ground.gravity)}\n"]
     parts += [_segment(each) for each in walked.body.segments]
     parts += [
         f"marker {each.name}\n  parent {each.segment}\n  position {_numbers(each.position)}\n"

@@ -1,0 +1,324 @@
+"""Walks on slopes and with loads, predicted from level records, against published people.
+
+Every walk is that of a stored policy, untrained for the slope, on a reference that is fitted to
+what is expected there (`gaitval.prediction.slopes`). What a slope changes is told from the walk on
+the level by the same route. What is known is kept below `work`, so that a run which was stopped
+goes on.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+import claims
+from claims import Claim
+from claims.rows import STARTED
+
+if TYPE_CHECKING:
+    from gaitval.arrays import Array
+    from gaitval.configuration import RecordSettings
+    from gaitval.simulation.walker import WalkingTask
+    from gaitval.study.stored_policy import StoredPolicy
+
+TEN: Final = tuple(range(1, 11))
+STRIDES: Final = 102.0
+"""Cycles of a walk, so that 100 whole ones are among them."""
+CONDITIONS: Final = {
+    "level": (0.0, 0.0),
+    "up_5": (5.0, 0.0),
+    "down_5": (-5.0, 0.0),
+    "up_10": (10.0, 0.0),
+    "down_10": (-10.0, 0.0),
+    "load_20": (0.0, 20.0),
+    "load_30": (0.0, 30.0),
+    "load_10": (0.0, 10.0),
+    "up_5_load_20": (5.0, 20.0),
+}
+"""Slope, % and load, % of body mass."""
+COSTED: Final = ("level", "load_10", "load_20", "load_30", "up_5", "up_5_load_20")
+"""Those whose metabolic rate was measured (Silder et al.)."""
+_CURVES: Final = ("hip_flexion", "knee_angle", "ankle_angle")
+
+
+def _task(policy: "StoredPolicy", settings: "RecordSettings") -> "WalkingTask":
+    """The walk that is predicted of the person of a `policy`, on their identified body."""
+    from gaitval.prediction.slopes import ON_A_SLOPE, body_on, on_ground
+    from gaitval.simulation.walker import WalkingTask
+    from gaitval.study.inputs import target_record
+    from gaitval.study.stage import Run
+
+    run = Run(policy.folder, policy.subject, policy.configuration)
+    record = on_ground(target_record(run, policy.model).record, settings)
+    body = body_on(policy.identified_model, settings)
+    return WalkingTask.of(body, record, policy.configuration, ON_A_SLOPE, mu=policy.identified)
+
+
+def _walk(policy: "StoredPolicy", name: str) -> dict[str, Any]:
+    """What is kept of a walk in the condition `name`."""
+    from gaitval.configuration import RecordSettings
+    from gaitval.coordinates import SIDES
+    from gaitval.metrics.comparison import low_pass_of, simulated_curves
+    from gaitval.metrics.cycles import find_cycles
+    from gaitval.metrics.momentum import momentum_residual
+    from gaitval.metrics.torques import energy_of
+    from gaitval.metrics.walk_muscles import walk_motion
+    from gaitval.model.parameters import apply_parameters
+    from gaitval.musculature.gait import muscles_of
+    from gaitval.policy.environment import WalkingEnvironment
+    from gaitval.policy.rollouts import record_rollout
+    from gaitval.prediction.slopes import ground_of
+    from gaitval.quantities.metabolic_cost import metabolic_cost
+
+    slope, load = CONDITIONS[name]
+    settings = RecordSettings(slope=slope, load=load)
+    task = _task(policy, settings)
+    walk = record_rollout(
+        WalkingEnvironment(task), policy.network, mu=policy.identified, start_phase=0.0,
+        cycles=STRIDES,
+    )  # fmt: skip
+    found: dict[str, Any] = {"fell": bool(walk.fell[0]), "cycles": float(walk.phase[-1])}
+    found["momentum"] = momentum_residual(walk, task.model.mass, ground_of(settings))
+    cycles = find_cycles(walk, task.configuration).first(24)
+    if min(cycles.count(side) for side in SIDES) == 0:
+        return found
+    found["energy"] = energy_of(walk, cycles, task.model)
+    rows = cycles.rows()
+    step = float(walk.time[1] - walk.time[0])
+    power = walk.moments[rows] * walk.velocities[rows, 6:]
+    strides = cycles.count("right")
+    found["work"] = float(np.abs(power).sum() * step / (task.model.mass * strides))
+    distance = walk.centre_of_mass[rows.stop, 0] - walk.centre_of_mass[rows.start, 0]
+    found["stride_length"] = float(distance / strides)
+    found["speed"] = float(distance / ((rows.stop - rows.start) * step))
+    mass = policy.identified_model.mass
+    filters = low_pass_of(task.record, task.configuration.validation.filter_frequency)
+    curves = simulated_curves(walk, cycles, mass=mass, filters=filters)
+    for joint in _CURVES:
+        for kind in ("moments", "angles"):
+            both = [getattr(curves, kind)[f"{joint}_{side}"].mean(axis=0) for side in "rl"]
+            found[f"{kind}_{joint}"] = np.mean(both, axis=0).round(5).tolist()
+    if name in COSTED:
+        person = apply_parameters(policy.identified_model, policy.identified)
+        motion = walk_motion(
+            walk, cycles, person, height=policy.subject.height_m,
+            laden=apply_parameters(task.model, policy.identified),
+        )  # fmt: skip
+        cost = metabolic_cost([motion], muscles_of([motion]))
+        assert cost is not None
+        found["gross"] = dict(cost.gross)
+    return found
+
+
+def _person(number: int, path: Path) -> dict[str, Any]:
+    import gaitval
+
+    found: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    lacking = [name for name in CONDITIONS if name not in found]
+    if lacking:
+        policy = gaitval.load_policy(number)
+        for name in lacking:
+            found[name] = _walk(policy, name)
+            path.write_text(json.dumps(found), encoding="utf-8")
+            kept = {key: value for key, value in found[name].items() if "_" not in key}
+            print(number, name, kept, flush=True)
+    return found
+
+
+def _all(given: claims.Given) -> dict[int, dict[str, Any]]:
+    folder = given.work / f"slopes-{STARTED}"
+    folder.mkdir(parents=True, exist_ok=True)
+    return {number: _person(number, folder / f"{number}.json") for number in TEN}
+
+
+def _mean(walks: Mapping[int, Mapping[str, Any]], condition: str, name: str) -> "Array":
+    """Of the people, the mean of a number or curve of their walks in a `condition`."""
+    return np.mean([np.asarray(each[condition][name]) for each in walks.values()], axis=0)
+
+
+def _work(walks: Mapping[int, Mapping[str, Any]], condition: str) -> dict[str, float]:
+    """J/kg that each joint of a leg does in stance, positive and negative, mean of the people, from
+    mean curves.
+    """
+    found: dict[str, float] = {}
+    for joint in _CURVES:
+        done = []
+        for each in walks.values():
+            moment, angle = (
+                np.array(each[condition][f"{kind}_{joint}"]) for kind in ("moments", "angles")
+            )
+            work = 0.5 * (moment[1:] + moment[:-1]) * np.diff(angle)
+            stance = work[:STANCE]
+            done.append([stance[stance > 0.0].sum(), stance[stance < 0.0].sum()])
+        found[f"{joint}+"], found[f"{joint}-"] = np.mean(done, axis=0).tolist()
+    return found
+
+
+def _share(work: Mapping[str, float], joint: str, sign: str) -> float:
+    return work[f"{joint}{sign}"] / sum(work[f"{each}{sign}"] for each in _CURVES)
+
+
+STANCE: Final = 62
+"""% of the cycle."""
+
+
+class Published(NamedTuple):
+    """What a study says of a change from level ground.
+
+    Attributes
+    ----------
+    source, locator : read there.
+    what : the quantity, a key of `_measures`.
+    condition : ours that is nearest.
+    sign : of the change.
+    size, error : its value and standard error, where the study tells both.
+    """
+
+    source: str
+    locator: str
+    what: str
+    condition: str
+    sign: int
+    size: float | None = None
+    error: float | None = None
+
+
+FRANZ: Final = "Franz and Kram (2012), Gait Posture 35:143"
+HONG: Final = "Hong et al. (2014), Gait Posture 39:29"
+MONTGOMERY: Final = "Montgomery and Grabowski (2018), J R Soc Interface 15:20180550"
+PUBLISHED: Final = (
+    Published(FRANZ, "table 1", "step length", "down_10", -1, 100 * (0.93 / 0.98 - 1.0), 1.5),
+    Published(FRANZ, "table 1", "step length", "up_10", 1, 100 * (0.93 / 0.91 - 1.0), 2.4),
+    Published("Kafetzakis et al. (2024), Appl Sci 14:4383", "abstract, -10 %", "step length",
+              "down_10", -1),
+    Published("Sakurai, Kuster and Wood (1994)", "abstract, -19.3 %: 2.60 for 1.16 Nm/kg",
+              "knee extension moment", "down_10", 1),
+    Published(HONG, "abstract: contributions to the first peak unaltered", "support moment",
+              "up_10", 1),
+    Published(HONG, "abstract", "hip extension moment", "up_10", 1),
+    Published(HONG, "abstract", "knee at the first peak", "up_10", 1),
+    Published(HONG, "abstract", "ankle at the first peak", "up_10", 1),
+    Published(MONTGOMERY, "abstract, +9 deg .37 for .33", "hip share +", "up_10", 1),
+    Published(MONTGOMERY, "abstract, +9 deg .29 for .19", "hip share -", "up_10", 1),
+    Published(MONTGOMERY, "abstract, -9 deg .17 for .19", "hip share -", "down_10", -1),
+    Published(MONTGOMERY, "abstract, +9 deg .27 for .42", "ankle share -", "up_10", -1),
+    Published(MONTGOMERY, "abstract, -9 deg .38 for .42", "ankle share -", "down_10", -1),
+)  # fmt: skip
+"""Only what was read, and at slopes that people were measured on; errors of step length by Taylor's
+rule from the standard errors of stride frequency. Strides are an input of the prediction, so the
+first two tell that the walks keep them, and the third is another laboratory's."""
+
+
+def _measures(walks: Mapping[int, Mapping[str, Any]], condition: str) -> dict[str, float]:
+    """Figures of a condition by the names that `PUBLISHED` calls them."""
+    hip, knee, ankle = (-_mean(walks, condition, f"moments_{joint}") for joint in _CURVES)
+    work, first = _work(walks, condition), slice(3, 31)
+    peak = first.start + int(np.argmax((hip + knee + ankle)[first]))
+    return {
+        "step length": float(_mean(walks, condition, "stride_length")),
+        "knee extension moment": float(knee[first].max()),
+        "hip extension moment": float(hip[first].max()),
+        "support moment": float((hip + knee + ankle)[peak]),
+        "knee at the first peak": float(knee[peak]),
+        "ankle at the first peak": float(ankle[peak]),
+        **{
+            f"{joint.split('_')[0]} share {sign}": _share(work, joint, sign)
+            for joint in _CURVES
+            for sign in "+-"
+        },
+    }
+
+
+@claims.measured()
+def walked(given: claims.Given) -> list[Claim]:
+    """People of ten who walk 100 cycles on slopes and with loads, and their walks' balances."""
+    walks = _all(given)
+    rows = []
+    for name in CONDITIONS:
+        stood = [
+            not each[name]["fell"] and each[name]["cycles"] >= 100.0 for each in walks.values()
+        ]
+        rows.append(
+            Claim(f"{name}: people who walk 100 cycles", float(sum(stood)), "people", len(stood))
+        )
+    steep = [name for name, (slope, _) in CONDITIONS.items() if slope]
+    known = [each[name] for each in walks.values() for name in steep if "energy" in each[name]]
+    momentum = [each["momentum"] for each in known]
+    energy = [100.0 * abs(each["energy"]["unexplained"]) / each["work"] for each in known]
+    lifted = [
+        100.0 * abs(each["energy"]["unexplained"] / each["energy"]["change"]) for each in known
+    ]
+    rows.append(Claim("slopes, momentum balance: largest", max(momentum), "% BW", len(known)))
+    rows.append(
+        Claim("slopes, energy balance of the joints' work: largest", max(energy), "%", len(known))
+    )
+    rows.append(
+        Claim("slopes, energy balance of the work against gravity: largest", max(lifted), "%",
+              len(known))
+    )  # fmt: skip
+    return rows
+
+
+@claims.measured()
+def published(given: claims.Given) -> list[Claim]:
+    """Changes on slopes of ten percent against published ones: signs, and sizes where known."""
+    walks = _all(given)
+    level, right, inside = _measures(walks, "level"), [], []
+    for each in PUBLISHED:
+        there = _measures(walks, each.condition)[each.what]
+        change = there - level[each.what]
+        right.append(bool(change * each.sign > 0.0))
+        print(each.what, each.condition, round(level[each.what], 3), round(there, 3),
+              "as" if right[-1] else "NOT AS", each.source, flush=True)  # fmt: skip
+        if each.size is not None and each.error is not None:
+            percent = 100.0 * change / level[each.what]
+            inside.append(abs(percent - each.size) <= 1.96 * each.error)
+    studies = len({each.source for each in PUBLISHED})
+    return [
+        Claim("slopes: published signs", float(sum(right)), f"of {len(right)}", studies),
+        Claim("slopes: sizes within the study's 95 %", float(sum(inside)), f"of {len(inside)}", 1),
+    ]
+
+
+@claims.measured("data")
+def cost(given: claims.Given) -> list[Claim]:
+    """Change of metabolic rate with a vest and on 5 % against Silder's, who were given."""
+    from scipy.stats import spearmanr
+
+    from claims.metabolic import _measured, _middle
+    from gaitval.apps.devices.costs import model_band
+
+    names = {
+        "level": "sildbw0", "load_10": "sild10w0", "load_20": "sild20w0", "load_30": "sild30w0",
+        "up_5": "sildbw5", "up_5_load_20": "sild20w5",
+    }  # fmt: skip
+    measured, walks = _measured(given.data, "silder", tuple(names.values())), _all(given)
+    rows = []
+    for title, read in (("mean of two", _middle), ("joints", lambda rates: rates["joints"])):
+        predicted = np.array(
+            [np.mean([read(each[name]["gross"]) for each in walks.values()]) for name in names]
+        )
+        print(title, predicted.round(2), measured.round(2), flush=True)
+        rank = float(spearmanr(predicted, measured).statistic)
+        slope = float(np.polyfit(measured, predicted, 1)[0])
+        rows.append(Claim(f"vest and 5 %, {title}: rank correlation", rank, "1", len(names)))
+        rows.append(Claim(f"vest and 5 %, {title}: slope on measured", slope, "1", len(names)))
+    inside = []
+    for i, name in enumerate(names):
+        if i:
+            changes = [
+                float(
+                    np.mean([w[name]["gross"][m] - w["level"]["gross"][m] for w in walks.values()])
+                )
+                for m in walks[TEN[0]]["level"]["gross"]
+            ]
+            low, high = model_band(changes)
+            inside.append(bool(low <= measured[i] - measured[0] <= high))
+            print(name, f"{low:.2f} to {high:.2f}, measured {measured[i] - measured[0]:.2f}")
+    rows.append(
+        Claim("vest and 5 %: measured changes inside the band", 100.0 * float(np.mean(inside)), "%",
+              len(inside))
+    )  # fmt: skip
+    return rows
