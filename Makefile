@@ -85,6 +85,7 @@ general: setup ## Train the general policy of reports/general, which trainings s
 	@$(BIN)/python -m experiments.general_policy --out reports/general-first
 	@$(BIN)/python -m experiments.general_policy --start reports/general-first --samples 24000000
 	@$(BIN)/python -m experiments.slow_policy
+	@$(BIN)/python -m experiments.delayed_policy
 
 held-out: setup ## Run all walks that know only a part of the record (2 h), which claims are read from
 	@$(BIN)/python -m experiments.held_out_runs holdout

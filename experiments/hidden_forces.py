@@ -20,7 +20,7 @@ from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.identified_body import identified_model
-from gaitval.metrics.torques import energy_of, torque_measures
+from gaitval.metrics.torques import torques_of
 from gaitval.metrics.typed import sided
 from gaitval.model.urdf import read_urdf
 from gaitval.reference.motion import ReferenceMotion
@@ -49,9 +49,9 @@ def row_of(folder: Path) -> RunFigures:
     model = identified_model(read_urdf(folder / "model.urdf"), folder / "identification.json")
     rollout = Rollout.load(folder / "rollouts" / "identified.npz")
     cycles = find_cycles(rollout, configuration).first(configuration.validation.cycles)
-    measures = torque_measures(rollout, cycles, model=model, height=subject.height_m)
+    torques = torques_of(rollout, cycles, model=model, height=subject.height_m)
     found: RunFigures = {
-        f"{each.measure} {each.target}": float(each.value or 0.0) for each in measures
+        f"{each.measure} {each.target}": float(each.value or 0.0) for each in torques.measures
     }
     metrics = read_json(folder / "metrics.json")
     walk = metrics["walks"][metrics["final"]]
@@ -64,7 +64,7 @@ def row_of(folder: Path) -> RunFigures:
         found[f"error {group}"] = float(np.mean(errors))
     pushes = read_json(folder / "push.json")["recovery"]["survived"]
     found["pushes survived"] = float(np.sum(pushes))
-    found |= {f"energy {name}": each for name, each in energy_of(rollout, cycles, model).items()}
+    found |= {f"energy {name}": each for name, each in torques.energy.items()}
     return found | toes_of_fit(folder, model.mass)
 
 

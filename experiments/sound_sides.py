@@ -1,5 +1,5 @@
 """Shipped: writes what amputees' sides do, and how far their ankle moments are off, into
-gaitval/apps/patients: sound_sides.csv, prosthetic_sides.csv, ankle_errors.csv.
+gaitval/apps/patients: sound_sides.csv, sound_rests.csv, prosthetic_sides.csv, ankle_errors.csv.
 
     python -m experiments.sound_sides ../shared/data          # the files
     python -m experiments.sound_sides ../shared/data --check  # fails if one is another
@@ -8,9 +8,10 @@ Reads the strides of above-knee amputees (`gps/`) and their ankles' moments (`am
 where the moment has fallen to `ENDED` of its peak, less where the angles have the foot leave the
 ground, less the mean of the same in the ten built-in people. `larger`: with the foot leaving so
 late, the factor of healthy people's moment in the time of this foot (`told.rolled_ankle`) that is
-nearest to the measured one by least squares. Errors are of the moments that are expected before any
-walk, each person's with the others' figures alone; they need the first two files, so these are
-written first.
+nearest to the measured one by least squares. `sound_rests`: what of the measured one is left, with
+the others' figures and what the ankle's angle says (`known_record.sound_ankle`). Errors are of the
+moments that are expected before any walk, each person's with the others' figures alone; they need
+the other files, so these are written first.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,11 +23,22 @@ from claims.patients import HEALTHY, SPEEDS, tables, true_moments
 from experiments.shipped import csv_text, parser_of, ship
 from gaitval.apps.patients.ankle_errors import ERRORS
 from gaitval.apps.patients.cohort import found_patients
-from gaitval.apps.patients.known_record import expected_record, over_stance, rolled_ankle
+from gaitval.apps.patients.known_record import (
+    expected_record,
+    over_stance,
+    rolled_ankle,
+    sound_ankle,
+)
 from gaitval.apps.patients.passive_foot import expected_ankles
 from gaitval.apps.patients.records import Patient, two_sided
 from gaitval.apps.patients.rolling_foot import feet
-from gaitval.apps.patients.sound_side import PROSTHETIC_TABLE, TABLE, rows_of
+from gaitval.apps.patients.sound_side import (
+    PROSTHETIC_TABLE,
+    RESTS,
+    TABLE,
+    expected_of,
+    rows_of,
+)
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import builtin_subjects
@@ -48,6 +60,9 @@ ABOUT = {
     PROSTHETIC_TABLE: """\
 # Prosthetic sides of {people} above-knee amputees on a treadmill at 0.8 m/s (TF02: 0.7): how much
 # later, of the cycle, the ankle's moment ends than the angles and healthy people say. """,
+    RESTS: """\
+# Sound ankles of {people} above-knee amputees on a treadmill at 0.8 m/s (TF02: 0.7): the moment at
+# each percent of the cycle, Nm/kg, dorsiflexion positive, less the expected one. """,
     ERRORS: """\
 # Errors of the ankle moments expected of {people} above-knee amputees before any walk, at 0.8 m/s
 # (TF02: 0.7), RMS over the people in Nm/kg: of whole curves (mean), and at each percent of the
@@ -125,6 +140,21 @@ def sound_sides(data: Path) -> str:
     return _file(TABLE, len(rows), [("person", "later", "larger"), *rows])
 
 
+def sound_rests(data: Path) -> str:
+    """The file of that name."""
+    others, rows = builtin_subjects(), []
+    for each, side, moment in _amputees(data, "intact"):
+        subject = each.subject
+        model = scale_subject(subject, symmetric=not two_sided(each.person)).model
+        known = with_others_kinetics(subject, others)
+        record = over_stance(known, subject.stance_fraction.of_both())
+        usual, larger = expected_record(subject, others), expected_of(subject.identifier).larger
+        rest = moment - sound_ankle(subject, record, usual, side, model, larger)(PHASE)
+        rows.append((subject.identifier, *(f"{value:.4f}" for value in rest)))
+    columns = ("person", *(f"p{each}" for each in range(101)))
+    return _file(RESTS, len(rows), [columns, *rows])
+
+
 def prosthetic_sides(data: Path) -> str:
     """The file of that name."""
     usual = bias()
@@ -159,6 +189,7 @@ def main() -> None:
     for name, make in (
         (TABLE, sound_sides),
         (PROSTHETIC_TABLE, prosthetic_sides),
+        (RESTS, sound_rests),
         (ERRORS, ankle_errors),
     ):
         ship({FOLDER / name: make}, arguments, "sound_sides")

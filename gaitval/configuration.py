@@ -60,6 +60,7 @@ Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_vanishi
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Phase = Annotated[float, Field(ge=0, lt=1)]
+NerveDelay = Annotated[float, Field(ge=0, le=1)]
 LARGEST_TRAINING = 10**12
 """Samples; at 10,000 a second they take three years."""
 Rate = Annotated[float, Field(gt=0, le=1)]
@@ -94,9 +95,7 @@ FractionRange = Annotated[tuple[Fraction, Fraction], AfterValidator(_ascending)]
 class Section(BaseModel):
     """A group of constants: frozen, unknown keys, infinity and NaN refused."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @field_validator("*", mode="before")
     @classmethod
@@ -210,6 +209,10 @@ class ServoSettings(Section):
     """Fraction of the record's joint moments that is fed forward."""
 
 
+SENSES: Final = ("observation_delays", "observation_noise", "action_memory")
+"""Settings of what a policy is told of its body by nerves."""
+
+
 class EnvironmentSettings(Section):
     """The walking task: time steps, observation, termination, randomisation."""
 
@@ -248,10 +251,16 @@ class EnvironmentSettings(Section):
     """... or turned this far from its reference, rad, ..."""
     drift_tolerance: Positive = 0.8
     """... or this far from its reference position, along the walkway or sideways, m."""
-    observation_delay: float = Field(0.0, ge=0.0, le=1.0)
-    """s, by which the policy sees its body late, as through nerves: what joints, feet and trunk do,
-    not its own clock, its last action and what it knows of itself. Rounded to whole actions. People
-    need 50 to 150 ms. 0: what is seen is of now."""
+    observation_delays: tuple[NerveDelay, NerveDelay, NerveDelay] = (0.0, 0.0, 0.0)
+    """s, by which the policy feels its body late, as through nerves: joints, feet and ground; what
+    the balance organ tells; what is seen of the body's path. Not its own clock, its last action and
+    what it knows of itself. Rounded to whole actions. People: about 0.05, 0.1, 0.15. 0: of now."""
+    observation_noise: NotNegative = 0.0
+    """Standard deviation of the noise on what is felt, rad, m, m/s, rad/s, tens of rad/s of joints,
+    body weights: new in every action."""
+    action_memory: float = Field(0.0, ge=0.0, le=1.0)
+    """s, of past actions that the policy is told, as means over 0.05 s: what a forward model needs
+    to know how the body has moved since it was felt."""
     initial_noise: NotNegative = 0.02
     """Standard deviation of joint angles (rad) at the start of an episode."""
     push_probability: Fraction = 0.8
@@ -278,12 +287,13 @@ class EnvironmentSettings(Section):
 
     @model_serializer(mode="wrap")
     def _as_before_it_was_known(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Without a delay the settings are written as before there was one, so that no stage runs
-        again for it.
+        """Without nerves the settings are written as before there were any, so that no stage runs
+        again for them.
         """
         values: dict[str, Any] = write(self)
-        if not self.observation_delay:
-            values.pop("observation_delay", None)
+        for name in SENSES:
+            if getattr(self, name) == type(self).model_fields[name].default:
+                values.pop(name, None)
         return values
 
     @model_validator(mode="after")

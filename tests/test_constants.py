@@ -146,9 +146,13 @@ def test_spheres_are_falisses() -> None:
     toes = {name: tuple(np.add(place, TOE_JOINT)) for name, place in TOE_SPHERES.items()}
     published = CALCANEUS_SPHERES | toes
     assert set(SPHERES) == set(published)
-    for name, (segment, *place) in SPHERES.items():
+    for name, (segment, forward, lateral) in SPHERES.items():
         assert segment == ("toes" if name in TOE_SPHERES else "foot")
-        assert place == pytest.approx(published[name], abs=6e-5), name
+        assert lateral == pytest.approx(published[name][1], abs=6e-5), name
+        if name.startswith("ball"):  # under the person's own metatarsal heads
+            assert forward is None
+        else:
+            assert forward == pytest.approx(published[name][0], abs=6e-5), name
 
 
 def test_hip_centres_are_harringtons() -> None:

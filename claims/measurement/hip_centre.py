@@ -7,6 +7,7 @@ if nothing is said, and once with those of the model.
 """
 
 import tempfile
+from collections.abc import Callable, Mapping
 from contextlib import chdir
 from pathlib import Path
 from typing import Any, Final
@@ -84,45 +85,43 @@ def inside(options: dict[str, Any], theirs: StorageTable, hips: str) -> float:
     return 100.0 * float(np.mean(held))
 
 
+def asked_of(
+    folder: Path, files: tuple[str, str, str], mass: float, height: float
+) -> dict[str, Any]:
+    """What an import is told of a session of a man of `mass` kg and `height` m: `files` of the
+    standing trial, of the walk and of its forces, in a `folder`.
+    """
+    static, trial, forces = (folder / name for name in files)
+    return {
+        "static": static, "trials": [trial], "forces": [forces],
+        "mass": mass, "height": height, "sex": "M",
+    }  # fmt: skip
+
+
 @claims.measured("public", "data")
 def hip_centre(given: claims.Given) -> list[Claim]:
     """Hip moments of OpenSim, with its own hips, inside our bands."""
-    walk = given.data / "opensim_rajagopal"
-    other = given.public / FOLDER
-    sessions = {
+    walk, other = given.data / "opensim_rajagopal", given.public / FOLDER
+    his = ("static_walk_1.trc", "motion_capture_walk.trc", "grf_walk.mot")
+    theirs = ("static.trc", "task.trc", "task_grf.mot")
+    sessions: Mapping[str, tuple[dict[str, Any], str, Callable[[Path], StorageTable]]] = {
         "Rajagopal's walk": (
-            {
-                "static": walk / "ExpData/static_walk_1.trc",
-                "trials": [walk / "ExpData/motion_capture_walk.trc"],
-                "forces": [walk / "ExpData/grf_walk.mot"],
-                "mass": 85.07,
-                "height": 1.829,
-                "sex": "M",
-            },
+            asked_of(walk / "ExpData", his, 85.07, 1.829),
             "rajagopal2016",
+            lambda work: read_storage(run_pipeline(walk, "Rajagopal2016.osim", work).moments),
         ),
         "gait1992": (
-            {
-                "static": other / "experimental_data/static.trc",
-                "trials": [other / "experimental_data/task.trc"],
-                "forces": [other / "experimental_data/task_grf.mot"],
-                "mass": 72.6,
-                "height": 1.803,
-                "sex": "M",
-            },
+            asked_of(other / "experimental_data", theirs, 72.6, 1.803),
             "gait2392",
+            lambda work: of_gait1992(other, work),
         ),
     }
     rows = []
-    for title, (options, own) in sessions.items():
+    for title, (options, own, moments) in sessions.items():
         with tempfile.TemporaryDirectory() as name:
-            work = Path(name).resolve()
-            if title == "gait1992":
-                theirs = of_gait1992(other, work)
-            else:
-                theirs = read_storage(run_pipeline(walk, "Rajagopal2016.osim", work).moments)
+            found = moments(Path(name).resolve())
         for hips, what in (("harrington", "hips by Harrington"), (own, "hips of its model")):
-            share = inside(options, theirs, hips)
+            share = inside(options, found, hips)
             rows.append(
                 Claim(
                     f"{title}: hip moments of OpenSim inside bands of 90 %, {what}", share, "%", 2

@@ -201,6 +201,7 @@ PICTURES: Final = {
     "recording": Picture("treadmill", "treadmill/recording/recording.html", recording),
     "recording-failed": Picture("overground", "overground/recording/recording.html", failed),
     "check": Picture("check", "check/summary.md", whole),
+    "placement": Picture("placement", "placement.svg", whole),
     "live": Picture("live", "", live),
 }
 
@@ -293,6 +294,9 @@ def prepared(step: str, work: Path, done: set[str]) -> None:
         gaitval(work, "data", "sample")
     elif step == "check":
         softened(work / "check")
+    elif step == "placement":
+        script = [sys.executable, "-m", "experiments.foot_placement", "--out"]
+        subprocess.run([*script, str((work / "placement.svg").resolve())], cwd=ROOT, check=True)
     else:
         if step == "markers":  # it does not write over a set that may be corrected by hand
             for earlier in work.glob("my.*"):

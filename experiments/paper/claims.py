@@ -15,7 +15,9 @@ from gaitval.metrics.comparison import rms
 from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
 from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.push_recovery import Trace
+from gaitval.metrics.walk_results import PlacedFoot
 from gaitval.metrics.walk_statistics import multiple_correlation
+from gaitval.reporting.balance_figure import kept_distance
 
 _Verdict = Literal["agrees", "agrees in part", "does not agree", "cannot be judged"]
 _Stored = Mapping[str, Any]
@@ -300,6 +302,25 @@ def pushes(runs: Mapping[str, _Stored], subject: str, traces: Sequence[Trace]) -
             f"m/s, in the cycle of the push and in the fourth: {'; '.join(parts)}.",
             judged(kept),
         ),
+    ]
+
+
+def placement(placed: Mapping[str, Sequence[PlacedFoot]]) -> list[Statement]:
+    """Beside figure 7b: the law of foot placement after pushes to the side."""
+    kept = {name: kept_distance(each) for name, each in placed.items()}
+    found = {name: each for name, each in kept.items() if each is not None}
+    parts = [
+        f"{name}: {each['within']:.1f} cm with a foot that is moved by up to {each['shift']:.0f} cm"
+        for name, each in found.items()
+    ]
+    return [
+        Statement(
+            "Its pushes follow studies of how people balance (Hof et al. 2010; Wang and Srinivasan "
+            "2014), by whose findings it wants to validate its results: the foot keeps its "
+            "distance from the extrapolated centre of mass, and the ankle corrects 2 cm.",
+            f"Largest change of that distance: {'; '.join(parts)}.",
+            judged([each["within"] <= each["people"] for each in found.values()]),
+        )
     ]
 
 

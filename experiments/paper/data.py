@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from experiments.foot_placement import PEOPLE, people_of
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.push_recovery import Push, Trace, trace_of, trials, without_drift
 from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.walk_results import PlacedFoot
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.reference.adjustment import adjusted
@@ -46,12 +48,14 @@ class Simulated:
     traces : of pushes ahead, one for each phase.
     reference : of the body as scaled, for the picture of the model.
     model : that body.
+    placed : where the feet of a young person and two old ones land after pushes to the side.
     """
 
     walks: Mapping[str, PaperCurves]
     traces: Sequence[Trace]
     reference: ReferenceMotion
     model: Any
+    placed: Mapping[str, Sequence[PlacedFoot]]
 
 
 def walked(task: WalkingTask, policy: StoredPolicy, mu: Array, cycles: int) -> PaperCurves:
@@ -65,13 +69,20 @@ def walked(task: WalkingTask, policy: StoredPolicy, mu: Array, cycles: int) -> P
     return by_kind(curves_of(task, rollout, found))
 
 
-def simulated(baseline: Path, *, cycles: int | None = None, phases: int = 4) -> Simulated:
+def simulated(
+    baseline: Path,
+    *,
+    cycles: int | None = None,
+    phases: int = 4,
+    people: Sequence[str] = PEOPLE,
+) -> Simulated:
     """Let a stored policy walk before and after identification, and push it.
 
     Parameters
     ----------
     cycles : of each walk; those of a validation by default.
     phases : how many of the configured ones are pushed at.
+    people : whose feet are compared after pushes.
     """
     policy = StoredPolicy.load(baseline)
     as_scaled, settings = policy.task, policy.configuration
@@ -98,6 +109,7 @@ def simulated(baseline: Path, *, cycles: int | None = None, phases: int = 4) -> 
         ],
         reference=as_scaled.reference,
         model=policy.model,
+        placed=people_of(people),
     )
 
 

@@ -15,6 +15,8 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.push_recovery import Trace
+from gaitval.metrics.walk_results import PlacedFoot
+from gaitval.reporting.balance_figure import HEIGHT, answered_pushes, draw_people
 from gaitval.reporting.drawing import SETTINGS, WIDTH
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, RECORD_WIDTH
 from gaitval.reporting.stick_figures import stick_figure
@@ -240,6 +242,19 @@ def knees(runs: Mapping[str, _Stored]) -> Drawing:
             fontsize=7.5,
         )  # fmt: skip
     return figure, _long(table, ("subject", "source"))
+
+
+def placement(placed: Mapping[str, Sequence[PlacedFoot]]) -> Drawing:
+    """Beside figure 7b: the next foot over the extrapolated centre of mass."""
+    columns = ("extrapolated, m", "foot, m", "pendulum, m")
+    rows = {
+        name: pd.DataFrame(answered_pushes(each)[0], columns=columns)
+        for name, each in placed.items()
+    }
+    with matplotlib.rc_context(SETTINGS):
+        figure = _figure(HEIGHT)
+        draw_people(figure, placed)
+    return figure, pd.concat(rows, names=["walker", "push"])
 
 
 def pushes(recovery: _Stored, traces: Sequence[Trace]) -> Drawing:

@@ -121,6 +121,12 @@ def figures(subject: str, simulated: paper_data.Simulated, data: Path | None) ->
             drawings.pushes(metrics["push_recovery"], simulated.traces),
             claims.pushes(runs, subject, simulated.traces),
         ),
+        PaperFigure(
+            "beside 7b", "figure7c_placement", "Where the next foot lands after a push to the side",
+            "Stored policies of a young person and two old ones, simulated for this page, beside "
+            "Hof et al. 2010",
+            drawings.placement(simulated.placed), claims.placement(simulated.placed),
+        ),
     ]  # fmt: skip
 
 

@@ -32,7 +32,7 @@ SHIFT_SIGNS: Final[Mapping[str, float]] = {
 """Signs of what a force further forward adds to the internal moments of its leg: hip extension,
 knee flexion and ankle plantarflexion increase."""
 
-_LOADED = 0.2
+LOADED = 0.2
 """Body weights on a foot above which its moments are taken to be the ground's alone."""
 
 _SAMPLES = 400
@@ -68,8 +68,8 @@ def corrected(record: GaitRecord, plates: PlateCorrection) -> GaitRecord:
     moments = dict(record.moments)
     for side in SIDES:
         vertical = record.ground_reaction(side, phase)[:, 2]
-        # From 1 in swing to the scale at `_LOADED`, linearly, so that the moments do not jump.
-        loaded = 1.0 + (plates.scale - 1.0) * np.clip(vertical / _LOADED, 0.0, 1.0)
+        # From 1 in swing to the scale at `LOADED`, linearly, so that the moments do not jump.
+        loaded = 1.0 + (plates.scale - 1.0) * np.clip(vertical / LOADED, 0.0, 1.0)
         for name, curve in record.moments.items():
             if name[-1] != side[0]:
                 continue

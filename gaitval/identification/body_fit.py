@@ -139,6 +139,7 @@ class BodyFit:
         self.reference = build_reference(record, model, contact)
         self.prior_mean, self.prior_sd = nominal_parameters(), np.asarray(prior_sd, dtype=float)
         self._model, self._contact, self._noise = model, contact, noise
+        self.angle_offset: float = noise.angle_offset
         self.problem = self._problem(record)
 
     def body(self, common: Array) -> tuple[Tree, ContactLaw]:
@@ -194,10 +195,11 @@ class BodyFit:
         fixed: Array | None = None,
         start: Solution | None = None,
         smallest_gain: float = 1e-4,
+        with_covariance: bool = True,
     ) -> Solution:
         """The most likely motion and mu, from a `start` nearby, with mu `fixed` (14,) if it is held
         instead of found. The steps end at a relative decrease of the sum of squares of
-        `smallest_gain`.
+        `smallest_gain`. `with_covariance` is as for `solve_problem`.
         """
         problem = self.problem
         begin = None if start is None else (start.change.copy(), start.common.copy())
@@ -214,18 +216,19 @@ class BodyFit:
             problem = problem._replace(bodies=lambda common: whole(common + unit), varied=varied)
             prior[BODY:NUISANCES] = _FIXED
         return solve_problem(
-            problem._replace(prior=prior), start=begin, smallest_gain=smallest_gain
-        )
+            problem._replace(prior=prior), start=begin, smallest_gain=smallest_gain,
+            with_covariance=with_covariance,
+        )  # fmt: skip
 
     def as_scaled(self, near: ReferenceMotion | None = None) -> Solution:
         """The most likely motion of the body as scaled, from the reference of the record on this
         body, if that is `near`: in a third of the steps to a minimum that is as likely on the whole
-        (docs/speed.md). None: from a standstill.
+        (docs/speed.md). None: from a standstill. It has no covariance: mu is held.
         """
         start = None
         if near is not None:
             start = Solution(near.change, np.zeros(len(self.problem.prior)), np.empty(0), np.inf)
-        return self.solve(fixed=self.prior_mean, start=start)
+        return self.solve(fixed=self.prior_mean, start=start, with_covariance=False)
 
     def mode(self, *starts: Solution, fixed: Array | None = None) -> Solution:
         """The most likely of what the fit finds from each of `starts`, near one another, with mu

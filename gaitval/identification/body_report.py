@@ -28,24 +28,12 @@ def bars(found: "Shared", model: "BodyModel") -> list[Bar]:
     return [*drawn, ("left leg longer", mean / legs.prior_sd, sd / legs.prior_sd)]
 
 
-def in_words(
-    found: "Shared", model: "BodyModel", method: str, *, two_legs: bool = False
-) -> dict[str, Any]:
+def in_words(found: "Shared", model: "BodyModel", method: str) -> dict[str, Any]:
     """What a study's report says of a body: `said`, the `bars`, and the `method` by which the
-    walker's body was found; other parameters are those of `page.tables`. `two_legs`: the walker
-    has legs that differ.
+    walker's body was found; other parameters are those of `page.tables`. Which body the walker has
+    is said by `study.body_stage`.
     """
-    from gaitval.identification.body_words import sentences, walker_words
+    from gaitval.identification.body_words import sentences
 
     shown = [{"name": name, "mean": mean, "sd": sd} for name, mean, sd in bars(found, model)]
-    said = sentences(found, model)
-    if method == "shared":  # of another method the walker has another body
-        said = f"{said} {walker_words(found, two_legs)}"
-    return {"method": method, "said": said, "bars": shown}
-
-
-def of_scaled_walker(said: str) -> str:
-    """The same sentences of a body that no walk came nearer with, and that the walker has not."""
-    from gaitval.identification.body_words import AS_SCALED
-
-    return f"{said.partition(' The walker has ')[0]} {AS_SCALED}"
+    return {"method": method, "said": sentences(found, model), "bars": shown}

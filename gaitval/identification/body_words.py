@@ -24,15 +24,6 @@ NEARER: Final = 0.57
 """Share of 196 people of the harsh world whose leg was found nearer to the truth than as scaled."""
 
 
-def helps(found: Shared) -> bool:
-    """Whether the walker has the body that was `found`: where the record fits the model and says
-    anything of the leg. So found, legs of harsh and of harsher people than the fit expects are
-    nearer to the truth than as scaled on average, however they were measured
-    (`experiments.harsher_people`).
-    """
-    return found.fits
-
-
 def sentences(found: Shared, model: BodyModel) -> str:
     """Three sentences: how long the legs are, whether they differ, and how well the record fits;
     from what was `found` of the record, about the `model` as scaled.
@@ -56,9 +47,11 @@ def sentences(found: Shared, model: BodyModel) -> str:
 AS_SCALED: Final = "The walker has the body as scaled."
 
 
-def walker_words(found: Shared, two_legs: bool) -> str:
-    """A sentence: which body the walker has, by which rule, and how often that is nearer."""
-    if not helps(found):
+def walker_words(*, found: bool, two_legs: bool) -> str:
+    """A sentence: which body the walker has, the `found` one or that as scaled, with legs that
+    differ if `two_legs`, by which rule, and how often that is nearer.
+    """
+    if not found:
         return AS_SCALED
     legs = "legs that differ so" if two_legs else "equal legs (identification.two_legs)"
     return (

@@ -4,9 +4,10 @@ and `unidentified` (none).
 
 Bounds are `unidentified.WIDE` SDs of the prior, so that none decides what is found, and the verdict
 is that of the posterior whatever the bound. The walker takes the posterior mean, which is shrunk
-towards the scaled body by as much as the record leaves open, by the rule of `helps`: where that is
-nearer to the truth than the scaled body on average. Its legs are equal unless `two_legs` says
-otherwise.
+towards the scaled body by as much as the record leaves open, where the record `fits` the model. So
+found, legs of harsh and of harsher people than the fit expects are nearer to the truth than as
+scaled on average, however they were measured (`experiments.harsher_people`). Its legs are equal
+unless `two_legs` says otherwise.
 """
 
 from collections.abc import Callable
@@ -20,7 +21,6 @@ from gaitval.errors import ConfigurationError
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.body_report import in_words
-from gaitval.identification.body_words import helps
 from gaitval.identification.combinations import correlation, judged_combinations, parameter_sum
 from gaitval.identification.offsets import offset_of
 from gaitval.identification.shared_errors import STUCK, identified
@@ -49,8 +49,8 @@ def shared_identification(
     on_progress: _Progress,
 ) -> FoundParameters:
     """`identification.method=shared`: the posterior with errors that angles and belt share. The
-    walker has its mean where that `helps`, and, with `identification.two_legs`, legs that differ
-    by the mean of their difference (`legs`).
+    walker has its mean where the record `fits`, and, with `identification.two_legs`, legs that
+    differ by the mean of their difference (`legs`).
 
     `fit` is of `record`, and `fixed_body` its solution with the body (`model`) as scaled. `subject`
     is whose record it is; the prior's mean has the offset of other people. Of the `configuration`
@@ -67,7 +67,7 @@ def shared_identification(
     shared = identified(fit, fixed_body, offset_of(subject))
     posterior, (apart, _) = shared.posterior, shared.legs.estimate
     on_progress({"generation": 1, "total": 1, "value": shared.cost})
-    found = posterior.mean if helps(shared) else nominal_parameters()
+    found = posterior.mean if shared.fits else nominal_parameters()
     two_legs = configuration.identification.two_legs and shared.fits
     return bounded(found, posterior.prior_sd, configuration).model_copy(
         update={
@@ -78,7 +78,7 @@ def shared_identification(
             "combinations": [parameter_sum(each) for each in judged_combinations(posterior, model)],
             "plates": posterior.plates.tolist(),
             # of the difference, the left leg is longer by half, and the right one shorter
-            WORDS: in_words(shared, model, "shared", two_legs=two_legs),
+            WORDS: in_words(shared, model, "shared"),
             "left_leg": float(np.clip(0.5 * apart / model.leg_length, -MOST, MOST))
             if two_legs
             else 0.0,

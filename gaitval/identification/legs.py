@@ -8,11 +8,13 @@ people's are, and legs that differ by `MORE` beside. Their ratio of likelihoods 
 
 What a fit supposes is not all that makes legs seem to differ. Beside its own SD stand the `causes`:
 
-* the laboratory: of the ten built-in people, all of one, eight have a longer left leg, by 5.4 mm in
-  the mean of what their records alone say (`LABORATORY`);
+* the laboratory: of the ten built-in people, all of one, the left leg is longer by 5.1 mm in the
+  mean of what their records alone say, and by 3.3 between the joint centres of their markers; what
+  the laboratory adds is the difference, 1.9 ± 1.3 mm (`LABORATORY`);
 * the zero of a knee that differs by side, or a knee that is held flexed: a leg with a bent knee is
   shorter, by half of it times the sine of half of the angle for each radian, and of two knees whose
-  largest extensions differ a record does not say by how much the markers do (`held`).
+  largest extensions differ a record does not say by how much the markers do (`held`). As much as
+  zeros differ in everybody is among the fit's own unknowns, and is not counted again.
 
 Skin, belts and bodies that err otherwise than any model of them are in the fit's own SD, which
 trusts a record by `shared_errors.TRUST`: so intervals of 90 % hold 96 % of the differences of 196
@@ -33,8 +35,8 @@ ODDS: Final = 0.93
 13.6 mm. Chosen on people of the harsh world of seeds 66889 and 424242: 4 of 78 whose legs differ as
 people's do are called different, of whom 3 have legs that are 13 to 16 mm apart, and 23 of 24 are
 found whose legs differ by 20 to 30 mm."""
-LABORATORY: Final = 0.005
-"""m, SD of what a laboratory gets wrong on everybody."""
+LABORATORY: Final = 0.002
+"""m, SD of what a laboratory gets wrong on everybody: √(1.9² + 1.3²) mm."""
 ZERO: Final = 0.5
 """Share of the difference of two knees' largest extensions that may be one of their zeros: SD."""
 _NOTHING: Final = 1e-6
@@ -98,18 +100,19 @@ class LegDifference:
         return middle, float(np.sqrt(weights @ (variances + (means - middle) ** 2)))
 
 
-def held(extension: Mapping[str, float], leg: float) -> float:
+def held(extension: Mapping[str, float], leg: float, fitted: float) -> float:
     """m, SD of the difference of legs of the length `leg` (m) that zeros of knees which differ by
     side make; `extension` is the least flexion of each knee over a cycle, rad, by "r" and "l".
+    `fitted` rad is the SD of the difference of zeros that a fit has among its unknowns.
     """
-    zero = ZERO * abs(extension["l"] - extension["r"])
+    zero = np.sqrt(max((ZERO * (extension["l"] - extension["r"])) ** 2 - fitted**2, 0.0))
     bent = max(*extension.values(), 0.0)
-    return 0.5 * leg * float(np.sin(0.5 * bent)) * zero
+    return float(0.5 * leg * np.sin(0.5 * bent) * zero)
 
 
-def causes(extension: Mapping[str, float], leg: float, laboratory: bool) -> float:
+def causes(extension: Mapping[str, float], leg: float, laboratory: bool, *, fitted: float) -> float:
     """m, SD of all that makes legs seem to differ beside what a fit supposes; see `held`. People
     whom gaitval makes are in no `laboratory` that errs on everybody.
     """
     common = LABORATORY if laboratory else 0.0
-    return float(np.hypot(common, held(extension, leg)))
+    return float(np.hypot(common, held(extension, leg, fitted)))

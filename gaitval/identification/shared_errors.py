@@ -338,7 +338,12 @@ class SharedFit:
                 float(legs @ common),
                 float(np.sqrt(legs @ covariance @ legs)),
                 float(np.sqrt(legs @ legs)),
-                causes(_extensions(self._plain), length, self._laboratory),
+                causes(
+                    _extensions(self._plain),
+                    length,
+                    self._laboratory,
+                    fitted=np.sqrt(2.0) * self.fit.angle_offset,
+                ),
             ),
             steps=steps,
             left=left,

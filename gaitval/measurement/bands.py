@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
+from scipy.special import ndtr
 
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
@@ -77,6 +78,9 @@ LASTING: Final = (HIPS, ANKLES, FLESH_OVER, "mass of the ")
 misses by in every session. All others are counted as new in each, soft tissue and plates too,
 which is the safe side: a change must be larger to be more than re-measuring."""
 
+_HELD: Final = 0.90
+"""Share that the bands hold, of which `NINETY` is the half width of a normal error."""
+_HALVINGS: Final = 40
 _BandCurves = dict[str, Array]
 AXES: Final = ("forward", "left", "up")
 """Of a force, in the names of its curves."""
@@ -166,9 +170,6 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
         for name in lengths:
             of = of_lengths.setdefault(change.source, {})
             of[name] = of.get(name, 0.0) + (other[name] - lengths[name]) ** 2
-    by_hip = chain.by_hip(base)
-    if by_hip:
-        _add(parts, CHOICE, _farthest(by_hip))
     for source, curves in chain.of_loads(seen):
         moved = {name: curves[name] - base[name] for name in curves}
         _add(parts, source, moved)
@@ -176,21 +177,45 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
             session.append(moved)
     between = _between_cycles(found)
     _add(parts, "cycle to cycle", between)
+    by_hip = chain.by_hip(base)
+    if by_hip:
+        rest = {n: sum(of[n] for of in parts.values() if n in of) for n in base}
+        _add(parts, CHOICE, _farthest(by_hip, {n: np.sqrt(each) for n, each in rest.items()}))
     found_bands = _summed(parts, of_lengths, at_once(session, between))
     return replace(found_bands, by_hip=by_hip)
 
 
-def _farthest(by_hip: Mapping[str, _BandCurves]) -> _BandCurves:
+def _farthest(by_hip: Mapping[str, _BandCurves], rest: _BandCurves) -> _BandCurves:
     """What the regression that is farthest off at each point moves a moment, as a standard
-    deviation of which the band of 90 % holds it: a choice has no chance to be right, so the band
-    holds each. Of an angle it is a convention, which is named beside it (`gaitval.conventions`).
+    deviation beside the `rest` of them: so that the band of 90 % about the chosen curve holds 90 %
+    of what is likely by that regression, too. A choice has no chance to be right, and is no error
+    that others average out. Of an angle it is a convention, which is named beside it
+    (`gaitval.conventions`).
     """
     names = set.intersection(*(set(each) for each in by_hip.values()))
     names = {name for name in names if name.startswith("moment_")}
-    return {
-        name: np.max([np.abs(each[name]) for each in by_hip.values()], axis=0) / NINETY
-        for name in names
-    }
+    found = {}
+    for name in names:
+        away = np.max([np.abs(each[name]) for each in by_hip.values()], axis=0)
+        half = half_holding(away, rest[name])
+        found[name] = np.sqrt(np.maximum((half / NINETY) ** 2 - rest[name] ** 2, 0.0))
+    return found
+
+
+def half_holding(away: Array, deviation: Array) -> Array:
+    """Half of the width of an interval about 0 that holds 90 % of what is normal about `away` with
+    a standard `deviation`; of any shape, one unit. From `NINETY` deviations, at none away, to away
+    and 1.28 of them.
+    """
+    away = np.abs(away)
+    size = np.where(deviation > 0.0, deviation, 1.0)
+    low, high = away, away + NINETY * deviation
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        # Of both tails the far one matters only near none away.
+        enough = ndtr((middle - away) / size) - ndtr(-(middle + away) / size) >= _HELD
+        low, high = np.where(enough, low, middle), np.where(enough, middle, high)
+    return np.where(deviation > 0.0, high, away)
 
 
 def _add(parts: dict[str, _BandCurves], source: str, moved: _BandCurves) -> None:

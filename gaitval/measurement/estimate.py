@@ -278,6 +278,7 @@ def causes(names: Sequence[str]) -> tuple[Cause, ...]:
         if n in names
     ]
     found.append(Cause("tilt", ("tilt forward", "tilt left")))
+    found.append(Cause("camera tilt", ("camera tilt left",)))
     for plate in plates:
         found += [
             Cause(f"place {plate}", (f"place x {plate}", f"place y {plate}")),

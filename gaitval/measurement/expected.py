@@ -85,6 +85,7 @@ USUAL: Final[Mapping[str, Usual]] = {
     "scale": Usual(0.003, 0.025, 0.01),
     "rate": Usual(0.003, 0.08, 0.04),
     "tilt": Usual(0.004, 0.035, 0.015),
+    "camera tilt": Usual(0.004, 0.035, 0.015),
     "forces low-passed": Usual(0.0, 1.0, 0.5),
     "markers low-passed": Usual(0.0, 1.0, 0.5),
 }

@@ -120,6 +120,12 @@ WORDS: Final[Mapping[str, FaultText]] = {
         "the laboratory's vertical axis is tilted by {size}",
         "level the calibration frame of the cameras",
     ),
+    "camera tilt": FaultText(
+        180.0 / np.pi,
+        "deg",
+        "the cameras are tilted by {size} beside the plates: the body leans over its feet",
+        "level the calibration frame of the cameras",
+    ),
     "forces low-passed": FaultText(
         5.0,
         "",
@@ -175,6 +181,7 @@ def title(name: str) -> str:
         "rate": "frame rate",
         "tilt forward": "tilt forward",
         "tilt left": "tilt to the left",
+        "camera tilt left": "cameras' tilt to the left",
     }.get(name, name)
 
 
@@ -297,6 +304,7 @@ def _phrase(cause: Cause, values: Sequence[float], deviations: Sequence[float]) 
         "cross-talk": (("forward", "back"), ("left", "right")),
         "offset": (("forward", "back"), ("left", "right"), ("up", "down")),
         "tilt": (("forward", "back"), ("left", "right")),
+        "camera tilt": (("left", "right"),),
     }.get(kind)
     if directions is None:
         size = figures[0]
@@ -335,5 +343,6 @@ def _bare(cause: Cause) -> str:
         "scale": "the cameras' volume",
         "rate": "the frame rate",
         "tilt": "the vertical axis of the laboratory",
+        "camera tilt": "the vertical axis of the cameras",
     }
     return plain.get(kind, WORDS[kind].what)

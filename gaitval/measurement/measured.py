@@ -11,6 +11,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.checks.force_checks import SATURATED
+from gaitval.checks.laboratory_checks import FLOOR_TILTED
 from gaitval.coordinates import Side, split_side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
@@ -19,6 +20,7 @@ from gaitval.measurement.correct import corrected, wanted
 from gaitval.measurement.estimate import Examined, examined
 from gaitval.measurement.fault_text import FaultRow, rows, unused, warnings
 from gaitval.measurement.knee_markers import knee_warnings
+from gaitval.measurement.knee_places import knee_place_warnings, knee_places
 from gaitval.measurement.page import (
     SHOWN,
     TITLES,
@@ -35,7 +37,11 @@ from gaitval.measurement.page import (
 from gaitval.measurement.standing import standing_of
 from gaitval.session.request import Notify
 from gaitval.session.session import Import
+from gaitval.session.standing import standing_places
 
+LIKE_TILT: Final = (": place", ": cross-talk", ": offset", ": tilt")
+"""Ends of the checks of faults that cameras which are not level look like; these are known by the
+floor itself."""
 UNSHOWN: Final = 15.0
 """Degrees; half of a band of 90 % of a sagittal angle is 3 to 8 in recordings that show it. Two
 markers on a foot do not show its subtalar angle (16)."""
@@ -189,6 +195,17 @@ def measurement_of(found: Import) -> Measurement | None:
     return found.measurement
 
 
+def _of_knees(found: Import) -> list[QualityFlag]:
+    """What the walk says of the places of the knees' markers."""
+    marker_set, body = found.session.marker_set, found.body
+    stood = standing_places(found.session.standing)
+    points = marker_set.on_landmarks({name: at.tolist() for name, at in stood.items()})
+    places = knee_places(body, found.trials, marker_set.landmarks, points)
+    if places is not None:
+        return [*knee_place_warnings(places, marker_set.landmarks)]
+    return [*knee_warnings(body.model, body.markers, found.trials, marker_set.landmarks)]
+
+
 def measured(found: Import, notify: Notify) -> Import:
     """The import `found` with the estimate of its faults, and warnings of those that matter.
 
@@ -215,10 +232,11 @@ def measured(found: Import, notify: Notify) -> Import:
     all_flags = (warning for walk in found.trials for warning in walk.warnings)
     cut_off = sorted({warning.plate for warning in all_flags if warning.check == SATURATED})
     flags = [] if seen is None else [*warnings(seen, cut_off, kinds)]
+    if any(warning.check == FLOOR_TILTED for walk in found.trials for warning in walk.warnings):
+        flags = [flag for flag in flags if not flag.check.endswith(LIKE_TILT)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]
-    landmarks = found.session.marker_set.landmarks
-    flags += knee_warnings(found.body.model, found.body.markers, found.trials, landmarks)
+    flags += _of_knees(found)
     for flag in flags:
         noted("warnings", str(flag))
     result, uncorrected = found, dict[str, AverageCurve | dict[Side, AverageCurve]]()

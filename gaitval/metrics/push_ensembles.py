@@ -19,7 +19,7 @@ from gaitval.metrics.push_recovery import (
     Push,
     PushTrial,
     Survived,
-    largest_survived,
+    largest_pushes,
     survive_together,
     trials,
     without_drift,
@@ -32,6 +32,8 @@ STARTS: Final = 5
 """Walks of an ensemble."""
 ENOUGH: Final = 4
 """Of them, that survive a push that counts as survived."""
+OTHERS: Final = 10
+"""Starts with which it is checked that the largest push was no luck."""
 NOISE: Final = 1e-5
 """rad, standard deviation of the joint angles at their starts."""
 APART: Final = 0.002
@@ -66,19 +68,23 @@ class Ensemble:
         return len(set(self.stood)) > 1
 
 
-def starts_of(trial: PushTrial, stride_time: float) -> list[PushTrial]:
-    """The ensemble of a `trial`, of a walker with this `stride_time` (s)."""
-    middle = (STARTS - 1) / 2
+def starts_of(
+    trial: PushTrial, stride_time: float, *, count: int = STARTS, first: int = 0
+) -> list[PushTrial]:
+    """The ensemble of a `trial`, of a walker with this `stride_time` (s): `count` starts, seeds
+    from `first` on, whose pushes begin within the same time.
+    """
+    middle, apart = (count - 1) / 2, APART * (STARTS - 1) / max(count - 1, 1)
     return [
         replace(
             trial,
             push=replace(
-                trial.push, phase=trial.push.phase + (seed - middle) * APART / stride_time
+                trial.push, phase=trial.push.phase + (number - middle) * apart / stride_time
             ),
             noise=NOISE,
-            seed=seed,
+            seed=first + number,
         )
-        for seed in range(STARTS)
+        for number in range(count)
     ]
 
 
@@ -98,16 +104,27 @@ class Ensembles:
     def of(self, pushes: Sequence[Push]) -> list[Ensemble]:
         """The ensemble of each of `pushes`; each is tried once."""
         new = [push for push in dict.fromkeys(pushes) if push not in self.known]
+        self.known |= {each.push: each for each in self._walked(new, STARTS, 0)}
+        return [self.known[push] for push in pushes]
+
+    def from_others(self, pushes: Sequence[Push]) -> list[Ensemble]:
+        """`pushes` from `OTHERS` starts that no ensemble contains: whether what was found for these
+        was luck.
+        """
+        return self._walked(pushes, OTHERS, STARTS)
+
+    def _walked(self, pushes: Sequence[Push], count: int, first: int) -> list[Ensemble]:
         stride = self._task.reference.stride_time
-        tried = trials(self._task, self._policy, self._mu, new)
+        tried = trials(self._task, self._policy, self._mu, pushes)
+        starts = [starts_of(each, stride, count=count, first=first) for each in tried]
         # By start: eight walks of one start are one walk until they are pushed.
-        by_start = list(zip(*(starts_of(each, stride) for each in tried), strict=True))
+        by_start = list(zip(*starts, strict=True))
         groups = list(chain.from_iterable(in_groups(each) for each in by_start))
         flat = list(chain.from_iterable(self._pool.each_together(survive_together, groups)))
-        stood = np.reshape(np.array(flat, dtype=bool), (len(by_start), len(new)))
-        for push, each in zip(new, stood.T.tolist(), strict=True):
-            self.known[push] = Ensemble(push, tuple(each))
-        return [self.known[push] for push in pushes]
+        stood = np.reshape(np.array(flat, dtype=bool), (len(by_start), len(pushes)))
+        return [
+            Ensemble(push, tuple(each)) for push, each in zip(pushes, stood.T.tolist(), strict=True)
+        ]
 
     def survived(self, pushes: Sequence[Push]) -> list[bool]:
         """Whether each is survived by all its starts: what the largest push counts."""
@@ -123,12 +140,20 @@ class RobustPushes:
     phases, directions : of the right gait cycle; rad, left positive.
     largest : (P, D) N, up to which all starts survive every tested push.
     tried : all pushes that were tried.
+    again : the largest pushes from other starts than those that they were found with.
     """
 
     phases: tuple[float, ...]
     directions: tuple[float, ...]
     largest: Array
     tried: tuple[Ensemble, ...]
+    again: tuple[Ensemble, ...]
+
+    @property
+    def flipped(self) -> tuple[int, int]:
+        """Of walks with the largest pushes from other starts: those that fell, and all."""
+        stood = [each for one in self.again for each in one.stood]
+        return len(stood) - sum(stood), len(stood)
 
 
 def robust_pushes(
@@ -149,14 +174,13 @@ def robust_pushes(
         ensembles = Ensembles(pool, task, policy, mu)
         stands: Survived = ensembles.survived
         ensembles.of(list(required))
-        largest = largest_survived(
-            stands,
-            settings.phases,
-            directions,
-            step=settings.step,
-            resolution=settings.resolution,
-            ceiling=settings.largest,
-            on_progress=on_progress,
-        )
+        largest = largest_pushes(stands, settings, directions, on_progress)
+        edges = [
+            Push(phase, direction, float(force))
+            for phase, row in zip(settings.phases, largest, strict=True)
+            for direction, force in zip(directions, row, strict=True)
+            if force > 0.0
+        ]
+        again = tuple(ensembles.from_others(edges))
     tried = tuple(ensembles.known.values())
-    return RobustPushes(settings.phases, tuple(directions), largest, tried)
+    return RobustPushes(settings.phases, tuple(directions), largest, tried, again)

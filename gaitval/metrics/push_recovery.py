@@ -36,6 +36,7 @@ from gaitval.lanes import WIDTH
 from gaitval.metrics.walk_results import PushRecovery, PushTrace
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout
+from gaitval.policy.settled import settled_walks
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout
@@ -132,6 +133,24 @@ def largest_survived(
     return reached.reshape(len(phases), len(directions))
 
 
+def largest_pushes(
+    survived: Survived,
+    settings: PushSettings,
+    directions: Sequence[float],
+    on_progress: Callable[[int], None] | None = None,
+) -> Array:
+    """`largest_survived` as the `settings` of a person say, in `directions`, rad."""
+    return largest_survived(
+        survived,
+        settings.phases,
+        directions,
+        step=settings.step,
+        resolution=settings.resolution,
+        ceiling=settings.largest,
+        on_progress=on_progress,
+    )
+
+
 def _once(survived: Survived) -> Survived:
     """`survived`, asked once for every push: some are both required and on the way to the largest,
     with directions that differ in their last digit.
@@ -208,7 +227,7 @@ def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bo
     # all that an action begins with, beside what a reset sets
     moving: list[NDArray[Any]] = [*rows.walkers, *rows.episodes, rows.phase, seen]
     kept = _walked.setdefault(group, {}).setdefault((policy.key, mu.tobytes(), *start), {})
-    if group.environments[0].delayed_actions:
+    if not group.environments[0].senses.immediate:
         kept = {}  # what was seen before is not kept
     # who was not pushed before this one's phase was not before a later one's either
     if before := [each for each in kept if each <= first]:
@@ -245,9 +264,11 @@ def trace_of(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
     """Velocity of the centre of mass in `trial` from a cycle before the push, in an `environment`
     that is `without_drift`.
     """
+    begun = trial.policy.key, trial.mu.tobytes(), trial.noise, trial.seed
     rollout = record_rollout(
-        environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings()
-    )
+        environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings(),
+        settled=settled_walks(environment, *begun),
+    )  # fmt: skip
     # the phase counts whole cycles since the start, so this is 0 when the push begins
     since = rollout.phase - (trial.settling_cycles + trial.push.phase)
     # a row for each action is enough to draw, and keeps the file small
@@ -374,15 +395,7 @@ def push_recovery(
 
         required = required_pushes(settings)
         stood = survived(required)
-        largest = largest_survived(
-            survived,
-            settings.phases,
-            directions,
-            step=settings.step,
-            resolution=settings.resolution,
-            ceiling=settings.largest,
-            on_progress=progress,
-        )
+        largest = largest_pushes(survived, settings, directions, progress)
         traces = journal.results(
             partial(pool.each, trace_of),
             trials(task, policy, mu, _shown(settings)),

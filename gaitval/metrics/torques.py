@@ -7,7 +7,7 @@ push, its feet may twist and creep.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -204,24 +204,41 @@ TORQUES: Final = (
     *(("foot_creep", side) for side in SIDES),
     *(("knee_beyond_range", side) for side in SIDES),
 )
-"""Measure and target of what `torque_measures` gives: the largest moment at the toes and the work
+"""Measure and target of what `torques_of` gives: the largest moment at the toes and the work
 that they take up in a stride; moments above `ABOVE_HZ`; how fast moments change; the free moment
 over weight and height, in %; how fast a loaded foot creeps; and by how much the knee is extended
 beyond the model's own range."""
 
 
-def torque_measures(
-    rollout: Rollout, cycles: GaitCycles, *, model: BodyModel, height: float
-) -> list[Measure]:
-    """`TORQUES` of the compared `cycles` of a `rollout` of the body `model` (before mu) of a person
-    of a `height`, m; without values if there are none.
+class Torques(NamedTuple):
+    """What `torques_of` finds of a walk.
+
+    Attributes
+    ----------
+    measures : `TORQUES`; without values if there is no cycle.
+    energy : where the walk's energy goes, J/kg in a right stride: net work of all joints of a kind,
+        both sides, and of the ground on both feet (`contact`; of a device the joints' is the
+        person's and its own together), the `change` of the body's energy, and what of the change
+        none of them explains (`unexplained`). Empty without a cycle of the right foot.
     """
-    if min(cycles.count(side) for side in SIDES) == 0:
-        return [measured(*each, None) for each in TORQUES]
-    rows, mass = cycles.rows(), model.mass
-    work = joint_work(rollout, rows) / (mass * cycles.count("right"))
-    ground = ground_rows(rollout, model)
-    both = range(len(SIDES))
+
+    measures: list[Measure]
+    energy: dict[str, float]
+
+
+def torques_of(rollout: Rollout, cycles: GaitCycles, *, model: BodyModel, height: float) -> Torques:
+    """Measures and energy of the compared `cycles` of a `rollout` of the body `model` (before mu)
+    of a person of a `height`, m.
+    """
+    nothing = [measured(*each, None) for each in TORQUES]
+    if cycles.count("right") == 0:
+        return Torques(nothing, {})
+    ground, rows = ground_rows(rollout, model), cycles.rows()
+    work = joint_work(rollout, rows) / (model.mass * cycles.count("right"))
+    energy = _energy(rollout, cycles, model, work, ground)
+    if cycles.count("left") == 0:
+        return Torques(nothing, energy)
+    mass, both = model.mass, range(len(SIDES))
     values = (
         *(toe_moment_peak(rollout, cycles, mass, side) for side in both),
         *(-float(work[ACTUATED.index(f"mtp_angle_{side[0]}")]) for side in SIDES),
@@ -231,7 +248,8 @@ def torque_measures(
         *(100.0 * creep(rollout, ground, rows, mass, side) for side in both),
         *(_beyond_range(rollout, rows, f"knee_angle_{side[0]}") for side in SIDES),
     )
-    return [measured(*each, value) for each, value in zip(TORQUES, values, strict=True)]
+    found = [measured(*each, value) for each, value in zip(TORQUES, values, strict=True)]
+    return Torques(found, energy)
 
 
 def _beyond_range(rollout: Rollout, rows: slice, name: str) -> float:
@@ -240,22 +258,16 @@ def _beyond_range(rollout: Rollout, rows: slice, name: str) -> float:
     return float(np.rad2deg(max(0.0, RANGES[name][0] - lowest)))
 
 
-def energy_of(rollout: Rollout, cycles: GaitCycles, model: BodyModel) -> dict[str, float]:
-    """Where the energy of a `rollout` of the body `model` (before mu) goes, J/kg in a right stride:
-    net work of all joints of a kind, both sides, and of the ground on both feet (`contact`; of a
-    device the joints' is the person's and its own together), the `change` of the body's energy, and
-    what of the change none of them explains (`unexplained`). Empty without a cycle.
-    """
-    if cycles.count("right") == 0:
-        return {}
+def _energy(
+    rollout: Rollout, cycles: GaitCycles, model: BodyModel, work: Array, ground: GroundRows
+) -> dict[str, float]:
+    """`Torques.energy`, of the net `work` (25,) of every joint, J/kg in a stride."""
     rows, share = cycles.rows(), model.mass * cycles.count("right")
-    work = joint_work(rollout, rows) / share
     found: dict[str, float] = {}
     for name, each in zip(ACTUATED, work.tolist(), strict=True):
         kind = KINDS_OF_JOINT[name.split("_")[0]]
         found[kind] = found.get(kind, 0.0) + each
-    ground = ground_rows(rollout, model).power[rows]
-    found["contact"] = float(ground.sum()) * step_of(rollout) / share
+    found["contact"] = float(ground.power[rows].sum()) * step_of(rollout) / share
     ends = (mechanical_energy(rollout, model, row) for row in (rows.stop, rows.start))
     after, before = ends
     found["change"] = float(after - before) / share

@@ -82,7 +82,7 @@ from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.spread import repeated_values
 from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.tolerances import Measure, Verdict, measured
-from gaitval.metrics.torques import energy_of, torque_measures
+from gaitval.metrics.torques import torques_of
 from gaitval.metrics.typed import number, numbers, rounded
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.verdict_rows import judged, measure_rows, spread_in_repeats, summary
@@ -283,6 +283,7 @@ def _walk(
             each_error[kind][name] = compare_curve(curve, recorded[kind][name])
     curves, errors = WalkedCurves(**means), CurveErrors(**each_error)
     path = walked_centre_of_mass(rollout, cycles)
+    torques = torques_of(rollout, cycles, model=of.model, height=of.height)
     stride = {row.name: row.mean for row in rows}
     found = found_quantities(
         compared.curves,
@@ -304,14 +305,14 @@ def _walk(
         epsilon=error,
         hip_centres=hip_centres(rollout.hip_centre, mean_curves(compared.curves), of.curves),
         quantities=quantity_results(found),
-        energy=energy_of(rollout, cycles, of.model),
+        energy=torques.energy,
     )
     return walk, [
         *rmse_measures(errors),
         *skill_measures(errors, of.guesses),
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
         *unrecorded(rollout, cycles, mass=of.model.mass, ground=of.model.ground),
-        *torque_measures(rollout, cycles, model=of.model, height=of.height),
+        *torques.measures,
         step_width_measure(
             stride["step_width"], of.leg_length, of.recorded.spatiotemporal.step_width
         ),

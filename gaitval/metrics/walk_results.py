@@ -157,11 +157,37 @@ class PushTrace(Result):
     """m/s: forward, left, up."""
 
 
+class PlacedFoot(Result):
+    """A push to the side, and the first step after it that there was time for, see
+    gaitval/metrics/foot_placement.py. Changes from the undisturbed walk, m to the left; null
+    without such a step.
+    """
+
+    phase: Number
+    """Of the right gait cycle at which the push begins."""
+    direction: Number
+    """Degrees from straight ahead, left positive."""
+    force: Size
+    """N."""
+    fell: Flag
+    side: Literal["right", "left"] | None
+    """Of the foot."""
+    lead: Size | None
+    """s, from the beginning of the push to the heel strike."""
+    foot: Number | None
+    extrapolated: Number | None
+    """Of the extrapolated centre of mass at the heel strike."""
+    pendulum: Number | None
+    """Of the foot by the capture point of a linear inverted pendulum."""
+
+
 class StoredPushes(Result):
     """What a run folder keeps of its pushes: `push.json`, with all digits."""
 
     recovery: PushRecovery
     traces: list[PushTrace]
+    placed: list[PlacedFoot] = Field(default_factory=list)
+    """Of pushes to the side; none in folders of earlier versions."""
 
 
 PARTS: Final = ("feed_forward", "servo", "policy", "passive")

@@ -277,10 +277,22 @@ def segment_frames(model: BodyModel, positions: Array) -> Array:
     """Poses of all segments of `model` over a motion, `positions` (T, 31) in the order of
     `coordinates.COORDINATES`: (T, 14, 4, 4) homogeneous transforms, segment to world.
     """
-    joint_position, frames = tree_arrays(model).joint_position, empty_frames()
     found = np.zeros((len(positions), SEGMENT_COUNT, 4, 4))
     found[..., 3, 3] = 1.0
-    for t, q in enumerate(np.asarray(positions, dtype=float)):
-        forward(joint_position, q, frames, SEGMENT_COUNT)
-        found[t, :, :3, :3], found[t, :, :3, 3] = frames.rotation, frames.origin
+    along = np.ascontiguousarray(positions, dtype=float)
+    _enter_segment_frames(tree_arrays(model).joint_position, along, empty_frames(), found)
     return found
+
+
+@njit_borrowing
+def _enter_segment_frames(
+    joint_position: Array, positions: Array, frames: Frames, found: Array
+) -> None:
+    """Write the rotations and origins of `segment_frames` into `found` (T, 14, 4, 4)."""
+    for t in range(positions.shape[0]):
+        forward(joint_position, positions[t], frames, SEGMENT_COUNT)
+        for s in range(SEGMENT_COUNT):
+            for i in range(3):
+                for j in range(3):
+                    found[t, s, i, j] = frames.rotation[s, i, j]
+                found[t, s, i, 3] = frames.origin[s, i]

@@ -31,8 +31,8 @@ CRITERIA_OF_BANDS: Final = (
 )
 """In turn: three quarters of the draws for little contact force, by squares or by volume, the rest
 for little effort alone or a spared knee. Hips say how likely each is: those of ten people with
-implants are 2.47 body weights (OrthoLoad), and the ten built-in people's come out at 3.5 and 3.6
-with contact forces in the criterion, at 4.0 to 4.2 with effort alone."""
+implants are 2.47 body weights (OrthoLoad), and the ten built-in people's come out at 3.3 and 3.5
+with contact forces in the criterion, at 3.8 with effort alone."""
 
 WEIGHTS_OF_CONTACT: Final = (0.03, 1.0)
 """Range of the weights of hip and knee force in a draw for little contact force: from 0.03 to 1 the

@@ -3,7 +3,8 @@
 Lengths are in optimal fibre lengths and tendon slack lengths, velocities in ten optimal fibre
 lengths a second, forces in the largest isometric force. The passive curve has each muscle's own
 strains, and the shape, with which Uhlrich et al. (2022) made a leg's passive moments those that
-Silder et al. (2007) measured.
+Silder et al. (2007) measured; those of muscles that cross the hip are fitted again, so that they
+pull a leg in neutral to no side, either (`experiments/passive_hip.py`).
 """
 
 from typing import Final

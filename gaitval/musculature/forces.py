@@ -449,7 +449,7 @@ def capacity_shares(
         if criterion.exponent != 2.0:
             raise ModelError(
                 f"Recorded activations cannot be kept near with the criterion {criterion.name!r}, "
-                "whose cost is no square. Choose another, such as 'contact'."
+                "whose cost is no square. Choose another, such as 'contact by volume'."
             )
         weights = weights + recorded.weight
         favour = 2.0 * recorded.weight * recorded.activation

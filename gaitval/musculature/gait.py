@@ -26,7 +26,7 @@ from gaitval.musculature.sharing import Criterion
 if TYPE_CHECKING:
     import pandas as pd
 
-DEFAULT: Final = "contact"
+DEFAULT: Final = "contact by volume"
 """The criterion where nobody chose one."""
 
 RATE: Final = 100.0
@@ -283,6 +283,8 @@ def muscles_of(
                 found = _share_span(
                     motion, side, start, end, criterion, strength, dynamics_of_activation, seen
                 )
+                if not whole:
+                    found = _within(found, start, end)
                 pieces.append((motion.name, side, found))
                 message = f"{motion.name}: " if len(motions) > 1 else ""
                 remarks += [f"{message}{each}" for each in found.remarks()]
@@ -350,6 +352,13 @@ def _share_span(
         assist=None if motion.assist is None else motion.assist[rows],
         knees=motion.knees,
     )
+
+
+def _within(found: MuscleForces, start: float, end: float) -> MuscleForces:
+    """`found` from `start` to `end` s: what pads a span that is no whole cycle is not known."""
+    rows = np.flatnonzero((found.time >= start - 1e-9) & (found.time <= end + 1e-9))
+    legs = {side: leg.part(rows) for side, leg in found.legs.items()}
+    return replace(found, time=found.time[rows], legs=legs)
 
 
 def part_of(dynamics: InverseDynamics, rows: Index) -> InverseDynamics:

@@ -2,7 +2,8 @@
 
 The table, `paths.npz`, is computed by `experiments/muscle_paths.py` from the model of Rajagopal et
 al. (2016) IEEE Trans Biomed Eng 63:2068, with the changes of Lai et al. (2017) Ann Biomed Eng
-45:2762 and of Uhlrich et al. (2022) Sci Rep 12:9842. No file of theirs is part of gaitval.
+45:2762 and of Uhlrich et al. (2022) Sci Rep 12:9842. No file of theirs is part of gaitval. Passive
+strains about the hip are ours (`passive.json`).
 
 Everything here is a right leg, in OpenSim's axes of its bones (x forward, y up, z to the right); a
 left leg is a right one in the mirror. Angles are that model's own (`mapping` makes them of
@@ -43,7 +44,9 @@ class Muscle:
     max_force : N, isometric.
     optimal_fibre, tendon_slack : m.
     pennation : rad, at the optimal fibre length.
-    passive_from, passive_to : fibre strain at which passive force begins, and is `max_force`.
+    passive_from, passive_to : fibre strain at which passive force begins, and is `max_force`; of
+        muscles that cross the hip from `passive.json` (`experiments/passive_hip.py`), else as
+        published.
     """
 
     name: str
@@ -166,10 +169,13 @@ def table() -> PathTable:
     ):
         arrays = {name: stored[name] for name in stored.files}
     rows = json.loads(arrays["about"].tobytes().decode())["muscles"]
+    refitted = files("gaitval.musculature").joinpath("passive.json").read_text("utf-8")
+    passive: dict[str, tuple[float, float]] = json.loads(refitted)
     muscles: list[Muscle] = []
     groups: dict[tuple[tuple[int, ...], bytes], tuple[Array, list[_Member]]] = {}
     for index, row in enumerate(rows):
         name, own = row["name"], tuple(COORDINATES.index(c) for c in row["coordinates"])
+        start, full = passive.get(name, (row["passive_from"], row["passive_to"]))
         muscles.append(
             Muscle(
                 name=name,
@@ -178,8 +184,8 @@ def table() -> PathTable:
                 optimal_fibre=row["optimal_fibre_m"],
                 tendon_slack=row["tendon_slack_m"],
                 pennation=row["pennation_rad"],
-                passive_from=row["passive_from"],
-                passive_to=row["passive_to"],
+                passive_from=start,
+                passive_to=full,
             )
         )
         powers = arrays[f"{name}/powers"].astype(np.int64)

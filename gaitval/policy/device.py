@@ -9,9 +9,9 @@ from stable_baselines3.common.logger import configure
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError
 from gaitval.policy.learner import Learner
-from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer
+from gaitval.policy.senses import observation_size
 
 
 def update_seconds(configuration: Configuration, device: str) -> float:
@@ -28,7 +28,7 @@ def update_seconds(configuration: Configuration, device: str) -> float:
     noise = learner.noise()
     shape = noise.shape[:2]
     random = np.random.default_rng(0)
-    size = OBSERVATION_SIZES[configuration.environment.observation]
+    size = observation_size(configuration.environment)
     never = np.zeros(shape, dtype=bool)
     experience = RolloutBuffer(
         observations=random.standard_normal((shape[0] + 1, shape[1], size), dtype=np.float32),

@@ -5,7 +5,6 @@ docs/paper.md: bounded reward kernels (`reward`), an `extended` observation as w
 paper's 71 numbers (`observation`), early termination on the pelvis' height, rotation and drift.
 """
 
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -22,17 +21,15 @@ from gaitval.model.tree import ACTUATED_COUNT, COORDINATE_COUNT, ROOT_DOFS
 from gaitval.policy.judgement import judge, take_action
 from gaitval.policy.observation import (
     ACTION_COUNT,
-    MIRROR_ORDER,
-    MIRROR_SIGNS,
     OBSERVATION_SIZES,
     EpisodeArrays,
     Yardstick,
-    felt_places,
     is_mirrored,
     measure_workspace,
     targets_of,
 )
 from gaitval.policy.reward import ERRORS, REWARD_TERMS, reward_numbers
+from gaitval.policy.senses import Senses, observation_size
 from gaitval.simulation.tables import read_row
 from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
 
@@ -91,7 +88,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         ends; the training starts with less than 1.
     walker : the simulated body.
     yardstick, shares, entering, lift : as `judgement` takes them.
-    delayed_actions : actions by which it is seen late.
+    senses : what the policy is told.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 (Gymnasium's own form)
@@ -113,7 +110,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._work = measure_workspace()
         self._extended = self.constants.observation == "extended"
         self._mirrors = self._extended and self.constants.mirror
-        size = OBSERVATION_SIZES[self.constants.observation]
+        size = observation_size(self.constants)
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
         limit = self.constants.action_limit
         self._requested = np.zeros(action_size(self.constants), dtype=np.float32)
@@ -137,11 +134,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.shares = np.array([self._share_of(name) for name in ACTUATED] + [1.0])
         self.entering = self.constants.entering(self.walker.action_seconds)
         self._steps = 0
-        self.delayed_actions = round(self.constants.observation_delay / self.walker.action_seconds)
-        self._history: deque[tuple[NDArray[np.float32], bool]] = deque(
-            maxlen=self.delayed_actions + 1
-        )
-        self._felt = felt_places(size)
+        self.senses = Senses(self.constants, self.walker.action_seconds)
         self._longest = round(self.constants.episode_seconds / self.walker.action_seconds)
         self._push: tuple[float, float, float] | None = None
         self._pushed_again = False
@@ -202,7 +195,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.walker.reset(positions, rates, phase)
         self.start_phase = phase
         self._steps = 0
-        self._history.clear()
+        self.senses.forget()
         self._push_left = 0.0
         self.episode.root_force[:], self._pushing = 0.0, False
         # No action has been simulated yet, so the observation has the reference's ground reaction.
@@ -212,7 +205,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.episode.action[:] = 0.0
         self.episode.before[:] = 0.0
         self._judge()
-        return self._seen(), {}
+        return self.told(), {}
 
     def observed_parameters(self, mu: Array) -> Array:
         """The parameters `mu` (14,) as they are observed: how the body differs from the one that
@@ -267,29 +260,12 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         """Whether observations and actions are mirrored now."""
         return self._mirrors and is_mirrored(self.walker.phase)
 
-    def _seen(self) -> NDArray[np.float32]:
-        """The observation as the policy gets it."""
-        observation = self.episode.observation
-        if self._is_mirrored():
-            observation = MIRROR_SIGNS * observation[MIRROR_ORDER]
-        return self.late(observation.astype(np.float32))
-
-    def late(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
-        """What the policy gets instead of what is `seen` (size,) now: what was seen
-        `observation_delay` ago, or at the start of the episode, but for its own clock, its last
-        action and what it knows of itself. To be called once an action.
-        """
-        if not self.delayed_actions:
-            return seen
-        mirrored = self._is_mirrored()
-        self._history.append((seen, mirrored))
-        old, was_mirrored = self._history[0]
-        if was_mirrored != mirrored:
-            # It was the other leg's half then; seen as that of this one.
-            old = (MIRROR_SIGNS * old[MIRROR_ORDER]).astype(np.float32)
-        found = seen.copy()
-        found[self._felt] = old[self._felt]
-        return found
+    def told(self) -> NDArray[np.float32]:
+        """The observation as the policy gets it. To be called once an action."""
+        episode = self.episode
+        return self.senses.told(
+            episode.observation, episode.action, self._is_mirrored(), self.np_random
+        )
 
     def _leg_extension(self) -> float:
         """How much higher the pelvis is above the ankles than in the reference's body, m; of legs
@@ -371,7 +347,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             "reward_terms": episode.terms.copy(),
             "cycles": self.walker.phase - self.start_phase,
         }
-        return self._seen(), reward, fell, self.counted(), info
+        return self.told(), reward, fell, self.counted(), info
 
     def counted(self) -> bool:
         """Count an action; whether the episode has its full length."""

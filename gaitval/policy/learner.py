@@ -29,7 +29,7 @@ from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 from gaitval.configuration import Configuration
 from gaitval.model.parameters import parameter_bounds
 from gaitval.policy.environment import action_size
-from gaitval.policy.observation import OBSERVATION_CLIP, OBSERVATION_SIZES, PARAMETERS_OBSERVED
+from gaitval.policy.observation import OBSERVATION_CLIP, PARAMETERS_OBSERVED
 from gaitval.policy.policy_update import (
     Network,
     actor_gradients,
@@ -40,6 +40,7 @@ from gaitval.policy.policy_update import (
     square_norm,
 )
 from gaitval.policy.rollout_buffer import RolloutBuffer
+from gaitval.policy.senses import observation_size
 
 _REWARD_CLIP = 10.0
 """Normalised rewards are clipped at this, as in stable-baselines3's VecNormalize."""
@@ -253,7 +254,7 @@ def walking_ppo(configuration: Configuration, device: str) -> WalkingPPO:
         _init_setup_model=False,
     )
     constants = configuration.environment
-    size, limit = OBSERVATION_SIZES[constants.observation], constants.action_limit
+    size, limit = observation_size(constants), constants.action_limit
     # stable-baselines3 takes these from its environment; without one they are set before
     # `_setup_model` builds the network.
     ppo.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
@@ -290,7 +291,7 @@ class Learner:
     def __init__(self, configuration: Configuration, *, device: str = "cpu") -> None:
         self.ppo = walking_ppo(configuration, device)
         count = self.ppo.n_envs
-        size = OBSERVATION_SIZES[configuration.environment.observation]
+        size = observation_size(configuration.environment)
         self._observations = RunningMeanStd(shape=(size,))
         self._returns = RunningMeanStd(shape=())
         low, high = parameter_bounds(configuration.randomisation)

@@ -128,16 +128,6 @@ def _places() -> dict[str, slice]:
 OBSERVED: Final = _places()
 """Where each of `PARTS` is."""
 OBSERVATION_SIZES = {"paper": OBSERVED["parameters"].stop, "extended": OBSERVED["action"].stop}
-KNOWN: Final = ("phase", "parameters", "waves", "speed", "action")
-"""Parts that a policy knows without feeling them: its clock, its body, what it is about and did."""
-
-
-def felt_places(size: int) -> Index:
-    """Places, in an observation of this `size`, of what is felt of the body."""
-    known = {i for name in KNOWN for i in range(*OBSERVED[name].indices(size))}
-    return np.array([i for i in range(size) if i not in known])
-
-
 PARAMETERS_OBSERVED = OBSERVED["parameters"]
 """Position of mu in both observations; in the extended one it is scaled to -1 ... 1."""
 

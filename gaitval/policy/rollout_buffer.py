@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from gaitval.configuration import EnvironmentSettings
 from gaitval.lanes import WIDTH
 from gaitval.policy.environment import action_size
-from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.reward import REWARD_TERMS
+from gaitval.policy.senses import observation_size
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.policy.workers import begin_as_worker, fresh_processes, ready_to_start
@@ -58,7 +58,7 @@ class RolloutBuffer(NamedTuple):
 
 def _shapes(steps: int, count: int, constants: EnvironmentSettings) -> _Shapes:
     """Shapes and types of a `RolloutBuffer`."""
-    size = OBSERVATION_SIZES[constants.observation]
+    size = observation_size(constants)
     return {
         "observations": ((steps + 1, count, size), np.float32),
         "actions": ((steps, count, action_size(constants)), np.float32),

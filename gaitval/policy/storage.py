@@ -23,7 +23,8 @@ from gaitval.configuration import Configuration, EnvironmentSettings
 from gaitval.errors import ArtefactError, PolicyError
 from gaitval.model.body import BodyModel
 from gaitval.model.urdf import model_hash
-from gaitval.policy.observation import OBSERVATION_SIZES, normalise
+from gaitval.policy.observation import normalise
+from gaitval.policy.senses import observation_size
 
 FORMAT = 2
 NETWORK = (
@@ -210,7 +211,7 @@ def _check_meaning(policy: Policy, environment: EnvironmentSettings, folder: Pat
     # The settings can agree and the sizes differ: a later version may have added to an observation
     # of the same name.
     seen_size = policy.tensors[NETWORK[0]].shape[1]
-    wanted_size = OBSERVATION_SIZES[environment.observation]
+    wanted_size = observation_size(environment)
     if seen_size != wanted_size:
         raise PolicyError(
             f"{folder}: this policy observes {seen_size} numbers, but a walker here has "

@@ -6,11 +6,13 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.lanes import WIDTH
-from gaitval.policy.rollouts import centre_of_mass_of, times_of, walks_together
+from gaitval.model.tree import COORDINATE_COUNT, centres_of_mass
+from gaitval.policy.rollouts import times_of, walks_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
+from gaitval.simulation.physics_steps import Account
 from gaitval.simulation.rollout import Travel
-from gaitval.simulation.walker import Steps, Trajectory, Walker
+from gaitval.simulation.walker import Walker
 
 _PART = 200
 """Actions of `travel_together` after which what is not needed of them is forgotten."""
@@ -27,13 +29,13 @@ def travel_together(
     walks = len(start_phases)
     walkers = [environment.walker for environment in group.environments[:walks]]
     steps = walkers[0].steps_per_action
-    recording = Trajectory(_PART * steps, WIDTH)
+    recording = _Path(_PART * steps)
     parts: list[list[_Kept]] = [[] for _ in walkers]
     rows, fell = np.zeros(walks, dtype=int), np.zeros(walks, dtype=bool)
 
     def keep() -> None:
         for part, (e, walker) in zip(parts, enumerate(walkers), strict=True):
-            part.append(_kept(recording.steps_of(e, recording.rows), walker))
+            part.append(recording.kept(e, walker))
         recording.rows = 0
 
     starts = [{"phase": phase} for phase in start_phases]
@@ -60,7 +62,27 @@ def travel_together(
     ]
 
 
-def _kept(steps: Steps, walker: Walker) -> _Kept:
-    """Ground reaction (T, 2, 3), centre of mass (T, 3) and external force (T, 6) of a `Travel`."""
-    forces = steps.feet[:, :, :3].copy()  # without the moments
-    return forces, centre_of_mass_of(steps, walker), steps.root_force
+class _Path:
+    """As `Trajectory`, of what is kept of long walks side by side: places, and what acts."""
+
+    def __init__(self, steps: int) -> None:
+        self.rows = 0
+        shapes = (COORDINATE_COUNT,), (2, 6), (6,)
+        self._arrays = [np.zeros((steps, *shape, WIDTH)) for shape in shapes]
+
+    def append(self, account: Account, root_force: Array) -> None:
+        """Add an action's steps and the external force (6, walkers) on the pelvis during it."""
+        rows = slice(self.rows, self.rows + len(account.phase))
+        new = account.positions, account.feet, root_force
+        for kept, each in zip(self._arrays, new, strict=True):
+            kept[rows] = each
+        self.rows = rows.stop
+
+    def kept(self, walker: int, of: Walker) -> _Kept:
+        """Ground reaction (T, 2, 3), centre of mass (T, 3) and external force (T, 6) of the
+        `walker` of this number, which is `of` this body.
+        """
+        positions, feet, force = (each[: self.rows, ..., walker] for each in self._arrays)
+        centre = centres_of_mass(of.tree, np.ascontiguousarray(positions))
+        # without the moments
+        return feet[:, :, :3].copy(), np.asarray(centre, dtype=float), force.copy()

@@ -263,6 +263,7 @@ class WalkingGroup:
             np.zeros(WIDTH), np.zeros(WIDTH, dtype=bool),
         )  # fmt: skip
         self._walkers = [each.walker for each in self.environments]
+        self._immediate = self.environments[0].senses.immediate
         self._pushed: list[WalkingEnvironment] = []
         self._mu = [each.walker.mu for each in every]
         self._settings, self._requested, self._seen = (
@@ -352,12 +353,13 @@ class WalkingGroup:
             environment.push()
         self._requested[:], self._settings[3] = action, self.environments[0].tolerance_share
         next(self._actions)
-        seen[:] = self._seen
         for walker, phase in zip(self._walkers, group.phase[:count, 0].tolist(), strict=True):
             walker.phase = phase
-        for e, environment in enumerate(self.environments):
-            if environment.delayed_actions:
-                seen[e] = environment.late(seen[e].copy())
+        if self._immediate:
+            seen[:] = self._seen
+        else:
+            for e, environment in enumerate(self.environments):
+                seen[e] = environment.told()
         return group.rewards[:count], group.fell[:count]
 
     @property

@@ -45,12 +45,19 @@ class DeviationTrial(NamedTuple):
     fit : (2, 7, n) `KINETICS` of the dynamic fit to its angles, less those it began from; right
         and left side, each over its own cycle.
     step_width, pelvic_width : as `gaitval.prediction.body` has them; NaN if unknown.
+    person : as `Subject.person`.
     """
 
     gait: NormalForm
     fit: Array
     step_width: float = float("nan")
     pelvic_width: float = float("nan")
+    person: str = ""
+
+    @property
+    def ankle_angles(self) -> Array:
+        """(2, n) rad, right and left."""
+        return _angles_of(self.gait, ("ankle_angle",))[:, 0]
 
 
 class Deviation(NamedTuple):
@@ -106,7 +113,8 @@ def fit_of(curves: Curves, record: GaitRecord, leg_length: float) -> Array:
 
 
 def _angles_of(gait: NormalForm, names: Sequence[str]) -> Array:
-    return gait.angles.reshape(2, len(_LEG), SAMPLES)[:, [_LEG.index(name) for name in names]]
+    angles = gait.angles.reshape(2, len(_LEG), SAMPLES)
+    return np.asarray(angles[:, [_LEG.index(name) for name in names]])
 
 
 def usual_gait(people: Sequence[Sequence[DeviationTrial]], speed: float) -> NormalForm:
@@ -157,7 +165,8 @@ def stored_fits() -> dict[str, Array]:
 def trial_of(subject: Subject, record: GaitRecord, fit: Array) -> DeviationTrial:
     """The trial of a `subject` whose angles and times are those of `record`."""
     gait = normal_form(record, subject.leg_length_m)
-    return DeviationTrial(gait, fit, step_width(subject, record), pelvic_width(subject))
+    width = pelvic_width(subject)
+    return DeviationTrial(gait, fit, step_width(subject, record), width, subject.person)
 
 
 def learned_from(subject: Subject, others: Sequence[Subject]) -> list[list[DeviationTrial]]:

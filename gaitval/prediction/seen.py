@@ -34,9 +34,9 @@ SHORTEST: Final = 0.02
 HIGHEST_HZ: Final = 5.0
 """Of what is taken from the motion of the centre of mass: above it the low-pass of the markers
 leaves less than the whole."""
-DIRECTIONS: Final = np.array([0.0, 1.0, 1.0])
-"""Forward, left, up: 1 for those that are taken from it. The fore-aft force that is expected of
-anybody is as near."""
+DIRECTIONS: Final = np.array([0.5, 1.0, 1.0])
+"""Forward, left, up: the share that is taken from it. The fore-aft force that is expected of
+anybody is as near, and off for other reasons, so that both count half."""
 
 
 def knows_contacts(subject: Subject) -> bool:

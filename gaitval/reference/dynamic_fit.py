@@ -54,6 +54,7 @@ from gaitval.reference.motion import (
     side_phase,
     spectral_rate,
 )
+from gaitval.reference.steady_trunk import SHAKING, steady_amplitude
 from gaitval.reference.walking_laws import (
     FOOT,
     FOOT_NUMBERS,
@@ -129,6 +130,9 @@ class ConventionAccuracy(NamedTuple):
     subtalar_moment: float = 0.1
     rotation_moment: float = 0.3
     """Nm/kg, of the moments at the subtalar joints and about the thighs' axes from none."""
+    steady_moment: float = 0.05
+    """Nm/kg, of each harmonic beyond `SMOOTH_HARMONIC` of what bends the upper body, and of the
+    same turns of pelvis and arms. Fits of a quarter to twice of it follow the record alike."""
 
 
 class Accuracy(NamedTuple):
@@ -162,6 +166,7 @@ INFERENCE = Accuracy(
         free_moment=np.inf,
         subtalar_moment=np.inf,
         rotation_moment=np.inf,
+        steady_moment=np.inf,
     ),
 )
 """What the identification, the search for shifted plates and virtual people were calibrated with:
@@ -291,11 +296,14 @@ def _coordinate_accuracy(accuracy: Accuracy) -> Array:
     return np.array(scales)
 
 
-def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Array, Array]:
+def _penalties(
+    accuracy: Accuracy, departure: Array, series: Array, steady: Array
+) -> tuple[Array, Array]:
     """Rows (31, R, n) and constants (31, R) of the residuals that are linear in the unknowns:
     departures of the coordinates, of which the initial motion has `departure` (T, 31) from the
-    record, and roughness of their change. The trunk is held instead of the lumbar coordinates, of
-    which only the change is kept small.
+    record, and roughness of their change, which trunk and arms hold closer: to the amplitudes
+    `steady` (H,) rad. The trunk is held instead of the lumbar coordinates, of which only the change
+    is kept small.
     """
     instants, terms = series.shape
     # Mean, cosines, sines: the order of a series' columns.
@@ -303,6 +311,7 @@ def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Arr
     high = harmonic > SMOOTH_HARMONIC
     # Acceleration grows with the square of the harmonic.
     roughness = np.diag(ROUGHNESS * high * (harmonic / SMOOTH_HARMONIC) ** 2)
+    closer = np.diag(np.concatenate([[0.0], np.tile(1.0 / steady, 2)]) * high)
     penalty = np.zeros((len(COORDINATES), instants + terms, terms))
     miss = np.zeros(penalty.shape[:2])
     # A sum over instants divided by their number: the mean square does not depend on how many there
@@ -310,6 +319,8 @@ def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Arr
     norm = 1.0 / np.sqrt(instants)
     for k, wanted in enumerate(_coordinate_accuracy(accuracy)):
         penalty[k, instants:] = roughness / wanted
+        if k in SHAKING:
+            penalty[k, instants:] = np.maximum(penalty[k, instants:], closer)
         if COORDINATES[k] in LUMBAR:
             penalty[k, instants:] += np.diag(1.0 / wanted * ~high)
         else:
@@ -426,12 +437,15 @@ def fit_problem(
 
     shift, hip = max(shift_sd, _NO_SHIFT), max(wanted.hip_centre, _NO_SHIFT)
     norm = 1.0 / np.sqrt(INSTANTS)
-    penalty, miss = _penalties(accuracy, np.broadcast_to(departure, path[0].shape), series[0])
+    rates = np.array(2.0 * np.pi / time * np.arange(1.0, HARMONICS + 1))
+    steady = steady_amplitude(model, rates, accuracy.convention.steady_moment)
+    departures = np.broadcast_to(departure, path[0].shape)
+    penalty, miss = _penalties(accuracy, departures, series[0], steady)
     return Problem(
         bodies=lambda _: body,
         varied=(),
         path=(path[0], path[1], path[2]),
-        rates=np.array(2.0 * np.pi / time * np.arange(1.0, HARMONICS + 1)),
+        rates=rates,
         series=series,
         target=target,
         weight=weights * norm,

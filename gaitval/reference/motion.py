@@ -19,8 +19,10 @@ convention of this project, because the record has no markers above the pelvis o
 It is long because each part of the motion has its derivation beside it.
 """
 
+import pickle
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from hashlib import blake2b
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -339,7 +341,24 @@ def _lowest(heights: Array) -> Array:
     return np.asarray(-0.003 * logsumexp(-heights / 0.003, axis=1))
 
 
+_MOST_OFFSETS: Final = 8
+_offsets: Final[dict[bytes, dict[str, float]]] = {}
+
+
 def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
+    """`_found_offsets`, once for equal records and bodies: a study asks for those of the body as
+    scaled three times, and they take longer than all else of a reference.
+    """
+    content = pickle.dumps((record, model))
+    key = blake2b(content, digest_size=16).digest()
+    if key not in _offsets:
+        while len(_offsets) >= _MOST_OFFSETS:
+            del _offsets[next(iter(_offsets))]
+        _offsets[key] = _found_offsets(record, model)
+    return dict(_offsets[key])
+
+
+def _found_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     """Smallest constant offsets (rad) of `OFFSET_JOINTS`, right and left, for the motion to fit
     the ground (soles at one height in double support, the flat foot level) and the direction of
     the recorded force on the flat foot, seen from behind.

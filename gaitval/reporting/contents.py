@@ -11,6 +11,8 @@ FEWEST: Final = 4
 
 _HEADING: Final = re.compile(r"<h2(?P<attributes>[^>]*)>(?P<text>.*?)</h2>", re.DOTALL)
 _IDENTIFIER: Final = re.compile(r'\bid="([^"]*)"')
+_IN_PAGE: Final = re.compile(r' id="([^"]*)"')
+"""That of an element: a page is megabytes long, in which a space is found at once."""
 
 
 def with_contents(page: str) -> str:
@@ -20,7 +22,7 @@ def with_contents(page: str) -> str:
     The list is closed at first, so that it is one stop of the tabulator key and does not push the
     result down. A heading keeps the identifier that it has.
     """
-    taken = set(_IDENTIFIER.findall(page))
+    taken = set(_IN_PAGE.findall(page))
     entries: list[str] = []
 
     def named(found: re.Match[str]) -> str:

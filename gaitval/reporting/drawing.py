@@ -1,7 +1,6 @@
 """How figures are drawn: their style, their size, and SVG."""
 
 import io
-import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -159,6 +158,6 @@ def svg(figure: Figure, name: str) -> str:
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
     # several figures share one page, where an identifier may occur only once
-    text = re.sub(r'\bid="', f'id="{name}-', text)
-    text = re.sub(r'href="#', f'href="#{name}-', text)
-    return re.sub(r"url\(#", f"url(#{name}-", text)
+    for before in (' id="', 'href="#', "url(#"):
+        text = text.replace(before, f"{before}{name}-")
+    return text

@@ -5,6 +5,7 @@ Columns have the units of the figure; an empty field is a value that was not mea
 
 import csv
 import io
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -16,7 +17,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.walk_results import PushRecovery, PushTrace
+from gaitval.metrics.walk_results import PlacedFoot, PushRecovery, PushTrace, StoredPushes
 from gaitval.metrics.whole_body import AXES
 
 FOLDER: Final = "figures"
@@ -50,17 +51,18 @@ def write_tables(folder: Path, tables: Mapping[str, str]) -> None:
 
 
 def of_run(
-    metrics: Metrics, training: Mapping[str, Array] | None, traces: Sequence[PushTrace] | None
+    metrics: Metrics, training: Mapping[str, Array] | None, pushes: StoredPushes | None
 ) -> dict[str, str]:
     """Tables of the figures of a run with the results `metrics`, by the names of the figures: from
-    `training`, the columns of the learning curve, and `traces` around each push, if there are any.
+    `training`, the columns of the learning curve, and of the walks in `pushes`, if there are any.
     """
     tables = {"pressure": _pressure(metrics)}
     tables["centre_of_mass"] = _centre_of_mass(metrics)
     if metrics.push_recovery is not None:
         tables["stability"] = _stability(metrics.push_recovery)
-    if traces is not None:
-        tables["push_velocity"] = _push_velocity(traces)
+    if pushes is not None:
+        tables["push_velocity"] = _push_velocity(pushes.traces)
+        tables["foot_placement"] = _placed(pushes.placed)
     if training is not None:
         tables["learning"] = table(training)
     return tables
@@ -115,6 +117,21 @@ def _push_velocity(traces: Sequence[PushTrace]) -> str:
     ]
     names = ("phase", "direction_deg", "cycles_since_push", "forward_m_s", "left_m_s")
     return _of_rows(names, rows)
+
+
+def _placed(placed: Sequence[PlacedFoot]) -> str:
+    """Pushes that were followed by a step, changes to the left, m."""
+    rows = [
+        (
+            *(each.phase, each.direction, each.force, float(each.side == "left"), each.lead),
+            *(each.extrapolated, each.foot),
+            math.nan if each.pendulum is None else each.pendulum,
+        )
+        for each in placed
+        if each.lead is not None and each.foot is not None and each.extrapolated is not None
+    ]
+    names = ("phase", "direction_deg", "force_n", "left_foot", "lead_s", "extrapolated_m", "foot_m")
+    return _of_rows((*names, "pendulum_m"), rows)
 
 
 def _of_rows(names: Sequence[str], rows: Sequence[Sequence[float]]) -> str:

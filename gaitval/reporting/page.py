@@ -26,6 +26,7 @@ from gaitval.memory import without_search
 from gaitval.number_text import number, rough
 from gaitval.policy.processes import kept_workers
 from gaitval.reporting.catalogue import translations, words
+from gaitval.reporting.compiled_templates import CompiledTemplates
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import Draw, drawn
 from gaitval.reporting.figure_data import write_tables
@@ -59,12 +60,17 @@ def _labelled(svg: str, text: str, medium: str) -> Markup:
 
 def _in_both_modes(colour: re.Match[str]) -> str:
     """A figure's colour from the style sheet; without one there, turned light on a dark page."""
-    red, green, blue = (int(colour[1][at : at + 2], 16) / 255 for at in (0, 2, 4))
+    return _themed(colour[1])
+
+
+@cache
+def _themed(colour: str) -> str:
+    red, green, blue = (int(colour[at : at + 2], 16) / 255 for at in (0, 2, 4))
     hue, lightness, saturation = colorsys.rgb_to_hls(red, green, blue)
     # the same hue; dark colours become light, and black becomes white
     turned = colorsys.hls_to_rgb(hue, max(lightness, 1.0 - 0.6 * lightness), saturation)
     light = "".join(f"{round(255 * value):02x}" for value in turned)
-    return f"var(--c{colour[1]}, light-dark(#{colour[1]}, #{light}))"
+    return f"var(--c{colour}, light-dark(#{colour}, #{light}))"
 
 
 _OUTLINED: Final = re.compile(
@@ -97,7 +103,7 @@ def _base64(text: str) -> str:
     return base64.b64encode(text.encode()).decode("ascii")
 
 
-@cache  # with the templates, which take half a second to compile
+@cache  # with the templates
 def _environment(language: str) -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(_resource),
@@ -106,6 +112,9 @@ def _environment(language: str) -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         extensions=["jinja2.ext.i18n"],
+        # nothing of the language goes into what is compiled, which is kept for all of them
+        optimized=False,
+        bytecode_cache=CompiledTemplates(),
     )
     # line breaks in a template are no part of its texts, so they may be wrapped anew
     environment.policies["ext.i18n.trimmed"] = True
@@ -113,8 +122,8 @@ def _environment(language: str) -> jinja2.Environment:
         translations(language), newstyle=True
     )
     environment.filters |= {"labelled": _labelled, "base64": _base64, **_in_language(language)}
-    # what is printed as it is, without a filter
-    environment.finalize = lambda value: _figures(language, value)
+    # what is printed as it is, without a filter; asked for when a page is written, not before
+    environment.finalize = jinja2.pass_context(lambda _, value: _figures(language, value))
     return environment
 
 

@@ -41,10 +41,11 @@ from gaitval.metrics.verdicts import (
     unjudged_text,
     value_text,
 )
-from gaitval.metrics.walk_results import PushRecovery, PushTrace, StoredPushes
+from gaitval.metrics.walk_results import PushRecovery, StoredPushes
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
+    balance_figure,
     body_bars,
     checklist,
     credibility,
@@ -317,12 +318,12 @@ def _training(path: Path) -> dict[str, Array] | None:
     }
 
 
-def _traces(path: Path) -> list[PushTrace] | None:
-    """Velocities around pushes; None if none were tested."""
+def _pushes(path: Path) -> StoredPushes | None:
+    """What is kept of pushes; None if none were tested."""
     if not path.exists():
         return None
     fix = "delete it and run `gaitval push` again"
-    return StoredPushes.read(read_json(path), str(path), file="push.json", fix=fix).traces
+    return StoredPushes.read(read_json(path), str(path), file="push.json", fix=fix)
 
 
 def _push_rows(pushes: PushRecovery | None) -> list[tables._Row] | None:
@@ -349,7 +350,7 @@ def _push_rows(pushes: PushRecovery | None) -> list[tables._Row] | None:
 
 
 def _drawings(
-    metrics: Metrics, training: Mapping[str, Array] | None, traces: list[PushTrace] | None
+    metrics: Metrics, training: Mapping[str, Array] | None, pushes: StoredPushes | None
 ) -> dict[str, Draw]:
     """What draws each figure but the grids. Figures contain no text from outside."""
     drawings: dict[str, Draw] = {
@@ -358,8 +359,11 @@ def _drawings(
     }
     if metrics.push_recovery is not None:
         drawings["stability"] = partial(figures.stability_regions, metrics.push_recovery)
-    if traces is not None:
-        drawings["push_velocity"] = partial(figures.push_velocity, traces)
+    if pushes is not None:
+        drawings["push_velocity"] = partial(figures.push_velocity, pushes.traces)
+    if pushes is not None and balance_figure.kept_distance(pushes.placed):
+        draw = partial(balance_figure.foot_placement, {"": pushes.placed})
+        drawings[balance_figure.NAME] = draw
     if training is not None:
         drawings["learning"] = partial(figures.learning, training)
     if (whole := metrics.curve_statistics) is not None:
@@ -384,7 +388,7 @@ def _context(folder: Path, convention: str = OWN) -> dict[str, Any]:
     subject = _walked(folder)
     metrics = read_metrics(folder / METRICS)
     training = _training(folder / "policy" / "training.csv")
-    traces = _traces(folder / "push.json")
+    pushes = _pushes(folder / "push.json")
     walk, whole = metrics.walk, metrics.curve_statistics
     before = credibility.provenance_before(folder)
     strides = run_grids.strides_of(folder, metrics)
@@ -444,13 +448,14 @@ def _context(folder: Path, convention: str = OWN) -> dict[str, Any]:
         "not_done": checklist.NOT_DONE,
         "pushes": metrics.push_recovery,
         "push_rows": _push_rows(metrics.push_recovery),
+        "kept_distance": balance_figure.kept_distance(pushes.placed if pushes else ()),
         "consistency": metrics.record.consistency,
         "contradictions": not {"moments", "forces"}
         & {name for name, *_ in not_recorded(metrics.origins)},
         "measured_force": measured_force(metrics.record),
         "curve_names": figures.NAMES,
-        "drawings": drawn | _drawings(metrics, training, traces),
-        "data": data | figure_data.of_run(metrics, training, traces),
+        "drawings": drawn | _drawings(metrics, training, pushes),
+        "data": data | figure_data.of_run(metrics, training, pushes),
     }
 
 

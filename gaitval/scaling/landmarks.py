@@ -112,7 +112,8 @@ def landmarks_of(
         "markers missing from the standing pose",
         missing,
         (
-            "The leg's joint centres cannot be found without them; use a trial with all of: "
+            "The leg's joint centres cannot be found without them; use a standing trial (--static) "
+            "with all of: "
             + ", ".join(needed)
             + "."
             if without_medial

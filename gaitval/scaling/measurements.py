@@ -25,9 +25,7 @@ _FITTED: Final = (
     *("hip_half_width", "shoulder_half_width", "hip_forward", "hip_up"),
     *("lumbar_forward", "lumbar_up", "shoulder_up"),
 )
-_CONFIGURATION: Final = ConfigDict(
-    extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
-)
+_CONFIGURATION: Final = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 def _points(*shape: int) -> Callable[[Any], Array]:

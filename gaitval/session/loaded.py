@@ -8,6 +8,7 @@ import numpy as np
 from gaitval.arrays import Array, Flags, runs
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
+from gaitval.gait.feet_on_plates import SETTLING_SECONDS
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.musculature.gait import LoadedMotion
@@ -86,15 +87,20 @@ def known_spans(
     sides: Mapping[Side, object],
 ) -> dict[Side, list[tuple[float, float]]]:
     """s, when the moments of each of `sides` are known and its foot carries the body in between:
-    `time` (T,) s, `valid` (T, 2), `vertical` (T, 2) N, right first; `mass` kg.
+    `time` (T,) s, `valid` (T, 2), `vertical` (T, 2) N, right first; `mass` kg. For
+    `SETTLING_SECONDS` beside frames that are not valid, the low-pass of forces still has what made
+    them so in it.
     """
 
     def of(column: int) -> Iterator[tuple[float, float]]:
         for begin, end in zip(*runs(valid[:, column]), strict=True):
-            part = slice(begin, end)
-            if time[end - 1] - time[begin] < LEAST_SPAN_S:
+            first, last = float(time[begin]), float(time[end - 1])
+            first += SETTLING_SECONDS if begin else 0.0
+            last -= SETTLING_SECONDS if end < len(time) else 0.0
+            if last - first < LEAST_SPAN_S:
                 continue
-            if np.nanmax(vertical[part, column]) > LEAST_LOAD * GRAVITY * mass:
-                yield float(time[begin]), float(time[end - 1])
+            inside = (time >= first) & (time <= last)
+            if np.nanmax(vertical[inside, column]) > LEAST_LOAD * GRAVITY * mass:
+                yield first, last
 
     return {side: list(of(column)) for column, side in enumerate(SIDES) if side in sides}

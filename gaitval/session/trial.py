@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.checks.checks import trial_warnings
+from gaitval.checks.laboratory_checks import floor_slope, level_warnings, odd_rate_warnings
 from gaitval.checks.motion_checks import belt_warnings
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
@@ -32,6 +33,7 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_set import MarkerSet
+from gaitval.session.absent_knees import absent_knees
 from gaitval.session.read import SessionRecordings
 from gaitval.session.request import Notify, Request, silent
 from gaitval.session.scale import FittedBody
@@ -117,6 +119,7 @@ def work_out_trial(
     that is a `stride` and lacks a side's whole cycle is joined to itself and worked out again.
     """
     given, landmarks = recording, session.marker_set.landmarks
+    of_knees = tuple(absent_knees(recording, session.marker_set))
     motion = trial_motion(body.model, body.markers, recording, processing)
     anchoring, positions = motion.anchoring, motion.positions
     kinematics = anchoring.kinematics
@@ -149,7 +152,18 @@ def work_out_trial(
         recording, landmarks, events, ground.findings, ground.measured,
         height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
     )  # fmt: skip
-    warnings = (*of_file, *unsolved(kinematics, recording), *belt_warnings(belt, feet), *found)
+    of_laboratory = (
+        *odd_rate_warnings(recording.marker_rate),
+        *level_warnings(floor_slope(recording, events, landmarks, belt), belt),
+    )
+    warnings = (
+        *of_file,
+        *of_knees,
+        *unsolved(kinematics, recording),
+        *of_laboratory,
+        *belt_warnings(belt, feet),
+        *found,
+    )
     for warning in warnings:
         notify("warnings", f"{name}: {warning}")
     return WalkingTrial(

@@ -84,6 +84,9 @@ class MujocoBody:
         joints = [self.model.joint(name) for name in COORDINATES[6:]]
         self.places = np.array([joint.qposadr[0] for joint in joints])
         self.rates = np.array([joint.dofadr[0] for joint in joints])
+        # MuJoCo's own arrays, and the rotation where `set` or `advance` left the pelvis
+        self._views = self.data.qpos, self.data.qvel, self.data.qfrc_applied
+        self._turned = self._rotation()
 
     def set_servo(self, stiffness: Array, damping: Array) -> None:
         """Springs about zero and dampers (25,) at the joints, Nm/rad and Nms/rad."""
@@ -98,37 +101,43 @@ class MujocoBody:
         self.data.qpos[3:7] = rotation.as_quat(scalar_first=True)
         self.data.qpos[self.places] = q[6:]
         self.data.qvel[:] = self._transform() @ qd
+        self._turned = self._rotation()
 
     def state(self) -> tuple[Array, Array]:
         """Positions and velocities (31,)."""
+        return self._state(self._rotation())
+
+    def _state(self, rotation: Array) -> tuple[Array, Array]:
+        places, rates, _ = self._views
         q, qd = np.empty(COORDINATE_COUNT), np.empty(COORDINATE_COUNT)
         # The velocity that turns the body in a second from the world's axes to its own.
-        mujoco.mju_quat2Vel(q[:3], self.data.qpos[3:7], 1.0)
-        q[3:6] = self.data.qpos[0:3]
-        q[6:] = self.data.qpos[self.places]
-        qd[:3] = self._rotation() @ self.data.qvel[3:6]
-        qd[3:6] = self.data.qvel[0:3]
-        qd[6:] = self.data.qvel[self.rates]
+        mujoco.mju_quat2Vel(q[:3], places[3:7], 1.0)
+        q[3:6] = places[0:3]
+        q[6:] = places[self.places]
+        qd[:3] = rotation @ rates[3:6]
+        qd[3:6] = rates[0:3]
+        qd[6:] = rates[self.rates]
         return q, qd
 
     def advance(self, forces: Array) -> tuple[Array, Array]:
         """Advance by MuJoCo's time step under generalised forces (31,), which pair with velocities:
         f = Tᵀ f_mujoco; positions and velocities (31,).
         """
-        self._apply(forces)
+        self._apply(forces, self._turned)
         mujoco.mj_step(self.model, self.data)
-        return self.state()
+        self._turned = self._rotation()
+        return self._state(self._turned)
 
     def accelerations(self, forces: Array) -> Array:
         """(31,) for generalised forces (31,)."""
-        self._apply(forces)
+        self._apply(forces, self._rotation())
         mujoco.mj_forward(self.model, self.data)
         return np.linalg.solve(self._transform(), self.data.qacc)
 
     def _rotation(self) -> Array:
         """(3, 3) from the pelvis's axes to the world's."""
         matrix = np.empty(9)
-        mujoco.mju_quat2Mat(matrix, self.data.qpos[3:7])
+        mujoco.mju_quat2Mat(matrix, self._views[0][3:7])
         return matrix.reshape(3, 3)
 
     def _transform(self) -> Array:
@@ -138,9 +147,9 @@ class MujocoBody:
         transform[self.rates, np.arange(6, COORDINATE_COUNT)] = 1.0
         return transform
 
-    def _apply(self, forces: Array) -> None:
-        applied = self.data.qfrc_applied
+    def _apply(self, forces: Array, rotation: Array) -> None:
+        applied = self._views[2]
         # f_mujoco = T⁻ᵀ f; T is orthogonal, so its blocks are only exchanged and turned.
         applied[0:3] = forces[3:6]
-        applied[3:6] = self._rotation().T @ forces[:3]
+        applied[3:6] = rotation.T @ forces[:3]
         applied[self.rates] = forces[6:]

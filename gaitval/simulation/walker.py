@@ -13,7 +13,7 @@ check: with its own integrator and a shorter step its walks are similar, not equ
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -75,7 +75,7 @@ class WalkingTask:
             else apply_parameters(self.model, self.reference_mu)
         )
 
-    def with_environment(self, **settings: float) -> "WalkingTask":
+    def with_environment(self, **settings: Any) -> "WalkingTask":
         """The same task with some `settings` of `environment` changed."""
         environment = self.configuration.environment.model_copy(update=settings)
         configuration = self.configuration.model_copy(update={"environment": environment})
@@ -156,6 +156,13 @@ class Trajectory:
             kept[rows] = new
         self.rows = rows.stop
 
+    def extend(self, steps: Steps) -> None:
+        """Add `steps` of another recording."""
+        rows = slice(self.rows, self.rows + len(steps.phase))
+        for kept, new in zip(self._arrays, steps, strict=True):
+            kept[rows] = new
+        self.rows = rows.stop
+
     def steps(self) -> Steps:
         """The steps of the walker."""
         return Steps(*(array[: self.rows] for array in self._arrays))
@@ -210,6 +217,7 @@ class Walker:
     phase : of the right gait cycle, not wrapped: whole cycles walked are counted in it.
     mean_ground_reaction : (2, 3) N, right and left foot, mean over the last action.
     mean_moments, mean_square_moments : (25,) Nm, Nm², joint moments over the last action.
+    arrays : all that an action changes but the phase; see `move_to`.
     """
 
     def __init__(
@@ -229,6 +237,7 @@ class Walker:
         self._substeps = MUJOCO_STEPS if engine == "mujoco" else 1
         self._work = workspace(len(task.model.spheres))
         arrays = walker_arrays(len(task.model.spheres)) if arrays is None else arrays
+        self.arrays = arrays
         self.state, self._memory, self.offset = arrays.state, arrays.memory, arrays.offset
         self.phase = 0.0
         self.mean_ground_reaction = arrays.ground
@@ -277,6 +286,12 @@ class Walker:
         self.mean_ground_reaction[:] = 0.0
         self.mean_moments[:] = 0.0
         self.mean_square_moments[:] = 0.0
+
+    def move_to(self, phase: float) -> None:
+        """Go on at a `phase` from what `arrays` hold, which were those of a walker like this."""
+        if self._outside is not None:
+            self._outside.set(self.state[0], self.state[1])
+        self.phase = phase
 
     def step(
         self,

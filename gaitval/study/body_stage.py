@@ -38,7 +38,8 @@ def write(run: Run) -> None:
     """Write `FILE` into the folder of `run`."""
     # all of these here: a run asks for its stages before it does anything
     from gaitval.identification.begin import begin
-    from gaitval.identification.body_report import in_words, of_scaled_walker
+    from gaitval.identification.body_report import in_words
+    from gaitval.identification.body_words import walker_words
     from gaitval.identification.default import WORDS
     from gaitval.identification.offsets import offset_of
     from gaitval.identification.prior import prior_sd
@@ -50,9 +51,10 @@ def write(run: Run) -> None:
     model, settings = read_urdf(run.folder / "model.urdf"), run.configuration.identification
     if settings.method == "shared":  # the identification is of the same posterior
         words, used = read_json(run.folder / FOUND)[WORDS], run.folder / "identification.json"
-        if body_parameters(used).tolist() == body_parameters(used, "nominal").tolist():
-            words |= {"said": of_scaled_walker(words["said"])}  # not used, see `choose_stage`
-        write_json(run.folder / FILE, words)
+        # a body that brings the walk no nearer is not used, see `choose_stage`
+        kept = body_parameters(used).tolist() != body_parameters(used, "nominal").tolist()
+        walker = walker_words(found=kept, two_legs=bool(read_json(used).get("left_leg")))
+        write_json(run.folder / FILE, words | {"said": f"{words['said']} {walker}"})
         return
     own = "moments" in quantities_known(run.subject, run.configuration.record)
     paper = run.configuration.model_copy(
@@ -63,4 +65,5 @@ def write(run: Run) -> None:
         run.known_record().record, model, prior_sd(run.subject), paper, own, near
     )
     found = identified(fit, fixed_body, offset_of(run.subject))
+    # of another method the walker has another body, of which this posterior says nothing
     write_json(run.folder / FILE, in_words(found, model, settings.method))

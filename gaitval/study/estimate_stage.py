@@ -23,6 +23,7 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ConfigurationError
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
+from gaitval.gait.events import LANDING_ERROR
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.metrics.results import read_metrics
@@ -36,7 +37,7 @@ from gaitval.prediction.deviations import (
     trial_of,
     units,
 )
-from gaitval.prediction.estimate import Estimate, estimate
+from gaitval.prediction.estimate import OFFSETS, Estimate, elsewhere, estimate
 from gaitval.prediction.known import KINEMATIC_ACCURACY, KnownRecord, is_predicted
 from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.prediction.seen import (
@@ -71,6 +72,9 @@ ESTIMATE_ACCURACY: Final = KINEMATIC_ACCURACY._replace(
 nearer to the truth than the kinetics of a motion within a degree of the recorded angles, so the
 angles give way. Its moments are about the hip centres of the people that it is learned from, so
 these are looked for. Sets that were tried: docs/notebook/experiments.md."""
+LED: Final = 0.25
+"""Share of what differs from anybody up to which the other side says it alone, for words."""
+HALF: Final = 0.5
 _UNITS: Final = {"moments": "Nm/kg", "forces": "% BW"}
 _JOINTS: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 _COLOURS: Final = {"right": "#0072b2", "left": "#d55e00"}
@@ -118,11 +122,10 @@ def of_known(
     own = with_total(at_own_contacts(record, subject), subject)
     reference = consistent_reference(own, model, contact, accuracy)
     fit = fit_of(reference_curves(reference, model.mass, own.left_phase), own, subject.leg_length_m)
-    found = estimate(
-        trial_of(subject, record, fit),
-        learned_from(subject, others),
-        angles=is_of_the_laboratory(subject),
-    )
+    at_home = is_of_the_laboratory(subject)
+    found = estimate(trial_of(subject, record, fit), learned_from(subject, others), angles=at_home)
+    if _is_of_an_import_elsewhere(subject):
+        found = elsewhere(found)
     return found if own is record else _seen(found, record, subject)
 
 
@@ -175,6 +178,7 @@ def write(run: Run) -> Estimate:
     csv.writer(text, lineterminator="\n").writerows(rows)
     write_text(run.folder / TABLE, text.getvalue())
     widths = units(run.subject.leg_length_m) * found.half_width
+    share = mechanics_share(found)
     typical = np.sqrt(np.mean(widths**2, axis=1))
     beyond = speeds_beyond(run.subject)
     if beyond is not None:
@@ -191,13 +195,55 @@ def write(run: Run) -> Estimate:
         "contacts": knows_contacts(run.subject),
         "total": knows_total(run.subject),
         "rows": [
-            (_title(kind, name), found.weights[i], _scale(kind) * typical[i], _UNITS[kind])
+            (
+                _title(kind, name),
+                found.weights[i],
+                _scale(kind) * typical[i],
+                _UNITS[kind],
+                share[i],
+                {more: left[i] for more, left in found.left_over.items()},
+            )
             for i, (kind, name) in enumerate(KINETICS)
         ],
+        "led": _led(share),
+        "halved": {
+            more: [_title(*KINETICS[i]) for i in np.flatnonzero(left <= HALF)]
+            for more, left in found.left_over.items()
+        },
+        "landing_ms": round(1000.0 * LANDING_ERROR),
+        "joints": {
+            joint: abs(round(1000.0 * OFFSETS[name]))
+            for name, joint in (("hip_flexion", "hip"), ("knee_angle", "knee"))
+        }
+        if _is_of_an_import_elsewhere(run.subject)
+        else None,
         "drawings": {"estimate": partial(_draw, rows)},
     }
     write_html(run.folder / FOLDER, "estimate", "estimate.html.j2", context)
     return found
+
+
+def mechanics_share(found: Estimate) -> Array:
+    """(7,) share of mechanics in how an estimate differs from what is expected of anybody, in
+    squares; the rest is what other people say of such a person.
+    """
+    own = np.mean(np.square(found.weights[:, None] * found.own), axis=(0, 2))
+    others = np.mean(np.square(found.regressed), axis=(0, 2))
+    return np.asarray(own / np.maximum(own + others, 1e-12))
+
+
+def _led(share: Array) -> dict[str, list[str]]:
+    """Titles of quantities by who says most of them, by the `share` (7,) of mechanics."""
+    found: dict[str, list[str]] = {"people": [], "mechanics": [], "both": []}
+    for (kind, name), each in zip(KINETICS, share, strict=True):
+        who = "both" if LED < each < 1.0 - LED else ("people" if each <= LED else "mechanics")
+        found[who].append(_title(kind, name))
+    return found
+
+
+def _is_of_an_import_elsewhere(subject: Subject) -> bool:
+    # An import puts joints where every import does; whose curves were given, where is not known.
+    return not is_of_the_laboratory(subject) and subject.gait.total_force is not None
 
 
 def table(

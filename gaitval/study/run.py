@@ -72,7 +72,9 @@ def choose_start(run: Run, stage: Stage, *, scratch: bool = False) -> None:
     shutil.rmtree(start, ignore_errors=True)
     if scratch:
         return
-    general = general_policy(run.known_record().record, run.subject.leg_length_m)
+    general = general_policy(
+        run.known_record().record, run.subject.leg_length_m, run.configuration.environment
+    )
     if general is None:
         run.observer.say("There is no general policy to start from: training from nothing.")
         return

@@ -6,8 +6,8 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from time import monotonic
-from typing import TYPE_CHECKING, Any
+from time import monotonic, time_ns
+from typing import TYPE_CHECKING, Any, Final
 
 import tomli_w
 
@@ -184,8 +184,34 @@ def fingerprint(stage: Stage, folder: Path) -> dict[str, str]:
                 f"{folder / name}: no such file, but {stage.name} reads it. Run the stage that "
                 "writes it first, or `gaitval subject` for all of them."
             )
-        hashes[name] = file_hash(folder / name)
+        hashes[name] = _hash_of(folder / name)
     return hashes
+
+
+_SETTLED: Final = 100_000_000
+"""ns after which a file that is changed once more has another time: a tick of the clock is less."""
+_Same = tuple[str, int, int, int, int]
+_hashes: Final[dict[_Same, str]] = {}
+
+
+def _same_file(path: Path) -> _Same | None:
+    """What stays while the file `path` is not written; None if it was just written."""
+    about = path.stat()
+    if abs(time_ns() - max(about.st_mtime_ns, about.st_ctime_ns)) < _SETTLED:
+        return None
+    return str(path), about.st_ino, about.st_size, about.st_mtime_ns, about.st_ctime_ns
+
+
+def _hash_of(path: Path) -> str:
+    """`file_hash` of a file that is there, once while nobody writes it: stages share their inputs,
+    and each is asked several times whether it is up to date.
+    """
+    same = _same_file(path)
+    if same is None:
+        return file_hash(path)
+    if same not in _hashes:
+        _hashes[same] = file_hash(path)
+    return _hashes[same]
 
 
 def why_run(stage: Stage, folder: Path) -> str | None:
@@ -206,7 +232,7 @@ def why_run(stage: Stage, folder: Path) -> str | None:
     for name in stage.outputs:
         if not (folder / name).is_file():
             return f"{name} is missing"
-        if file_hash(folder / name) != record["outputs"].get(name):
+        if _hash_of(folder / name) != record["outputs"].get(name):
             return f"{name} was changed or damaged"
     return None
 
@@ -306,9 +332,26 @@ def run_stage(
     return True
 
 
+_last: dict[_Same, dict[str, Any]] = {}
+"""The records that were read last, by their file."""
+
+
 def _records(folder: Path) -> dict[str, Any]:
     path = folder / RECORDS
-    records: dict[str, Any] = _table(path, Mapping) if path.exists() else {}
+    if not path.exists():
+        return {}
+    same = _same_file(path)
+    if same not in _last:
+        records = _read_records(path)
+        if same is None:
+            return records
+        _last.clear()
+        _last[same] = records
+    return dict(_last[same])  # whoever adds to them adds to a copy
+
+
+def _read_records(path: Path) -> dict[str, Any]:
+    records: dict[str, Any] = _table(path, Mapping)
     for stage, record in records.items():
         for key, default in (("inputs", None), ("outputs", None), ("code", {})):
             # None are the outputs of a stage that has not ended; an earlier gaitval kept no code

@@ -38,21 +38,30 @@ GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
 SLOW: Final = "slow"
 """Folder in it of the policy for slow strides."""
+DELAYED: Final = "delayed"
+"""Folder in it of the policy that feels its body late."""
 SLOW_STRIDE: Final = 6.5
 """√(leg length/g). Longer strides are walked by the policy that learned on them. Of the virtual
 people of `experiments/slow_policy.py --try`, the general one walks all 20 up to 6.13 and falls with
 6 of 10 from 6.72 on."""
 
 
-def general_policy(record: "GaitRecord | None" = None, leg_length_m: float = 1.0) -> Path | None:
+def general_policy(
+    record: "GaitRecord | None" = None,
+    leg_length_m: float = 1.0,
+    environment: EnvironmentSettings | None = None,
+) -> Path | None:
     """The stored policy of several people, from which any training may start: for the strides of a
-    `record` of legs of `leg_length_m` if it is given, else for usual ones.
+    `record` of legs of `leg_length_m` if it is given, else for usual ones; in an `environment` that
+    tells a policy its own past actions, the one that learned to feel its body late.
     """
     from gaitval.gait.dimensionless import time_unit
 
     package = Path(__file__).parents[1]
     for candidate in (package.parent / "reports" / GENERAL, package / "baselines" / GENERAL):
         if (candidate / POLICY_FILES[0]).is_file():
+            if environment is not None and environment.action_memory:
+                return candidate / DELAYED
             slow = record and record.stride_time / time_unit(leg_length_m) > SLOW_STRIDE
             return candidate / SLOW if slow else candidate
     return None
@@ -191,7 +200,7 @@ def general_walker(
     `leg_length_m` as `general_policy` takes them. Raises
     ConfigurationError if there is none.
     """
-    folder = general_policy(record, leg_length_m)
+    folder = general_policy(record, leg_length_m, environment)
     if folder is None:
         raise ConfigurationError(
             "there is no general policy, which walks here. Run this in a checkout of gaitval, "

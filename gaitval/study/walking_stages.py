@@ -172,6 +172,7 @@ def push_stage(run: Run) -> Stage:
 
     def push() -> None:
         from gaitval.metrics.push_recovery import push_recovery, pushed_walks
+        from gaitval.metrics.pushed_steps import placed_feet
 
         task, mu = validated_task(run)
         policy = stored_policy(run, run.folder / "policy")
@@ -182,7 +183,11 @@ def push_stage(run: Run) -> Stage:
             journal=Journal(run.folder / UNFINISHED / "pushes.jsonl"),
             on_progress=run.observer.progress,
         )
-        found = StoredPushes(recovery=recovery, traces=[each.stored() for each in traces])
+        found = StoredPushes(
+            recovery=recovery,
+            traces=[each.stored() for each in traces],
+            placed=placed_feet(task, policy, mu),
+        )
         write_json(run.folder / "push.json", found.as_dict())
         for name, walk in zip(PUSHED, pushed_walks(task, policy, mu), strict=True):
             walk.save(run.folder / name)

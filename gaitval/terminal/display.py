@@ -310,6 +310,7 @@ def print_tolerances(metrics: "Metrics") -> None:
 def print_groups(metrics: "Metrics") -> None:
     """Print errors in `metrics` by group beside those of predictions without a model."""
     from gaitval.metrics.groups import group_rows
+    from gaitval.metrics.verdicts import unit_text
 
     rows = group_rows(metrics)
     where = f"{metrics.subject.identifier} ({metrics.subject.source})"
@@ -322,7 +323,7 @@ def print_groups(metrics: "Metrics") -> None:
             else f"{guess:.3g}" + ("" if found is None else f" ({found:+.2f})")
             for guess, found in zip(row.guesses.values(), row.skills().values(), strict=True)
         ]
-        walked = "fell" if row.walked is None else f"{row.walked:.3g} {row.unit}"
+        walked = "fell" if row.walked is None else f"{row.walked:.3g}{unit_text(row.unit)}"
         table.add_row(row.group, row.status, walked, *cells)
     output.print(table)
 

@@ -7,7 +7,7 @@ import pytest
 from walking_pendulum import DT, HEIGHT, RATE, STEP_TIME, pendulum
 
 from gaitval.apps.balance.compared import Pushes, published, sideways
-from gaitval.apps.balance.placement import linear_map
+from gaitval.metrics.foot_placement import linear_map
 
 EACH = round(STEP_TIME / DT)
 ROWS = {each.quantity: each for each in published() if each.quantity}

@@ -76,7 +76,7 @@ def test_observations_stay_in_their_bounds_by_themselves(
     for _ in range(1000):
         action = rng.uniform(-4, 4, environment.action_space.shape).astype(np.float32)
         observation, _, fell, over, _ = environment.step(action)
-        seen += [observation, super(WalkerEnvironment, environment)._seen()]
+        seen += [observation, super(WalkerEnvironment, environment).told()]
         if fell or over:
             falls += fell
             seen.append(environment.reset()[0])
@@ -104,7 +104,15 @@ def test_observations_beyond_a_bound_are_clipped() -> None:
     high = environment.observation_space.high
     environment.reset(seed=0, options={"phase": 0.0})  # where nothing is mirrored
     environment.episode.observation[:] = 1e6
-    assert np.array_equal(environment._seen(), high)
+    assert np.array_equal(environment.told(), high)
+
+
+def test_past_actions_are_bounded_as_actions_are(walked: ExportedWalk) -> None:
+    late = walked.stored.corrected_task.with_environment(action_memory=0.1)
+    environment = WalkingEnvironment(late)
+    low, high = observation_bounds(environment, walked.mu)
+    assert low.shape == high.shape == environment.observation_space.shape
+    assert set(high[126:]) == {environment.constants.action_limit} == set(-low[126:])
 
 
 def test_every_part_of_an_observation_has_a_bound(

@@ -18,6 +18,7 @@ from gaitval.apps.export.mujoco_folder import FILES, write_mujoco
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, RANGES
+from gaitval.errors import PolicyError
 from gaitval.policy.environment import WalkingEnvironment
 
 NO_CONTACT = mujoco.mjtDisableBit.mjDSBL_CONTACT
@@ -29,6 +30,16 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
         [sys.executable, "-I", str(folder / "walk.py"), *arguments],
         cwd=folder, capture_output=True, text=True, check=False,
     )  # fmt: skip
+
+
+def test_a_policy_that_feels_its_body_late_is_refused(walked: ExportedWalk, tmp_path: Path) -> None:
+    late = walked.environment.task.with_environment(observation_delays=(0.05, 0.1, 0.15))
+    made = ExportedWalk(walked.stored)
+    made.__dict__["environment"] = WalkingEnvironment(late)
+    with pytest.raises(PolicyError, match="observation_delays") as refused:
+        write_mujoco(tmp_path, made)
+    assert str(walked.stored.folder) in str(refused.value)
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_script_imports_no_gaitval(mujoco_folder: Path) -> None:

@@ -24,6 +24,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.events import (
     _agreed,
+    _edge_landings,
     _filling,
     _mean_of_near,
     _other_methods,
@@ -192,6 +193,15 @@ def test_events_in_a_gap_are_not_made_up() -> None:
     events = marker_events(recording.with_markers(recording.names, markers), landmarks=LANDMARKS)
     assert not [e for e in events if e.side == "right" and 1.25 <= e.time < 1.5]
     assert len(of(events, "right", "heel_strike")) == len(strikes("right", 6.0)) - 1
+
+
+def test_a_landing_at_the_very_end_is_as_far_down_the_path_as_those_before() -> None:
+    frames = np.arange(272)  # a foot comes down every 110 frames: at 50, 160 and 270
+    height = 0.02 * (1.0 + np.cos(2.0 * np.pi * (frames - 50) / 110 - 1.2)) + 1e-4 * frames
+    landings = _edge_landings([50.0, 160.0, 265.0], [50.0, 160.0], height, 271, 100.0)
+    assert landings == pytest.approx([50.0, 160.0, 270.0], abs=0.1)
+    # with nothing to go by it stays
+    assert _edge_landings([265.0], [265.0], height, 271, 100.0) == [265.0]
 
 
 def test_somebody_who_stands_has_no_events() -> None:

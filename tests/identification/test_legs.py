@@ -72,17 +72,25 @@ def test_causes_widen_what_the_record_alone_says_and_draw_its_estimate_in():
 def test_a_knee_held_flexed_is_a_cause_where_the_other_is_not():
     """S08's: 20 and 4 degrees at most extended, half a leg of 42 cm."""
     bent, straight = np.radians(20.0), np.radians(4.0)
-    alone = held({"l": bent, "r": straight}, 0.84)
+    alone = held({"l": bent, "r": straight}, 0.84, 0.0)
     assert alone == pytest.approx(0.42 * np.sin(bent / 2) * 0.5 * (bent - straight))
     assert 0.008 < alone < 0.012
-    assert held({"l": bent, "r": bent}, 0.84) == 0.0
-    assert held({"l": -0.1, "r": -0.2}, 0.84) == 0.0
+    assert held({"l": bent, "r": bent}, 0.84, 0.0) == 0.0
+    assert held({"l": -0.1, "r": -0.2}, 0.84, 0.0) == 0.0
+
+
+def test_zeros_that_a_fit_has_among_its_unknowns_are_not_counted_again():
+    """8 degrees of which a fit knows 4 leave √(8² - 4²)."""
+    knees, degree = {"l": np.radians(20.0), "r": np.radians(4.0)}, np.radians(1.0)
+    all_of_it = held(knees, 0.84, 0.0)
+    assert held(knees, 0.84, 4 * degree) == pytest.approx(all_of_it * np.sqrt(8**2 - 4**2) / 8)
+    assert held(knees, 0.84, 9 * degree) == 0.0
 
 
 def test_only_real_laboratories_err_on_everybody():
     even = {"l": 0.1, "r": 0.1}
-    assert causes(even, 0.84, laboratory=False) == 0.0
-    assert causes(even, 0.84, laboratory=True) == pytest.approx(LABORATORY)
+    assert causes(even, 0.84, laboratory=False, fitted=0.0) == 0.0
+    assert causes(even, 0.84, laboratory=True, fitted=0.0) == pytest.approx(LABORATORY)
 
 
 def test_a_record_of_which_nothing_counts_leaves_what_people_s_legs_are():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from body_result import MODEL, made_up
 
-from gaitval.identification.body_words import NEXT, helps, next_trials, sentences, walker_words
+from gaitval.identification.body_words import NEXT, next_trials, sentences, walker_words
 from gaitval.identification.shared_errors import LARGEST_DEVIANCE
 
 
@@ -52,12 +52,12 @@ def test_a_record_that_does_not_fit_says_so_and_changes_nothing():
     assert f"{LARGEST_DEVIANCE:.0f}" in message
     assert f"{100 * MODEL.leg_length:.1f} cm" in message
     assert "±" not in message
-    assert not helps(odd)
-    assert "as scaled" in walker_words(odd, True)
+    assert not odd.fits
 
 
 def test_goodness_of_fit_and_the_walker_s_body_are_said():
     found = made_up(0.5, 0.009)
     assert f"deviance {found.cost:.0f}, at most {LARGEST_DEVIANCE:.0f}" in sentences(found, MODEL)
-    assert "equal legs" in walker_words(found, False)
-    assert "legs that differ" in walker_words(found, True)
+    assert "equal legs" in walker_words(found=True, two_legs=False)
+    assert "legs that differ" in walker_words(found=True, two_legs=True)
+    assert "as scaled" in walker_words(found=False, two_legs=True)

@@ -8,6 +8,8 @@ from gaitval.apps.live.doing import (
     PushPelvis,
     Restart,
     SetSpeed,
+    SlipFoot,
+    TripFoot,
     Wear,
     doing_of,
     values_of,
@@ -26,6 +28,8 @@ from gaitval.errors import RecordError
         Clock(0.25),
         Wear(True),
         Wear(False),
+        SlipFoot("left"),
+        TripFoot("right"),
     ],
 )
 def test_what_is_written_is_read(doing):
@@ -54,6 +58,9 @@ def test_what_is_written_is_read(doing):
         ({"do": "restart", "now": 1}, "takes nothing"),
         ({"do": "device", "on": 1.0}, "give true or false"),
         ({"do": "device"}, "takes on"),
+        ({"do": "slip"}, "takes side"),
+        ({"do": "slip", "side": "both"}, "right or left"),
+        ({"do": "trip", "side": ["right"]}, "right or left"),
     ],
 )
 def test_what_cannot_be_done_is_refused(values, message):

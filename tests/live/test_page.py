@@ -191,3 +191,22 @@ def test_a_page_whose_program_has_ended_says_so(person, request):
         page.wait_for_selector("#gone:not([hidden])")
         assert "its log" in page.locator("#gone").inner_text()
         server.session.end = lambda: None  # it has ended
+
+
+@pytest.mark.slow
+def test_a_foot_slips_and_another_is_stopped_from_the_page(person, request, tmp_path):
+    walk = LiveWalk(person, person.speeds[1])
+    with (
+        served(person, walk) as server,
+        looked_at(request.config, server.address) as page,
+    ):
+        page.get_by_role("button", name="slip, right foot").click()
+        assert "right foot slips" in page.locator("#news").inner_text()
+        until(page, "document.getElementById('news').innerText.includes('a slip of the right')")
+        page.screenshot(path=tmp_path / "live.png")
+        assert walk._environment.slid > 0.0
+        page.get_by_role("button", name="trip, left foot").click()
+        assert "left foot is stopped" in page.locator("#news").inner_text()
+        until(
+            page, "/a trip of the left|stands up/.test(document.getElementById('news').innerText)"
+        )

@@ -4,9 +4,19 @@ import numpy as np
 import pytest
 
 from gaitval.apps.devices import of_subject
-from gaitval.apps.live.doing import LARGEST_PUSH, ChangeBody, PushPelvis, Restart, SetSpeed, Wear
+from gaitval.apps.live.doing import (
+    LARGEST_PUSH,
+    ChangeBody,
+    PushPelvis,
+    Restart,
+    SetSpeed,
+    SlipFoot,
+    TripFoot,
+    Wear,
+)
 from gaitval.apps.live.walk import PUSH_SECONDS, LiveWalk
 from gaitval.configuration import PushSettings
+from gaitval.coordinates import SIDES
 from gaitval.model.parameters import PARAMETERS
 from gaitval.policy.environment import WalkingEnvironment
 
@@ -179,3 +189,61 @@ def test_without_devices_there_is_nothing_to_put_on(walk):
     walk.do(Wear(True))
     assert not walk.device_on
     assert walk.see().cycles == before > 0.0
+
+
+# ---- Slips and trips. ----
+
+
+def until_level(walk, longest=400):
+    """The walk after each action, until nothing is planned any longer."""
+    seen = []
+    while walk._environment.undermined and len(seen) < longest:
+        seen.append(acted(walk, 1))
+    return seen
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_foot_slips_where_it_lands_next_and_has_its_grip_again(walk, side):
+    acted(walk, 30)
+    walk.do(SlipFoot(side))
+    until_level(walk)
+    environment = walk._environment
+    assert 0.0 < environment.slid < 0.5
+    assert environment.ended > environment.began
+    assert (environment.ground.grip_right, environment.ground.grip_left) == (1.0, 1.0)
+    assert environment.planned is None
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_foot_is_stopped_in_its_swing_and_goes_on(walk, side):
+    column = SIDES.index(side)
+    acted(walk, 30)
+    walk.do(TripFoot(side))
+    environment, stopped = walk._environment, []
+    while environment.undermined and walk.step < 400:
+        seen = acted(walk, 1)
+        if environment.ground.wall_side == column:
+            stopped.append(seen.force[column, 0])
+    assert min(stopped) < -20.0  # N, backwards, by the wall
+    assert environment.ended - environment.began == pytest.approx(0.1, abs=0.01)
+    assert environment.ground.wall_side == -1
+
+
+def test_who_stands_up_again_does_so_on_level_ground(walk):
+    acted(walk, 30)
+    walk.do(TripFoot("right"))
+    walk.do(Restart())
+    assert not walk._environment.undermined
+    assert walk._environment.ground.wall_side == -1
+
+
+def test_another_body_does_not_end_a_slip(walk):
+    acted(walk, 30)
+    walk.do(SlipFoot("right"))
+    while walk._environment.planned is None:
+        acted(walk, 1)
+    name, value = "friction", 0.65
+    walk.do(ChangeBody(name, value))
+    acted(walk, 1)
+    assert walk._environment.ground.grip_right < 1.0
+    assert walk._environment.ground.law is walk._environment.walker.law

@@ -11,7 +11,7 @@ from gaitval.coordinates import RANGES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.importing.importing import work_out
 from gaitval.importing.write import _curve_table
-from gaitval.measurement.bands import CHOICE, _summed, bands
+from gaitval.measurement.bands import CHOICE, _summed, bands, half_holding
 from gaitval.measurement.estimate import DELAY, FoundFault
 from gaitval.measurement.measured import bands_text, unshown
 from gaitval.measurement.otherwise import with_fault
@@ -61,6 +61,16 @@ def test_the_band_of_a_moment_holds_the_curve_by_each_hip_centre(found):
     assert largest > 0.1  # Nm/kg; Gait2392's hips are 2 to 4 cm away
     assert CHOICE in dict(made.shares["moment_hip_flexion_r"])
     assert CHOICE not in dict(made.shares["angle_hip_flexion_r"])
+
+
+@pytest.mark.parametrize("away", [0.0, 0.3, 1.0, 5.0])
+def test_a_band_about_one_curve_holds_nine_tenths_of_what_is_normal_about_another(away):
+    """Of 0 away 1.645 standard deviations, of 5 one tail alone: 5 and 1.28."""
+    half = float(half_holding(np.array(away), np.array(1.0)))
+    drawn = away + np.random.default_rng(1).standard_normal(200_000)
+    assert np.mean(np.abs(drawn) <= half) == pytest.approx(0.9, abs=0.003)
+    assert float(half_holding(np.array(2.0 * away), np.array(2.0))) == pytest.approx(2.0 * half)
+    assert float(half_holding(np.array(away), np.array(0.0))) == pytest.approx(away)
 
 
 def test_the_page_draws_the_hip_moment_by_each(found):

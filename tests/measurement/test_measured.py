@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from claims.measurement.planting import faults
 from gaitval.configuration import ProcessingSettings
@@ -113,16 +114,45 @@ def test_one_channel_of_a_plate_is_named(imported, sample, number, gain):
     assert f"too {'large' if gain > 1.0 else 'small'}" in flag.message
 
 
-@pytest.mark.parametrize(("side", "metres"), [("R", 0.03), ("L", -0.03)])
-def test_a_knee_marker_that_was_moved_after_standing(imported, sample, side, metres):
+@pytest.mark.parametrize(("degrees", "way"), [(1.8, "right"), (-1.8, "left")])
+def test_cameras_that_lean_aside_beside_the_plates(imported, sample, degrees, way):
+    """Turned about the direction of the walk, what is up goes to the right."""
+    _, session = sample
+    turn = Rotation.from_rotvec([np.radians(degrees), 0.0, 0.0]).as_matrix()
+
+    def leaning(recording):
+        return replace(recording, markers=recording.markers @ turn.T)
+
+    walks = tuple(map(leaning, session.walking))
+    tilted = replace(session, standing=leaning(session.standing), walking=walks)
+    found = imported(None, tilted)
+    (flag,) = (flag for _, flag in found.warnings if flag.check.startswith(CHECK))
+    assert flag.check == f"{CHECK}: camera tilt"
+    assert flag.value == pytest.approx(1.8, abs=0.5)
+    assert f"° {way}" in flag.message or f"deg {way}" in flag.message
+
+
+@pytest.mark.parametrize(
+    ("side", "metres", "standing"), [("R", 0.03, False), ("L", -0.03, False), ("L", 0.018, True)]
+)
+def test_a_knee_marker_beside_the_knee_is_told(imported, sample, side, metres, standing):
+    """Moved after the standing trial, or misplaced in it as well."""
     _, session = sample
     knees = [session.marker_set.landmarks[f"{each}.Knee"] for each in "RL"]
     name = knees["RL".index(side)]
     walks = tuple(with_marker_forward(walk, name, metres) for walk in session.walking)
-    warnings = [flag for _, flag in imported(None, replace(session, walking=walks)).warnings]
+    wrong = replace(session, walking=walks)
+    if standing:
+        wrong = replace(wrong, standing=with_marker_forward(session.standing, name, metres))
+    warnings = [flag for _, flag in imported(None, wrong).warnings]
     (warning,) = (flag for flag in warnings if flag.check == "place of a knee's marker")
     assert warning.where == " and ".join(knees)
-    assert 0.2 * abs(metres) < warning.value < 0.4 * abs(metres)
+    assert 0.4 * abs(metres) < warning.value < 1.3 * abs(metres)
+    # forward on the right is as back on the left
+    right_is_back = (metres < 0.0) == (side == "R")
+    back, forward = knees if right_is_back else knees[::-1]
+    assert f"{back} is some {1000 * warning.value:.0f} mm too far back" in warning.message
+    assert f"or {forward} too far forward" in warning.message
 
 
 @pytest.mark.slow

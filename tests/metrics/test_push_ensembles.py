@@ -74,6 +74,24 @@ def test_the_largest_push_is_that_up_to_which_every_start_survives():
     assert module.ENOUGH == 4
 
 
+def test_the_largest_push_is_walked_again_from_starts_that_it_was_not_found_with():
+    pool = Pool()
+    tried = ensembles(pool)
+    push = Push(0.25, 0.0, 300.0)
+    tried.of([push])
+    own = {each.seed for each in pool.asked}
+    pool.asked.clear()
+    (again,) = tried.from_others([push])
+    assert len(again.stood) == module.OTHERS == len({each.seed for each in pool.asked} - own)
+    begins = STRIDE * (np.array([each.push.phase for each in pool.asked]) - 0.25)
+    assert begins.min() == pytest.approx(-0.004)
+    assert begins.max() == pytest.approx(0.004)
+    assert tried.known.keys() == {push}
+    assert tried.known[push].torn
+    found = module.RobustPushes((), (), np.zeros((0, 0)), (), (again, Ensemble(push, (False,) * 3)))
+    assert found.flipped == (3, module.OTHERS + 3)
+
+
 def test_each_push_is_walked_once():
     pool = Pool()
     tried = ensembles(pool)

@@ -13,8 +13,8 @@ from gaitval.metrics.tolerances import evaluate
 from gaitval.metrics.torques import (
     TORQUES,
     moment_ringing,
-    torque_measures,
     torque_rate,
+    torques_of,
 )
 
 HEIGHT = 1.53
@@ -26,8 +26,8 @@ SECONDS = slice(500, 2500)
 
 def _found(**arrays):
     """Values by measure and target."""
-    found = torque_measures(replace(WALK, **arrays), CYCLES, model=MODEL, height=HEIGHT)
-    return {(each.measure, each.target): each.value for each in found}
+    found = torques_of(replace(WALK, **arrays), CYCLES, model=MODEL, height=HEIGHT)
+    return {(each.measure, each.target): each.value for each in found.measures}
 
 
 def _wave(name, hertz, size):
@@ -93,7 +93,7 @@ def test_a_knee_beyond_the_models_own_range_is_said():
 
 
 def test_every_measure_has_a_limit_that_is_context():
-    found = torque_measures(WALK, CYCLES, model=MODEL, height=HEIGHT)
+    found = torques_of(WALK, CYCLES, model=MODEL, height=HEIGHT).measures
     assert [(each.measure, each.target) for each in found] == list(TORQUES)
     rows = evaluate(found)
     assert {each.measure for each in rows} == {name for name, _ in TORQUES}
@@ -102,5 +102,6 @@ def test_every_measure_has_a_limit_that_is_context():
 
 def test_a_walk_without_a_cycle_has_no_values():
     short = find_cycles(replace(WALK, ground_reaction=0.0 * WALK.ground_reaction), sharp_filter())
-    found = torque_measures(WALK, short, model=MODEL, height=HEIGHT)
-    assert {each.value for each in found} == {None}
+    found = torques_of(WALK, short, model=MODEL, height=HEIGHT)
+    assert {each.value for each in found.measures} == {None}
+    assert found.energy == {}

@@ -14,6 +14,7 @@ from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import ArtefactError, ModelError, RecordError
 from gaitval.gait.cycles import GaitCycle
+from gaitval.gait.feet_on_plates import SETTLING_SECONDS
 from gaitval.importing.stored_motions import _in_table, _knees
 from gaitval.mocap.mot import read_storage
 from gaitval.model.markers import MARKERS, save_markers
@@ -26,6 +27,7 @@ from gaitval.musculature.paths import COORDINATES, table
 from gaitval.musculature.strands import gait_poses, own_tendons
 from gaitval.opensim.muscle_motion import write_storages
 from gaitval.opensim.osim import write_osim
+from gaitval.session.loaded import known_spans
 from gaitval.simulation.mujoco_muscles import muscle_mjcf
 
 
@@ -63,9 +65,25 @@ def test_what_is_known_without_a_cycle_is_shared_over_time(motion):
     part = replace(motion, cycles={}, spans={"right": [(start, start + 0.5)]})
     alone = muscles_of([part])
     assert not alone.legs
-    assert len(alone.pieces) == 1
+    ((_, _, piece),) = alone.pieces
+    # What pads the span for rates is not known.
+    assert start <= piece.time[0]
+    assert piece.time[-1] <= start + 0.5
+    assert len(piece.time) == len(piece.legs["right"].activation) > 30
     with pytest.raises(RecordError, match="the moments of no leg are known"):
         muscles_of([replace(motion, cycles={}, spans={})])
+
+
+def test_frames_beside_unknown_forces_are_not_shared():
+    """The low-pass spreads what made them unknown; the ends of a trial stay."""
+    time = np.arange(200) / 100
+    valid = np.ones((200, 2), dtype=bool)
+    valid[60:70, 0] = False
+    spans = known_spans(time, valid, np.full((200, 2), 700.0), 70.0, {"right": (), "left": ()})
+    assert spans["left"] == [(0.0, 1.99)]
+    first, second = spans["right"]
+    assert first == (0.0, pytest.approx(0.59 - SETTLING_SECONDS))
+    assert second == (pytest.approx(0.70 + SETTLING_SECONDS), 1.99)
 
 
 def test_a_missing_foot_has_no_muscles(motion):

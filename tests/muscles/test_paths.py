@@ -1,10 +1,14 @@
 """The shipped paths obey what a path must obey."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from experiments.passive_hip import published_strains
 from gaitval.errors import ModelError
 from gaitval.musculature.curves import active_length, passive_length, tendon_strain, velocity
+from gaitval.musculature.forces import capacity
 from gaitval.musculature.mapping import BoneSizes
 from gaitval.musculature.paths import BONES, COORDINATES, JOINTS, geometry, table
 from gaitval.musculature.person import leg_muscles
@@ -115,6 +119,34 @@ def test_a_scaled_leg_works_in_the_same_range():
 def test_a_body_that_nobody_has_is_refused(mass, height, sizes, message):
     with pytest.raises(ModelError, match=message):
         leg_muscles(BoneSizes(sizes), mass=mass, height=height)
+
+
+def _passive_of_a_relaxed_leg(hips, start=None, full=None):
+    """Nm about `paths.COORDINATES`, of the published man, in neutral with the knee at 15 deg."""
+    muscles = leg_muscles(BoneSizes(np.ones(4)), mass=75.0, height=1.70)
+    if start is not None:
+        muscles = replace(muscles, passive_from=start, passive_to=full)
+    poses = np.zeros((len(hips), 6))
+    poses[:, 0], poses[:, COORDINATES.index("knee_angle")] = np.radians(hips), np.radians(15.0)
+    paths = geometry(poses)
+    length = paths.length.sum(axis=2)
+    passive = capacity(length, np.zeros_like(length), muscles).passive
+    return np.einsum("tm,tmj->tj", passive, -paths.slope.sum(axis=3))
+
+
+def test_a_relaxed_hip_is_pulled_to_no_side():
+    """It is flexed as Silder et al. (2007) measured (`experiments/passive_hip.py`): 28 Nm at 15 deg
+    of extension, 7 in neutral, 1 at 15 of flexion. The published strains pull it inwards with half
+    as much.
+    """
+    hips = np.array([-15.0, 0.0, 15.0, 30.0])
+    moments = _passive_of_a_relaxed_leg(hips)
+    flexion, adduction, rotation = moments.T[:3]
+    np.testing.assert_allclose(flexion[:3], [28.0, 7.0, 1.0], atol=8.0)
+    assert np.abs(adduction).max() < 5.0
+    assert np.abs(rotation).max() < 3.5
+    published = _passive_of_a_relaxed_leg(hips, *published_strains())
+    assert published[0, 1] > 14.0
 
 
 def test_the_curves_are_those_of_opensim():

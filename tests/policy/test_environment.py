@@ -17,11 +17,7 @@ from gaitval.model.parameters import nominal_parameters, parameter_bounds
 from gaitval.model.tree import empty_frames, forward
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import (
-    MIRROR_ORDER,
-    MIRROR_SIGNS,
     OBSERVATION_SIZES,
-    felt_places,
-    is_mirrored,
 )
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.walking_group import WalkingGroup
@@ -563,47 +559,6 @@ def test_training_randomises_around_the_body_of_the_reference(task):
     shift = np.mean(drawn, axis=0) - middle
     assert shift[4] == pytest.approx(0.06, abs=0.01)
     assert abs(shift[3]) < 0.01
-
-
-# ---- A body that is felt late. ----
-
-
-@pytest.mark.parametrize("mirror", [False, True])
-def test_what_is_felt_is_as_old_as_the_delay_and_what_is_known_is_not(task, mirror):
-    late = 4
-    delay = late * WalkingEnvironment(task).walker.action_seconds
-    now = WalkingEnvironment(changed(task, environment={"mirror": mirror}))
-    old = WalkingEnvironment(
-        changed(task, environment={"mirror": mirror, "observation_delay": delay})
-    )
-    assert old.delayed_actions == late
-    # across the seam at which observations are mirrored
-    options = {"phase": 0.22, "mu": nominal_parameters(), "push": None, "noise": 0.0}
-    first = [each.reset(seed=0, options=options)[0] for each in (now, old)]
-    assert np.array_equal(*first)
-    random, felt = np.random.default_rng(0), felt_places(126)
-    raw = [now.episode.observation.astype(np.float32)]
-    for n in range(1, 9):
-        action = random.normal(0.0, 0.2, 26).astype(np.float32)
-        if mirror and is_mirrored(now.walker.phase):
-            pass
-        seen, delayed = (each.step(action)[0] for each in (now, old))
-        raw.append(now.episode.observation.astype(np.float32))
-        then = raw[max(0, n - late)]
-        if mirror and is_mirrored(now.walker.phase):
-            then = (MIRROR_SIGNS * then[MIRROR_ORDER]).astype(np.float32)
-        assert np.array_equal(delayed[felt], then[felt])
-        known = np.setdiff1d(np.arange(126), felt)
-        assert np.array_equal(delayed[known], seen[known])
-    assert is_mirrored(0.22) is False
-    assert is_mirrored(now.walker.phase) is True
-
-
-def test_settings_without_a_delay_are_written_as_before_there_was_one(task):
-    settings = task.configuration.environment
-    assert "observation_delay" not in settings.model_dump(mode="json")
-    late = settings.model_copy(update={"observation_delay": 0.1})
-    assert late.model_dump(mode="json")["observation_delay"] == 0.1
 
 
 # ---- Actions enter as muscles are activated. ----

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.prediction.ankles import ankle_moment
 from gaitval.prediction.deviations import (
     KINETICS,
     Deviation,
@@ -14,7 +15,7 @@ from gaitval.prediction.deviations import (
     learned_from,
     stored_fits,
 )
-from gaitval.prediction.estimate import LEVERS, _blocks, _levered, estimate
+from gaitval.prediction.estimate import LEVERS, OFFSETS, _blocks, _levered, elsewhere, estimate
 from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
 
 NAN = float("nan")
@@ -29,7 +30,14 @@ def hidden(gait: NormalForm) -> NormalForm:
 def trial_of(name: str) -> DeviationTrial:
     subject = load_subject(name)
     gait = normal_form(subject.record(), subject.leg_length_m)
-    return DeviationTrial(gait, stored_fits()[f"{subject.identifier} {subject.trial}"])
+    fit = stored_fits()[f"{subject.identifier} {subject.trial}"]
+    return DeviationTrial(gait, fit, person=subject.person)
+
+
+@pytest.fixture
+def made_up_ankles(monkeypatch):
+    """People who are made up do not have the ankles of real ones."""
+    monkeypatch.setattr("gaitval.prediction.estimate.ANKLE_SHARE", 0.0)
 
 
 def planted(seed: int, of_angles: float, of_fit: float):
@@ -67,7 +75,7 @@ def test_kinetics_of_the_person_are_not_read(angles):
     people = learned_from(load_subject("5"), builtin_subjects())
     trial = trial_of("5")
     plain = estimate(trial, people, angles=angles)
-    poisoned = estimate(DeviationTrial(hidden(trial.gait), trial.fit), people, angles=angles)
+    poisoned = estimate(trial._replace(gait=hidden(trial.gait)), people, angles=angles)
     for name in ("kinetics", "expected", "half_width", "weights"):
         assert np.array_equal(getattr(plain, name), getattr(poisoned, name))
 
@@ -80,6 +88,7 @@ def test_nobody_is_learned_from_for_themselves():
     assert len(learned_from(subject, others)) == 9
 
 
+@pytest.mark.usefixtures("made_up_ankles")
 def test_mechanics_weigh_as_much_as_they_know():
     people = planted(3, of_angles=0.0, of_fit=1.0)
     assert np.all(estimate(people[0][0], people[1:]).weights > 0.6)
@@ -87,6 +96,7 @@ def test_mechanics_weigh_as_much_as_they_know():
     assert np.all(estimate(people[0][0], people[1:]).weights < 0.15)
 
 
+@pytest.mark.usefixtures("made_up_ankles")
 def test_angles_that_say_something_are_learned_from():
     people = planted(5, of_angles=1.0, of_fit=0.0)
     with_angles, without = (estimate(people[0][0], people[1:], angles=a) for a in (True, False))
@@ -97,6 +107,7 @@ def test_angles_that_say_something_are_learned_from():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("made_up_ankles")
 @pytest.mark.parametrize("others", [4, 9])
 def test_bands_of_a_few_people_hold_what_they_say(others):
     """Of people whose kinetics are noise about a mean, nine points in ten: with four people 95 % of
@@ -126,12 +137,41 @@ def test_the_ten_are_estimated_better_than_expected_and_within_the_bands():
     assert 0.85 < np.mean(inside) < 0.97
 
 
-def test_without_angles_it_is_expectation_and_mechanics():
+def test_without_angles_it_is_expectation_ankle_and_mechanics():
     trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
     found = estimate(trial, people, angles=False)
     whole = found.expected + found.weights[:, None] * trial.fit
+    ankle = KINETICS.index(("moments", "ankle_angle"))
+    whole[:, ankle] += (
+        0.5 * ankle_moment(trial.ankle_angles, trial.gait.speed, {trial.person}).change
+    )
     whole[:, -1] = np.maximum(whole[:, -1], 0.0)
     assert np.allclose(found.kinetics, whole, rtol=0.0, atol=1e-15)
+
+
+def test_an_ankle_is_half_what_the_ten_and_half_what_more_people_say(monkeypatch):
+    trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
+    more = ankle_moment(trial.ankle_angles, trial.gait.speed, {trial.person})
+    found = estimate(trial, people)
+    monkeypatch.setattr("gaitval.prediction.estimate.ANKLE_SHARE", 0.0)
+    ten = estimate(trial, people)
+    ankle = KINETICS.index(("moments", "ankle_angle"))
+    usual = 0.5 * ten.expected[:, ankle] + 0.5 * more.usual
+    regressed = 0.5 * (ten.expected + ten.regressed)[:, ankle] + 0.5 * (usual + more.change)
+    np.testing.assert_allclose((found.expected + found.regressed)[:, ankle], regressed, atol=1e-12)
+    others = [i for i in range(len(KINETICS)) if i != ankle]
+    np.testing.assert_array_equal(found.kinetics[:, others], ten.kinetics[:, others])
+
+
+def test_people_of_imports_have_their_joints_where_imports_put_them():
+    trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
+    found = estimate(trial, people, angles=False)
+    moved = elsewhere(found)
+    vertical = 9.80665 * found.expected[:, KINETICS.index(("forces", "vertical"))]
+    for (_, name), before, after in zip(
+        KINETICS, np.moveaxis(found.kinetics, 1, 0), np.moveaxis(moved.kinetics, 1, 0), strict=True
+    ):
+        np.testing.assert_allclose(after - before, OFFSETS.get(name, 0.0) * vertical, atol=1e-12)
 
 
 def made_up(rng, share: float) -> Deviation:

@@ -9,7 +9,7 @@ from gaitval.model.body import SEGMENTS
 from gaitval.scaling.anthropometry import DE_LEVA, mass_fractions, shifted_inertia
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import Limbs, Measurements
-from gaitval.scaling.scaling import build_body, scale_subject
+from gaitval.scaling.scaling import build_body, measurements_of, scale_subject
 from gaitval.scaling.segments import SPHERE_RADIUS
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
@@ -126,6 +126,20 @@ def test_spheres_touch_the_sole_and_span_the_foot(model):
     assert span == pytest.approx(lengths["foot"])
     medial = {s.name: s.position[1] for s in model.spheres[:6]}
     assert medial["contact_ball_medial_r"] > medial["contact_ball_lateral_r"]
+
+
+@pytest.mark.parametrize("markers", [True, False])
+def test_the_ball_of_the_foot_is_under_the_persons_metatarsal_heads(markers):
+    """Toes that turn about an axis ahead of the ball carry what the ball should, and brake."""
+    subject = person("S02") if markers else person("S02", markers={})
+    measured, places = measurements_of(subject), {}
+    for sphere in scale_subject(subject).model.spheres:
+        places[sphere.name] = sphere.position
+    for side, limbs in measured.modelled.items():
+        for row, part in enumerate(("medial", "lateral")):
+            place = places[f"contact_ball_{part}_{side[0]}"]
+            assert place[0] == pytest.approx(limbs.metatarsals[row, 0])
+    assert places["contact_ball_medial_r"][0] > places["contact_ball_lateral_r"][0]
 
 
 def test_table_can_be_written_as_csv():
@@ -313,22 +327,26 @@ def test_the_centre_of_the_foot_is_on_the_line_from_the_heel_to_the_toe_joint(si
 def test_spheres_are_the_published_ones_stretched_to_the_foot(side, mirror):
     """Positions of Falisse et al. 2022 from OpenSim's calcaneus, forward and to the right: along
     the foot the first and the last lie 20 mm inside its ends, and across they are spread by 100 of
-    95.1 mm about the middle of the heads."""
+    95.1 mm about the middle of the heads. The ball's lie as far forward as the heads."""
     published = {
         "heel": (0.0019, -0.0038),
         "midfoot_lateral": (0.0662, 0.0264),
-        "ball_medial": (0.1484, -0.0287),
-        "ball_lateral": (0.1330, 0.0516),
+        "ball_medial": (None, -0.0287),
+        "ball_lateral": (None, 0.0516),
         "toes_medial": (0.2388, -0.01772),
         "toes_lateral": (0.2238, 0.06298),
     }
     model = build_body(ADULT, made_up()).model
     places = {sphere.name: sphere for sphere in model.spheres}
+    heads = made_up().right.metatarsals[:, 0]
+    assert heads[0] != heads[1]
     for name, (ahead, lateral) in published.items():
         sphere = places[f"contact_{name}_{side}"]
         origin = model[sphere.segment].joint_position if "toes" in name else np.zeros(3)
         expected = [
-            -0.03 + (ahead - 0.0019) * (0.24 - 0.04) / (0.2388 - 0.0019),
+            heads[int(name == "ball_lateral")]
+            if ahead is None
+            else -0.03 + (ahead - 0.0019) * (0.24 - 0.04) / (0.2388 - 0.0019),
             mirror * (-0.02 - (lateral - 0.01145) * 0.100 / 0.0951),
             -0.06,
         ]

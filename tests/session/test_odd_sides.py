@@ -73,3 +73,18 @@ def test_a_heel_marker_20_mm_aside_in_all_trials_is_seen(identifier):
     aside = found["R.Ankle"] - found["R.Ankle.Medial"]
     found["R.Heel"] = found["R.Heel"] + 0.02 * aside / np.linalg.norm(aside)
     assert "Heel across the foot" in {flag.where for flag in odd_sides(found)}
+
+
+@pytest.mark.parametrize(
+    ("identifier", "aside", "said"), [("S05", 0.03, True), ("S05", 0.012, False)]
+)
+def test_a_heel_marker_aside_of_a_foot_with_one_marker_in_front(identifier, aside, said):
+    """As in Plug-in Gait, with a medial malleolus in standing."""
+    found = points(identifier)
+    for side in "RL":
+        front = (found.pop(f"{side}.MT1") + found.pop(f"{side}.MT5")) / 2
+        found.pop(f"{side}.MT2", None)
+        found[f"{side}.Toe"] = front
+    out = found["R.Ankle"] - found["R.Ankle.Medial"]
+    found["R.Heel"] = found["R.Heel"] + aside * out / np.linalg.norm(out)
+    assert ("Heel across the foot" in {flag.where for flag in odd_sides(found)}) == said

@@ -320,9 +320,18 @@ def test_an_angle_about_a_limb_may_drift_more_than_one_that_shows_a_steady_walk(
     part = drifting(found, "hip_rotation_l", 15.0)
     assert "hip_rotation_l" in subject_of(part).gait.angles
     (warning,) = drift_warnings(part.angles, {})
-    assert "drifts by 1" in warning.message
+    assert "hip_rotation_l +1" in warning.message
     with pytest.raises(RecordError, match=r"hip_rotation_l ends 2\d\.\d° .*more than 20°"):
         subject_of(drifting(found, "hip_rotation_l", 22.0))
+
+
+def test_several_curves_that_do_not_close_are_one_warning(found):
+    part = drifting(drifting(found, "knee_angle_l", 7.0), "hip_rotation_l", -9.0)
+    (warning,) = drift_warnings(part.angles, {})
+    assert set(warning.where.split(", ")) == {"knee_angle_l", "hip_rotation_l"}
+    assert warning.value == pytest.approx(9.0, abs=1.5)  # the largest
+    assert "knee_angle_l +" in warning.message
+    assert "hip_rotation_l -" in warning.message
 
 
 def test_a_moment_that_does_not_close_is_told(found):

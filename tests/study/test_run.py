@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -121,6 +122,31 @@ def test_a_changed_input_file_runs_the_stage_and_is_named(folder: Path) -> None:
     assert why_run(doubling(folder), folder) == "number.txt changed"
     assert run_stage(doubling(folder), folder)
     assert (folder / "double.txt").read_text() == "8"
+
+
+def test_a_file_is_read_once_while_nobody_writes_it(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And again after any change, also of equal length in place."""
+    run_stage(doubling(folder), folder)
+    read: list[str] = []
+    hashed = stage_module.file_hash
+    monkeypatch.setattr(
+        stage_module, "file_hash", lambda path: (read.append(path.name), hashed(path))[1]
+    )
+    monkeypatch.setattr(stage_module, "_SETTLED", -1)  # as if long ago
+    assert why_run(doubling(folder), folder) is None
+    first = len(read)
+    assert why_run(doubling(folder), folder) is None
+    assert len(read) == first
+    time.sleep(0.02)
+    (folder / "number.txt").write_text("42")
+    assert why_run(doubling(folder), folder) == "number.txt changed"
+    monkeypatch.setattr(stage_module, "_SETTLED", 1 << 62)  # as if all were just written
+    before = len(read)
+    for _ in range(2):
+        assert why_run(doubling(folder), folder) == "number.txt changed"
+    assert len(read) == before + 2
 
 
 def test_a_changed_setting_runs_the_stage_and_is_named(folder: Path) -> None:
@@ -718,6 +744,7 @@ def test_two_runs_do_not_share_a_folder(opened: Opener, tmp_path: Path) -> None:
 
 HOLDING = """
 import sys
+import time
 from pathlib import Path
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
@@ -773,6 +800,7 @@ def test_processors_are_counted_where_the_system_tells_less(
 
 WITHOUT_POSIX = """
 import sys
+import time
 
 for name in ("fcntl", "resource", "pwd", "grp", "termios"):
     sys.modules[name] = None

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from gaitval.apps.balance.walked import BalanceWalk, Footstep
 from gaitval.constants import GRAVITY
+from gaitval.metrics.balance_walk import BalanceWalk, Footstep
 
 HEIGHT, STEP_TIME, DT = 0.95, 0.54, 0.01
 RATE = np.sqrt(GRAVITY / HEIGHT)

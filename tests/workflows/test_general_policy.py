@@ -8,15 +8,16 @@ from pathlib import Path
 import pytest
 from simulation_fixtures import task_of_subject
 
+from experiments.delayed_policy import SETTINGS as LATE
 from experiments.slow_policy import SETTINGS, TRIED, fell, task_of
 from gaitval.apps.devices.scores import score_rollout
-from gaitval.configuration import Configuration, load_configuration
+from gaitval.configuration import SENSES, Configuration, load_configuration
 from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import PolicyError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy, load_start
-from gaitval.study.stored_policy import SLOW, SLOW_STRIDE, general_policy
+from gaitval.study.stored_policy import DELAYED, SLOW, SLOW_STRIDE, general_policy
 
 ROOT = Path(__file__).parents[2]
 WALKED = ("S05",)
@@ -63,6 +64,24 @@ def test_slow_strides_have_a_policy_that_learned_on_them():
     assert policy.about["general"]
     with pytest.raises(PolicyError, match="general policy"):
         load_policy(folder)
+
+
+def test_a_body_that_is_felt_late_has_a_policy_that_learned_it_and_walks_from_the_start():
+    settings = load_configuration(settings=list(LATE)).environment
+    folder = general_policy(environment=settings)
+    assert folder == general_policy() / DELAYED
+    policy = load_start(folder, settings)
+    task = task_of_subject("S05").with_environment(
+        **{name: getattr(settings, name) for name in SENSES}
+    )
+    environment = WalkingEnvironment(task)
+    score = score_rollout(
+        environment, policy, mu=nominal_parameters(), start_phase=0.0,
+        seconds=11 * task.reference.stride_time,
+    )  # fmt: skip
+    assert not score.fell
+    with pytest.raises(PolicyError, match="observes 204 numbers"):
+        load_start(folder, Configuration().environment)
 
 
 @pytest.mark.slow

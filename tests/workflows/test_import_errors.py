@@ -624,7 +624,7 @@ def test_a_marker_that_standing_needs_is_missing(laboratory: Laboratory, marker:
             laboratory.request(standing=standing),
             "stand.trc",
             f"missing from the standing pose: {marker}",
-            "use a trial with all of",
+            "with all of",
             through=lambda request: scale_body(
                 request, ProcessingSettings(), read_session(request, ProcessingSettings())
             ),

@@ -20,7 +20,7 @@ BASELINE = paper_data.REPORTS / SUBJECT / "baseline"
 
 @pytest.fixture(scope="module")
 def simulated():
-    return paper_data.simulated(BASELINE, cycles=3, phases=1)
+    return paper_data.simulated(BASELINE, cycles=3, phases=1, people=[SUBJECT])
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +39,9 @@ def written(simulated, tmp_path_factory):
 @pytest.mark.slow  # draws every figure
 def test_every_figure_of_the_paper_is_there(written):
     folder, found = written
-    assert len(found) == 8  # the model, and seven with curves; the paper numbers two of them 7
-    assert paper_figures.complete(folder, found) == 7
+    # the model, seven with curves, of which the paper numbers two 7, and one that it lacks
+    assert len(found) == 9
+    assert paper_figures.complete(folder, found) == 8
     names = {each.name for each in found}
     for end in (".svg", ".png", ".csv"):
         assert {path.stem for path in folder.glob(f"*{end}")} == names
@@ -154,6 +155,16 @@ def test_a_push_that_is_never_recovered_from_does_not_agree(runs, simulated):
     velocity = trace.velocity + 0.3 * (trace.cycles >= 0.0)[:, None]
     kept = [replace(trace, velocity=velocity)]
     assert claims.pushes(runs, SUBJECT, kept)[1].verdict == "does not agree"
+
+
+@pytest.mark.slow  # simulates every figure
+def test_feet_that_stay_where_they_were_do_not_agree(simulated):
+    assert claims.placement(simulated.placed)[0].verdict == "agrees"
+    stiff = {
+        name: [each.model_copy(update={"foot": each.foot and 0.0}) for each in placed]
+        for name, placed in simulated.placed.items()
+    }
+    assert claims.placement(stiff)[0].verdict == "does not agree"
 
 
 def test_the_hardest_phase_is_counted(runs):

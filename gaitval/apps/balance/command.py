@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     "gaitval perturb 5                               # all kinds",
     "gaitval perturb runs/S05 --slip 0.1:0.3 --trip 0.5:0.1 --step-down 0.05",
     "gaitval perturb 5 --pushes --largest            # and the largest pushes",
-    "gaitval perturb 5 --delay 100                   # it feels its body late",
+    "gaitval perturb 5 --delay 50:100:150            # it feels its body late",
     after="report",
 )
 def perturb(
@@ -64,9 +64,12 @@ def perturb(
         bool, typer.Option("--largest", help="The largest pushes survived by all of five starts.")
     ] = False,
     delay: Annotated[
-        float,
-        typer.Option("--delay", metavar="MS", min=0.0, max=1000.0, help="What it feels is old."),
-    ] = 0.0,
+        str | None,
+        typer.Option(
+            "--delay", metavar="MS[:MS:MS]", show_default=False,
+            help="What it feels is old: joints and feet, balance organ, vision.",
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -87,6 +90,7 @@ def perturb(
     from gaitval.apps.balance.write import NAME, write_recoveries
     from gaitval.folder_lock import locked
 
+    delays = None if delay is None else _delays(delay)
     asked = _grounds(slip or (), trip or (), step_down or (), side)
     grounds = asked if asked or pushes else usual_grounds(_side(side))
     policy = gaitval.load_policy(walker)
@@ -95,7 +99,7 @@ def perturb(
     with locked(folder):
         with display.live_view() as live:
             live.started("perturb", identifier)
-            who = walker_of(policy, delay=1e-3 * delay)
+            who = walker_of(policy, delays=delays)
             kinds: tuple[str, ...] = ("push", "slip", "trip", "step")
             if asked and not pushes:
                 kinds = kinds[1:]
@@ -119,6 +123,21 @@ def _say(result: "PerturbResult") -> None:
     if result.quantities:
         right, count = result.as_people["walker"]
         display.plain(f"As people: {right} of {count} published quantities")
+
+
+def _delays(text: str) -> tuple[float, float, float]:
+    """s, of the three paths; one number is of all."""
+    try:
+        each = [1e-3 * float(part) for part in text.split(":")]
+        first, second, third = each * 3 if len(each) == 1 else each
+    except ValueError:
+        raise ConfigurationError(
+            f"--delay {text}: give milliseconds, one number for all or three with colons, such as "
+            "50:100:150 (joints and feet, balance organ, vision)."
+        ) from None
+    if not all(0.0 <= one <= 1.0 for one in (first, second, third)):
+        raise ConfigurationError(f"--delay {text}: give milliseconds from 0 to 1000.")
+    return first, second, third
 
 
 def _side(side: str) -> "Side":

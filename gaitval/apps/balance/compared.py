@@ -12,7 +12,11 @@ import numpy as np
 
 from gaitval.apps.balance.disturb import Slip, StepDown, Trip
 from gaitval.apps.balance.experiment import DisturbedWalk
-from gaitval.apps.balance.placement import (
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES
+from gaitval.metrics.balance_walk import OUTWARD, BalanceWalk, Footstep
+from gaitval.metrics.foot_placement import (
+    TIME_FOR_A_STEP,
     LinearMap,
     Placement,
     ankle_answer,
@@ -21,12 +25,7 @@ from gaitval.apps.balance.placement import (
     step_delay,
     steps_to_recover,
 )
-from gaitval.apps.balance.walked import OUTWARD, BalanceWalk, Footstep
-from gaitval.arrays import Array
-from gaitval.coordinates import SIDES
 
-TIME_FOR_A_STEP: Final = 0.3
-"""s, that people need for a step (Hof 2010): of pushes with less time, the step after counts."""
 SHORTLY: Final = 0.2
 """s after a push in which forces are compared."""
 

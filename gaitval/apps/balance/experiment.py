@@ -16,11 +16,11 @@ from gaitval.apps.balance.disturb import (
     StepDown,
     Trip,
 )
-from gaitval.apps.balance.walked import BalanceWalk, Footstep, walked
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import ArtefactError
 from gaitval.lanes import WIDTH
+from gaitval.metrics.balance_walk import BalanceWalk, Footstep, walked
 from gaitval.metrics.push_recovery import Push, without_drift
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters

@@ -1,25 +1,19 @@
 """The figures of `gaitval perturb`: where feet are placed, and when."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
-from gaitval.apps.balance.compared import TIME_FOR_A_STEP, Pushes
-from gaitval.apps.balance.placement import RECOVERED, Placement
+from gaitval.apps.balance.compared import Pushes
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import SIDES
+from gaitval.metrics.foot_placement import TIME_FOR_A_STEP, Placement
+from gaitval.reporting.balance_figure import GUESS_COLOUR, MARKS, handles, law
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figure_data import table
-from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR, WALK_WIDTH
-
-CENTIMETRES: Final = 100.0
-_MARKS: Final[Mapping[Side, str]] = {"right": "o", "left": "^"}
-_GUESS: Final = "#7a7a7a"
+from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, WALK_WIDTH
 
 
 @dataclass(frozen=True)
@@ -101,54 +95,21 @@ class DrawnSteps:
 
 
 def _law(axes: Axes, steps: Sequence[Placement], axis: int, title: str) -> None:
-    """Change of the foot's place over that of the extrapolated centre of mass; people's line, on
-    which its distance stays, with the band that the ankle can correct.
-    """
-    x = [CENTIMETRES * each.extrapolated[axis] for each in steps]
-    y = [CENTIMETRES * each.foot[axis] for each in steps]
-    guess = [CENTIMETRES * each.guess[axis] for each in steps]
-    reach = 1.1 * max([1.0, *map(abs, x), *map(abs, y)])
-    ends, half = np.array([-reach, reach]), CENTIMETRES * RECOVERED
-    axes.fill_between(ends, ends - half, ends + half, color=BAND_COLOUR, linewidth=0)
-    axes.plot(ends, ends, color=RECORD_COLOUR, linewidth=WALK_WIDTH)
-    axes.axhline(0.0, color=_GUESS, linewidth=0.7, linestyle=":")
-    axes.plot(x, guess, linestyle="none", marker="x", markersize=3.0, color=_GUESS)
-    for side, mark in _MARKS.items():
-        own = [i for i, each in enumerate(steps) if SIDES[each.column] == side]
-        axes.plot(
-            [x[i] for i in own], [y[i] for i in own], linestyle="none", marker=mark,
-            markersize=3.5, markerfacecolor="none", color=COLOURS[side],
-        )  # fmt: skip
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(-reach, reach)
+    """Change of the foot's place over that of the extrapolated centre of mass, forward or aside."""
+    rows = [(each.extrapolated[axis], each.foot[axis], each.guess[axis]) for each in steps]
+    x, y, guess = np.array(rows).reshape(-1, 3).T
+    law(axes, x, y, guess, [SIDES[each.column] for each in steps])
     axes.set_title(title)
     axes.set_xlabel("extrapolated centre of mass, cm")
     axes.set_ylabel("next foot, cm")
     if axis == 1:
-        axes.legend(handles=_handles(), loc="upper left", fontsize=6.5)
-
-
-def _handles() -> list[Line2D | Patch]:
-    marks = [
-        Line2D(
-            [], [], linestyle="none", marker=mark, markersize=3.5, markerfacecolor="none",
-            color=COLOURS[side], label=f"{side} foot",
-        )
-        for side, mark in _MARKS.items()
-    ]  # fmt: skip
-    return [
-        Line2D([], [], color=RECORD_COLOUR, linewidth=WALK_WIDTH, label="people (Hof 2010)"),
-        Patch(facecolor=BAND_COLOUR, label="what the ankle corrects"),
-        *marks,
-        Line2D([], [], linestyle="none", marker="x", markersize=3, color=_GUESS, label="pendulum"),
-        Line2D([], [], linestyle=":", color=_GUESS, linewidth=0.7, label="no reaction"),
-    ]
+        axes.legend(handles=handles(), loc="upper left", fontsize=6.5)
 
 
 def _shares(axes: Axes, steps: Sequence[Placement]) -> None:
     """How much of what was needed the first step did, over the time that it had."""
     known = [each for each in steps if abs(each.extrapolated[1]) > 0.01]
-    for side, mark in _MARKS.items():
+    for side, mark in MARKS.items():
         own = [each for each in known if SIDES[each.column] == side]
         axes.plot(
             [1e3 * each.lead for each in own],
@@ -162,6 +123,6 @@ def _shares(axes: Axes, steps: Sequence[Placement]) -> None:
         transform=axes.get_xaxis_transform(),
     )  # fmt: skip
     axes.axhline(1.0, color=RECORD_COLOUR, linewidth=0.5)
-    axes.axhline(0.0, color=_GUESS, linewidth=0.7, linestyle=":")
+    axes.axhline(0.0, color=GUESS_COLOUR, linewidth=0.7, linestyle=":")
     axes.set_title("First step: share of the shift that keeps its distance")
     axes.set_xlabel("ms from push to heel strike")

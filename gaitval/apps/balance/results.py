@@ -81,6 +81,9 @@ class LargestPushes(Result):
     tried: Count
     torn: Count
     """Of the tried pushes, those on which the starts disagree."""
+    flipped: Count
+    again: Count
+    """Walks with the largest pushes from starts that they were not found with: falls, and all."""
 
 
 class ComparedQuantity(Result):
@@ -115,8 +118,8 @@ class PerturbResult(Result):
     mass_kg: StrictPositive
     pendulum_m: StrictPositive
     """Height of the centre of mass: the length of the pendulum."""
-    delay_s: Size
-    """By which the policy saw its body late."""
+    delays_s: Annotated[list[Size], Field(min_length=3, max_length=3)]
+    """By which the policy felt its body late: joints and feet, balance organ, vision."""
     steady_fell: Flag
     """Whether it fell without any disturbance; then there is nothing else."""
     pushes: list[PushedStep]

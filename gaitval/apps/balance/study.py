@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from gaitval.apps.balance.compared import (
-    TIME_FOR_A_STEP,
     Guessed,
     Published,
     Pushes,
@@ -26,12 +25,18 @@ from gaitval.apps.balance.experiment import (
     random_pushes,
     sideways_pushes,
 )
-from gaitval.apps.balance.placement import LinearMap, answered, linear_map, steps_to_recover
 from gaitval.apps.balance.results import PERTURB_VERSION, ComparedQuantity, PerturbResult
-from gaitval.apps.balance.walked import BalanceWalk
 from gaitval.artefacts import versions
 from gaitval.coordinates import SIDES
 from gaitval.display import Displayed
+from gaitval.metrics.balance_walk import BalanceWalk
+from gaitval.metrics.foot_placement import (
+    TIME_FOR_A_STEP,
+    LinearMap,
+    answered,
+    linear_map,
+    steps_to_recover,
+)
 from gaitval.metrics.momentum import momentum_residual
 from gaitval.metrics.push_ensembles import NOISE, STARTS, RobustPushes, robust_pushes
 from gaitval.metrics.push_recovery import Push
@@ -198,7 +203,7 @@ def _result(
         "walker": name,
         "mass_kg": walker.model.mass,
         "pendulum_m": plain.pendulum,
-        "delay_s": walker.task.configuration.environment.observation_delay,
+        "delays_s": list(walker.task.configuration.environment.observation_delays),
         "steady_fell": plain.fell,
         "pushes": [
             _pushed_step(push, walk, plain, seconds)
@@ -275,6 +280,8 @@ def _robust(found: RobustPushes) -> dict[str, Any]:
         "largest": found.largest,
         "tried": len(found.tried),
         "torn": sum(each.torn for each in found.tried),
+        "flipped": found.flipped[0],
+        "again": found.flipped[1],
     }
 
 

@@ -20,7 +20,7 @@ from gaitval.session.request import FILES
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer
-from gaitval.study.stored_policy import SLOW, general_policy
+from gaitval.study.stored_policy import DELAYED, SLOW, general_policy
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
@@ -113,7 +113,7 @@ def _policies(study: Study) -> list[str]:
     if study.policy is not None:
         return [_hash_of(Path(study.policy) / name) for name in POLICY_FILES]
     general = general_policy() if study.start != "scratch" else None
-    folders = (general, general / SLOW) if general else ()
+    folders = (general, general / SLOW, general / DELAYED) if general else ()
     return [file_hash(each / name) for each in folders for name in POLICY_FILES]
 
 

@@ -19,7 +19,7 @@ from gaitval.apps.devices.of_subject import afterwards
 from gaitval.artefacts import read_json, value_hash, write_json, write_text
 from gaitval.configuration import ReportSettings
 from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.importing.batch_person import person_of
 from gaitval.importing.files import FOLDER, RECORD
 from gaitval.importing.importing import import_files
@@ -94,6 +94,7 @@ def ready() -> None:
     this one.
     """
     compile_ahead()
+    builtin_subjects()
     load_report(ReportSettings().language)
     with suppress(Exception):  # what goes wrong here will go wrong in the study, and is said there
         walk()

@@ -22,9 +22,9 @@ from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.device import Device
 from gaitval.policy.environment import action_size
 from gaitval.policy.learner import Learner
-from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer
+from gaitval.policy.senses import observation_size
 from gaitval.policy.storage import Policy
 from gaitval.policy.training import policy_of
 
@@ -99,7 +99,7 @@ def _environments(task: DeviceTask, seed: int, pace: float | None) -> list[Devic
 def _empty(configuration: Configuration) -> RolloutBuffer:
     training, constants = configuration.training, configuration.environment
     steps, count = training.rollout_steps, training.environments
-    size = OBSERVATION_SIZES[constants.observation]
+    size = observation_size(constants)
     rows = (steps, count)
     return RolloutBuffer(
         np.zeros((steps + 1, count, size), np.float32),

@@ -510,14 +510,14 @@ class DeviceEnvironment(WalkingEnvironment):
         """That which the walker is held to, or chose in its last action."""
         return super()._pace() if self.pace is None else self.pace
 
-    def _seen(self) -> NDArray[np.float32]:
+    def told(self) -> NDArray[np.float32]:
         """The observation, which says which leg is which if a device is on one side only.
 
         The policy acts on the mirror image in the left leg's half of the cycle, so it could not
         know the side of a prosthesis. It sees that in place of the damping of the joints, which is
         observed as -1 to 1 and matters little.
         """
-        observation = super()._seen()
+        observation = super().told()
         if self._one_sided and self._mirrors:
             observation[DAMPING_OBSERVED] = -1.0 if self._is_mirrored() else 1.0
         return observation

@@ -86,8 +86,9 @@ class WalkerEnvironment(WalkingEnvironment):
         self._defaults = _defaults(found, pushes=pushes, vary_body=vary_body)
         self._bounds = self.observation_space = _bounded(self, found)
 
-    def _seen(self) -> _Seen:
-        return np.clip(super()._seen(), self._bounds.low, self._bounds.high)
+    def told(self) -> _Seen:
+        """What the policy gets, within the space that is said."""
+        return np.clip(super().told(), self._bounds.low, self._bounds.high)
 
     def reset(
         self, *, seed: int | None = None, options: _Info | None = None
@@ -142,7 +143,8 @@ class WalkerVector(VectorEnv[_Seen, _Seen, NDArray[Any]]):
             e % WIDTH, seed=seed, options=self._defaults | (options or {})
         )
 
-    def _seen(self) -> _Seen:
+    def told(self) -> _Seen:
+        """What the policies of all get, within the space that is said."""
         return np.clip(self._observed, self._bounds.low, self._bounds.high)
 
     def reset(
@@ -156,7 +158,7 @@ class WalkerVector(VectorEnv[_Seen, _Seen, NDArray[Any]]):
             seed = [None if seed is None else seed + e for e in range(self.num_envs)]
         for e, each in zip(range(self.num_envs), seed, strict=True):
             self._start(e, each, options)
-        return self._seen(), {}
+        return self.told(), {}
 
     def step(
         self, actions: _Seen
@@ -174,14 +176,14 @@ class WalkerVector(VectorEnv[_Seen, _Seen, NDArray[Any]]):
         ended = fell | over
         info = {"errors": errors, "reward_terms": terms, "cycles": cycles}
         found: _Info = {f"_{name}": ~ended for name in info}
-        last = self._seen()
+        last = self.told()
         for e in np.flatnonzero(ended):
             about = {name: values[e].copy() for name, values in info.items()}
             found = self._add_info(found, {"final_obs": last[e], "final_info": about}, int(e))
             self._start(int(e))
             for values in info.values():
                 values[e] = 0.0
-        return self._seen(), rewards, fell, over, found | info
+        return self.told(), rewards, fell, over, found | info
 
 
 if NAME not in gymnasium.registry:

@@ -13,6 +13,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import replacing, write_json, write_text
 from gaitval.contact import cubic, hunt_crossley
 from gaitval.coordinates import ACTUATED, RANGES
+from gaitval.errors import PolicyError
 from gaitval.metrics.walk_muscles import lost_joints
 from gaitval.model.body import PARENTS, BodyModel
 from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS
@@ -43,7 +44,15 @@ _LIMB = {"thigh": 0.065, "shank": 0.045, "foot": 0.03, "upper_arm": 0.04}
 
 
 def write_mujoco(folder: Path, walked: ExportedWalk) -> list[Path]:
-    """Write `FILES` into `folder`; returns their paths. Raises ArtefactError."""
+    """Write `FILES` into `folder`; returns their paths. Raises ArtefactError, and PolicyError for a
+    policy that feels its body late.
+    """
+    if not walked.environment.senses.immediate:
+        raise PolicyError(
+            f"{walked.stored.folder}: this policy feels its body late, with noise, or is told its "
+            "past actions (environment.observation_delays, observation_noise, action_memory), "
+            "which walk.py of the MuJoCo folder does not do. Export another run."
+        )
     write_text(folder / "person.xml", person_xml(walked))
     write_text(folder / "person_with_muscles.xml", muscle_xml(walked))
     write_json(folder / "walker.json", _numbers(walked))

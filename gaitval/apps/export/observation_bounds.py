@@ -14,6 +14,7 @@ from gaitval.policy.observation import (
     PARAMETERS_OBSERVED,
     VELOCITY_SCALE,
 )
+from gaitval.policy.senses import observation_size
 
 TURN: Final = np.pi
 """rad: half a turn, which no joint reaches from its zero; a rotation vector has no longer one."""
@@ -74,4 +75,7 @@ def observation_bounds(
         np.min(drawn, axis=0),
         np.max(drawn, axis=0),
     )
+    # what was done is as large as what is done
+    memory = np.full(observation_size(constants) - len(high), constants.action_limit)
+    low, high = np.append(low, -memory), np.append(high, memory)
     return low.astype(np.float32), high.astype(np.float32)

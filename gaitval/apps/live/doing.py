@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
+from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.model.parameters import PARAMETERS
 
@@ -21,6 +22,20 @@ class PushPelvis:
 
     forward: float
     left: float
+
+
+@dataclass(frozen=True)
+class SlipFoot:
+    """The ground is slippery where a foot lands next."""
+
+    side: Side
+
+
+@dataclass(frozen=True)
+class TripFoot:
+    """Something stops a foot in the middle of its next swing."""
+
+    side: Side
 
 
 @dataclass(frozen=True)
@@ -59,9 +74,11 @@ class Clock:
     rate: float
 
 
-Doing = PushPelvis | SetSpeed | ChangeBody | Restart | Wear | Clock
+Doing = PushPelvis | SlipFoot | TripFoot | SetSpeed | ChangeBody | Restart | Wear | Clock
 KINDS: Final[dict[str, type[Doing]]] = {
     "push": PushPelvis,
+    "slip": SlipFoot,
+    "trip": TripFoot,
     "speed": SetSpeed,
     "body": ChangeBody,
     "restart": Restart,
@@ -89,6 +106,9 @@ def doing_of(values: Any, where: str) -> Doing:
                 raise RecordError(
                     f"{where}: {value!r} is no body parameter ({', '.join(PARAMETERS)})."
                 )
+        elif name == "side":
+            if value not in SIDES:
+                raise RecordError(f"{where}: side is {value!r}; give {' or '.join(SIDES)}.")
         elif name == "on":
             if not isinstance(value, bool):
                 raise RecordError(f"{where}: on is {value!r}; give true or false.")

@@ -324,16 +324,17 @@
     const [forward, left] = now.push;
     if (now.pushes !== before.pushes && Math.hypot(forward, left) > 0) {
       const size = Math.hypot(forward, left).toFixed(0);
-      push = { cycles: now.cycles, time: now.time, text: `${size} N ${nameOf(forward, left)}`, said: false };
-      say(`Push: ${push.text}, at ${(100 * now.phase).toFixed(0)} % of the right gait cycle.`);
+      const name = `${size} N ${nameOf(forward, left)}`;
+      push = { cycles: now.cycles, time: now.time, text: `a push of ${name}`, said: false };
+      say(`Push: ${name}, at ${(100 * now.phase).toFixed(0)} % of the right gait cycle.`);
     }
     if (now.down && !before.down) {
-      const cause = push && now.cycles - push.cycles < 5 ? ` ${(now.time - push.time).toFixed(1)} s after a push of ${push.text}` : "";
+      const cause = push && now.cycles - push.cycles < 5 ? ` ${(now.time - push.time).toFixed(1)} s after ${push.text}` : "";
       say(`It fell${cause}, and stands up again.`, true);
       push = null;
     } else if (push && !push.said && now.cycles - push.cycles >= 5) {
       push.said = true;
-      say(`Survived: five cycles after a push of ${push.text}.`);
+      say(`Survived: five cycles after ${push.text}.`);
     }
     if (now.over && !before.over) {
       const equal = now.over === 1;
@@ -509,6 +510,17 @@
   const pushBy = (forward, left) => now && give(forward * Number(size.value), left * Number(size.value));
   for (const button of document.querySelectorAll("[data-push]")) {
     button.addEventListener("click", () => pushBy(...button.dataset.push.split(" ").map(Number)));
+  }
+
+  /* A slip or a trip is told of when it is asked for; its foot is at the place within a stride. */
+  for (const button of document.querySelectorAll("[data-ground]")) {
+    button.addEventListener("click", () => {
+      if (!now || now.down) return;
+      const [kind, side] = button.dataset.ground.split(" ");
+      push = { cycles: now.cycles, time: now.time, text: `a ${kind} of the ${side} foot was asked for`, said: false };
+      say(kind === "slip" ? `The ${side} foot slips where it lands next.` : `The ${side} foot is stopped in its next swing.`);
+      act({ do: kind, side });
+    });
   }
 
   const LABELS = {

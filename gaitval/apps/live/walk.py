@@ -10,11 +10,22 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from gaitval.apps.balance.disturb import DisturbedEnvironment, Slip, Trip
 from gaitval.apps.devices.of_subject import live_walker
 from gaitval.apps.live.blending import Blend
-from gaitval.apps.live.doing import ChangeBody, Doing, PushPelvis, Restart, SetSpeed, Wear
+from gaitval.apps.live.doing import (
+    ChangeBody,
+    Doing,
+    PushPelvis,
+    Restart,
+    SetSpeed,
+    SlipFoot,
+    TripFoot,
+    Wear,
+)
 from gaitval.apps.live.person import LivePerson
 from gaitval.arrays import Array
+from gaitval.coordinates import SIDES
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
 from gaitval.model.tree import COORDINATE_COUNT
@@ -36,6 +47,10 @@ LONGEST_DRIFT: Final = 0.4
 on. The policy learned where it never was more than 0.8 m away."""
 LOADED: Final = 20.0
 """N, above which a foot is on the ground; of less, the centre of pressure is noise."""
+SLIPPERY, SLIDES = 0.1, 0.3
+"""Share of the friction that is left under a foot that slips, and the m that it slides."""
+SWUNG: Final = 0.2
+"""Gait cycles since a foot left the ground when it is stopped: about the middle of its swing."""
 LIES: Final = 1.5
 """s for which a fall is shown, before the person stands again."""
 
@@ -73,7 +88,7 @@ class Seen(NamedTuple):
     wanted: Array
 
 
-class LiveEnvironment(WalkingEnvironment):
+class LiveEnvironment(DisturbedEnvironment):
     """An environment whose reference and body change while it walks, and that is pushed by hand.
     The tables of the reference of its `task` are overwritten.
     """
@@ -81,6 +96,9 @@ class LiveEnvironment(WalkingEnvironment):
     def __init__(self, task: WalkingTask) -> None:
         super().__init__(task)
         self._pushes: list[list[float]] = []  # seconds left, N forward, N left
+        self._asked: SlipFoot | TripFoot | None = None
+        self._swung = np.zeros(2)  # s since each foot left the ground
+        self.level()
         self.stride_time = task.reference.stride_time
 
     def push(self) -> None:
@@ -93,14 +111,43 @@ class LiveEnvironment(WalkingEnvironment):
             self.episode.root_force[4] += share * each[2]
             each[0] -= share * whole
         self._pushes = [each for each in self._pushes if each[0] > 1e-12]
+        self._disturb(whole)
+        self.act_on_ground()
+
+    def _disturb(self, seconds: float) -> None:
+        """Begin what was asked for, if the foot has swung for long enough; an action takes so many
+        `seconds`.
+        """
+        loaded = self.walker.mean_ground_reaction[:, 2] > LOADED
+        self._swung = np.where(loaded, 0.0, self._swung + seconds)
+        if self.planned is not None and np.isfinite(self.ended):
+            self.planned = None
+        if self._asked is None or self.planned is not None:
+            return
+        side, slips = self._asked.side, isinstance(self._asked, SlipFoot)
+        least = 0.0 if slips else SWUNG * self.stride_time
+        # A foot that was asked for late in its swing is stopped in the next one.
+        if least < self._swung[SIDES.index(side)] <= least + (np.inf if slips else 0.1):
+            self.begin(Slip(side, SLIPPERY, SLIDES) if slips else Trip(side))
+            self._asked = None
+
+    def disturbed(self, doing: SlipFoot | TripFoot) -> None:
+        """A foot will slip when it lands next, or be stopped in its next swing."""
+        self._asked = doing
+
+    @property
+    def undermined(self) -> bool:
+        """Whether a foot slips or is stopped, or will."""
+        return self._asked is not None or self.planned is not None
 
     def pushed(self, forward: float, left: float) -> None:
         """Begin a push with the next action, N."""
         self._pushes.append([PUSH_SECONDS, forward, left])
 
     def stand(self) -> None:
-        """No push acts any longer."""
-        self._pushes = []
+        """No push acts any longer, and the ground is level."""
+        self._pushes, self._asked, self._swung = [], None, np.zeros(2)
+        self.level()
 
     def with_speed(self, blend: Blend, speed: float) -> float:
         """Follow the reference at another speed, m/s. The walker keeps its place relative to it, so
@@ -115,8 +162,15 @@ class LiveEnvironment(WalkingEnvironment):
         )
         self._step_phase()
         moved = float(self._place()[0] - before[0])
-        walker.state[0, 3] += moved
+        self.moved(np.array([moved, 0.0]))
         return moved
+
+    def moved(self, way: Array) -> None:
+        """Move the walker by a `way` (2,) m, forward and left, and what stops it with it."""
+        self.walker.state[0, 3:5] += way
+        self._last = None  # that it was moved is no slide
+        if self.ground.wall_side >= 0:
+            self._stand_on(self.ground._replace(wall=self.ground.wall + float(way[0])))
 
     def _place(self) -> Array:
         """(2,) m, of the reference's pelvis now, forward and left."""
@@ -135,7 +189,9 @@ class LiveEnvironment(WalkingEnvironment):
 
     def with_body(self, mu: Array) -> None:
         """Give the walker, where it is, the parameters mu (14,)."""
+        ground = self.ground
         self.walker.set_parameters(mu)
+        self.walk_on(ground)
         self._step_phase()
         seen = mu - self._shift
         self.episode.parameters[:] = (
@@ -153,11 +209,13 @@ class LiveDeviceEnvironment(LiveEnvironment):
         fitted, walker = live_walker(task, devices)
         super().__init__(fitted)
         self.walker = walker
+        self.level()
 
     def with_speed(self, blend: Blend, speed: float) -> float:
         """`LiveEnvironment.with_speed`; a joint without muscles does not follow the reference."""
-        moved = super().with_speed(blend, speed)
+        moved, ground = super().with_speed(blend, speed), self.ground
         self.walker.set_parameters(self.walker.mu)
+        self.walk_on(ground)
         self._step_phase()
         return moved
 
@@ -263,6 +321,9 @@ class LiveWalk:
             case PushPelvis(forward, left):
                 if not self.down:
                     self._environment.pushed(forward, left)
+            case SlipFoot() | TripFoot():
+                if not self.down:
+                    self._environment.disturbed(doing)
             case SetSpeed(value):
                 self._wanted = self._within(value)
             case ChangeBody(name, value):
@@ -327,7 +388,7 @@ class LiveWalk:
         away = self._environment.away()
         over = away - np.clip(away, -LONGEST_DRIFT, LONGEST_DRIFT)
         if over.any():
-            self._environment.walker.state[0, 3:5] -= over
+            self._environment.moved(-over)
             self._shift -= over
 
     def see(self) -> Seen:

@@ -36,7 +36,7 @@ def muscles(
             help="What is kept small: contact, contact by volume, squares, cubes, volume, spared "
             "knee.",
         ),
-    ] = "contact",
+    ] = "contact by volume",
     bands: Annotated[
         bool, typer.Option("--bands", help="Bands of 90 % by 200 draws, and what makes them.")
     ] = False,

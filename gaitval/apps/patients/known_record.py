@@ -5,7 +5,7 @@ over this person's own stance: a sound leg that stands for 67 % of its cycle is 
 Nothing of it is symmetric that the person is not. An ankle's moment is in the time of its own foot:
 when its heel rises and the other foot lands (`rolled_ankle`), or, of a foot without a calf, when it
 is bent furthest (`bent_ankle`). Beside a foot without a calf, the other ankle's is larger than
-healthy people's (`sound_side`).
+healthy people's (`sound_side`), and goes with its angle as theirs do (`prediction.ankles`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,13 +14,16 @@ from dataclasses import replace
 import numpy as np
 
 from gaitval.apps.patients.rolling_foot import POINTS, leg_frames
-from gaitval.apps.patients.sound_side import expected_of
+from gaitval.apps.patients.sound_side import expected_of, rest_of
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.gait.mean_curves import FORCE_TOLERANCE
 from gaitval.gait.record import GaitRecord, PeriodicCurve, fit_periodic, periodic_through
 from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.prediction.ankles import ankle_moment
+from gaitval.prediction.deviations import KINETICS, units
+from gaitval.prediction.estimate import ANKLE_SHARE
 from gaitval.prediction.normal_form import record_from, symmetric
 from gaitval.prediction.population import expected, other_people, with_others_kinetics
 from gaitval.prediction.speed_line import dimensionless_speed
@@ -55,11 +58,13 @@ def known_record(
     for side in SIDES:
         if side == amputation:
             ankle = bent_ankle(record, usual, side)
-        else:
+        elif amputation is None:
             ankle = rolled_ankle(record, usual, side, model)
-            if amputation is not None:
-                larger = expected_of(subject.identifier).larger * ankle(phase)
-                ankle = periodic_through(larger, HARMONICS)
+        else:
+            larger = expected_of(subject.identifier).larger
+            moment = sound_ankle(subject, record, usual, side, model, larger)
+            rest = np.interp(phase, np.linspace(0.0, 1.0, 101), rest_of(subject.identifier))
+            ankle = periodic_through(moment(phase) + rest, HARMONICS)
         moments[f"ankle_angle_{side[0]}"] = ankle
     return replace(record, moments=moments)
 
@@ -114,6 +119,26 @@ def rolled_ankle(
         rises = min(heel_rise(each, side, model), lands - SHORTEST)
         found.append([rises, min(lands, stance - SHORTEST), stance])
     return _stretched(usual.moments[f"ankle_angle_{side[0]}"], *found)
+
+
+def sound_ankle(
+    subject: Subject,
+    record: GaitRecord,
+    usual: GaitRecord,
+    side: Side,
+    model: BodyModel,
+    larger: float,
+) -> PeriodicCurve:
+    """The moment of the ankle on the sound `side` of an amputee: `rolled_ankle`, `larger` by a
+    factor, and half of what the ankle's angle says of it in other people (`prediction.ankles`).
+    """
+    phase, cycle = np.arange(SAMPLES) / SAMPLES, np.arange(101) / 100.0
+    angle = record.angles[f"ankle_angle_{side[0]}"](cycle[:-1])
+    change = ankle_moment(angle[None], dimensionless_speed(subject), {subject.person}).change[0]
+    unit = float(units(subject.leg_length_m)[KINETICS.index(("moments", "ankle_angle")), 0])
+    moment = larger * rolled_ankle(record, usual, side, model)(phase)
+    moment += ANKLE_SHARE * unit * np.interp(phase, cycle, np.append(change, change[0]))
+    return periodic_through(moment, HARMONICS)
 
 
 def heel_rise(record: GaitRecord, side: Side, model: BodyModel) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from walking_pendulum import BACK, DT, OUT, RATE, SIGN, STEP_TIME, pendulum
 
-from gaitval.apps.balance.placement import (
+from gaitval.metrics.foot_placement import (
     ankle_answer,
     answered,
     linear_map,

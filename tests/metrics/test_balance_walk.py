@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitval.apps.balance.walked import _lean, angular_momentum, steps_of
+from gaitval.metrics.balance_walk import _lean, angular_momentum, steps_of
 from gaitval.model.tree import segment_frames, tree_arrays
 
 STEP, RATE = 0.001, 0.7

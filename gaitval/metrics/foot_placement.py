@@ -15,12 +15,14 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from gaitval.apps.balance.walked import OUTWARD, BalanceWalk, Footstep
 from gaitval.arrays import Array
+from gaitval.metrics.balance_walk import OUTWARD, BalanceWalk, Footstep
 
 RECOVERED: Final = 0.02
 """m; a foot that is this close to its usual place from the extrapolated centre of mass needs no
 further step: so far the ankle moves the centre of pressure (Hof 2010)."""
+TIME_FOR_A_STEP: Final = 0.3
+"""s, that people need for a step (Hof 2010): of pushes with less time, the step after counts."""
 LEAST: Final = 20
 """Steps of which a linear map is made."""
 ANSWERED: Final = 0.5

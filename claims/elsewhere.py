@@ -1,0 +1,295 @@
+"""One laboratory left out: people with markers alone, against the force plates they walked over.
+
+Each recording is imported without its plates, and estimated from the ten of WBDS with what all
+*other* laboratories of the list differ by from these (`estimate.OFFSETS`) and with bands as wide as
+those need. A laboratory counts once, however many people it has. Two others of the list are kept
+for a last test and are not here.
+"""
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+import claims
+from claims import Claim
+from claims.accuracy import MOMENTS
+from claims.prediction import SKILLS
+from claims.skill_interval import skill_interval
+from gaitval.arrays import Array
+from gaitval.configuration import RecordSettings, load_configuration
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.errors import GaitvalError
+from gaitval.gait.events import force_events, marker_events
+from gaitval.gait.foot_forces import assign_forces
+from gaitval.gait.plate_offset import zero_plates
+from gaitval.prediction.deviations import KINETICS, kinetics_of, units
+from gaitval.prediction.estimate import OFFSETS, WIDER_ELSEWHERE
+from gaitval.prediction.known import known_record
+from gaitval.prediction.normal_form import normal_form
+from gaitval.prediction.population import on_the_line, other_people
+from gaitval.prediction.speed_line import dimensionless_speed
+from gaitval.scaling.scaling import scale_subject
+from gaitval.study.estimate_stage import of_known
+
+ARNOLD: Final = "stanfordnmbl+balance-exo-sim/results/experiments"
+GAIT2354: Final = "opensim-org+opensim-models/Pipelines/Gait2354_Simbody/subject01"
+RAJAGOPAL: Final = "data:opensim_rajagopal/ExpData"
+PLUG_IN: Final = "Biomechanical-ToolKit+BTKData/Input/C3DSamples/PiG/PiG_"
+MONTREAL: Final = "mcgillmotionlab+biomechzoo/data/sample_study/raw c3d files"
+GRAVITY: Final = 9.80665
+VERTICAL: Final = KINETICS.index(("forces", "vertical"))
+EDGE_S: Final = 0.2
+"""Farther than this from every landing by markers, a landing on a plate is none of theirs."""
+
+
+class PersonElsewhere(NamedTuple):
+    """Somebody of another laboratory.
+
+    Attributes
+    ----------
+    laboratory : whose.
+    truth, found, line : (2, 7, n) Nm/kg and body weights: by their plates, estimated without
+        `OFFSETS`, and of the line through the ten at their speed.
+    vertical : (2, n) N/kg expected of anybody.
+    width : (7, n) half of the band, as wide as at home.
+    """
+
+    laboratory: str
+    truth: Array
+    found: Array
+    line: Array
+    vertical: Array
+    width: Array
+
+
+def recordings(public: Path) -> list[dict[str, Any]]:
+    """What is imported; of a folder of `public` that is not there, nothing."""
+    found: list[dict[str, Any]] = []
+    for number, mass, height in (("01", 72.84, 1.75), ("04", 80.3, 1.85)):
+        of = f"{ARNOLD}/subject{number}"
+        found.append(
+            {
+                "laboratory": "Stanford (Arnold 2013)",
+                "static": f"{of}/static/expdata/marker_trajectories.trc",
+                "trials": [f"{of}/walk2/expdata/marker_trajectories.trc"],
+                "forces": [f"{of}/walk2/expdata/ground_reaction_unfiltered.mot"],
+                "mass": mass, "height": height, "sex": "M",
+            }
+        )  # fmt: skip
+    found += [
+        {
+            "laboratory": "OpenSim (Gait2354)",
+            "static": f"{GAIT2354}_static.trc",
+            "trials": [f"{GAIT2354}_walk1.trc"],
+            "forces": [f"{GAIT2354}_walk1_grf.mot"],
+            "mass": 72.6, "height": 1.8, "sex": "M",
+        },
+        {
+            "laboratory": "Stanford (Rajagopal 2016)",
+            "static": f"{RAJAGOPAL}/static_walk_1.trc",
+            "trials": [f"{RAJAGOPAL}/motion_capture_walk.trc"],
+            "forces": [f"{RAJAGOPAL}/grf_walk.mot"],
+            "mass": 85.07, "height": 1.829, "sex": "M",
+        },
+        {
+            "laboratory": "Plug-in Gait samples",
+            "static": f"{PLUG_IN}Calibration3_noFF.c3d",
+            "trials": [f"{PLUG_IN}Motion3_noFF.c3d"],
+            "sex": "F",
+        },
+    ]  # fmt: skip
+    found += [
+        {
+            "laboratory": "McGill and Shriners, Montreal",
+            "static": str(next((person / "Static").glob("*.c3d")).relative_to(public)),
+            "trials": [str(next((person / "Straight").glob("*.c3d")).relative_to(public))],
+            "sex": "F",
+        }
+        for person in sorted((public / MONTREAL).glob("HC*"))
+    ]
+    return [{"name": each["trials"][0].rpartition("/")[2], **each} for each in found]
+
+
+def _person(recording: dict[str, Any], public: Path) -> PersonElsewhere:
+    from claims.prediction import _subject_of
+
+    people, contact = builtin_subjects(), load_configuration().contact
+    full = _subject_of(recording, public)
+    known: Subject = _subject_of(recording | {"kinematics_only": True, "forces": None}, public)
+    usual = known_record(known, RecordSettings(), people)
+    found = of_known(usual, known, scale_subject(known).model, contact)
+    one = units(known.leg_length_m)
+    vertical = GRAVITY * found.expected[:, VERTICAL]
+    kinetics = one * found.kinetics
+    for name, arm in OFFSETS.items():
+        kinetics[:, KINETICS.index(("moments", name))] -= arm * vertical
+    line = on_the_line(other_people(known, people), dimensionless_speed(known))
+    return PersonElsewhere(
+        recording["laboratory"],
+        one * kinetics_of(normal_form(full.record(), full.leg_length_m)),
+        kinetics,
+        one * kinetics_of(line),
+        vertical,
+        one * found.half_width / WIDER_ELSEWHERE,
+    )
+
+
+def _by_laboratory(people: Sequence[PersonElsewhere], values: Array) -> Array:
+    """Mean of `values` (people, ...), every laboratory as heavy as another."""
+    names = np.array([each.laboratory for each in people])
+    return np.mean([values[names == name].mean(axis=0) for name in dict.fromkeys(names)], axis=0)
+
+
+def arms(people: Sequence[PersonElsewhere]) -> dict[str, Array]:
+    """(people,) m, arm of the vertical force by which each moment of `OFFSETS` is off."""
+    return {
+        name: np.array(
+            [
+                np.sum((each.truth - each.found)[:, i] * each.vertical) / np.sum(each.vertical**2)
+                for each in people
+            ]
+        )
+        for name in OFFSETS
+        for i in (KINETICS.index(("moments", name)),)
+    }
+
+
+def wider(off: Array, laboratories: Array) -> Array:
+    """(7,) factors within which 90 of 100 points of `off` (people, 2, 7, n) are, every laboratory
+    as heavy as another.
+    """
+    found = []
+    for i in range(off.shape[2]):
+        points = [off[laboratories == name][:, :, i].ravel() for name in np.unique(laboratories)]
+        weight = np.concatenate([np.full(len(each), 1.0 / len(each)) for each in points])
+        values = np.concatenate(points)
+        order = np.argsort(values)
+        share = np.cumsum(weight[order]) / weight.sum()
+        found.append(values[order][np.searchsorted(share, 0.9)])
+    return np.array(found)
+
+
+def left_out(people: Sequence[PersonElsewhere]) -> tuple[Array, Array]:
+    """(people, 2, 7, n) kinetics by what all other laboratories differ by, and half bands
+    (people, 7, n) as wide as these need.
+    """
+    names = np.array([each.laboratory for each in people])
+    moved = np.array([each.found for each in people])
+    apart = arms(people)
+    for at, each in enumerate(people):
+        others = np.flatnonzero(names != each.laboratory)
+        kept = [people[i] for i in others]
+        for name, values in apart.items():
+            arm = _by_laboratory(kept, values[others])
+            moved[at, :, KINETICS.index(("moments", name))] += arm * each.vertical
+    truth, width = (np.array([getattr(each, a) for each in people]) for a in ("truth", "width"))
+    off = np.abs(moved - truth) / np.maximum(width[:, None], 1e-9)
+    bands = [
+        width[at] * wider(off[names != each.laboratory], names[names != each.laboratory])[:, None]
+        for at, each in enumerate(people)
+    ]
+    return moved, np.array(bands)
+
+
+@claims.measured("public")
+def laboratories(given: claims.Given) -> list[Claim]:
+    """Kinetics of people of a laboratory that is left out, from markers alone: RMS errors, skill
+    against a line through the ten of WBDS, and how many points the bands hold.
+    """
+    people = []
+    for recording in recordings(given.public):
+        try:
+            people.append(_person(recording, given.public))
+        except (GaitvalError, StopIteration) as error:
+            print(f"{recording['name']}: left out ({error})"[:200], flush=True)
+    moved, bands = left_out(people)
+    truth, line = (np.array([getattr(each, a) for each in people]) for a in ("truth", "line"))
+    scale = np.array([100.0 if kind == "forces" else 1.0 for kind, _ in KINETICS])
+    ours, guess = (
+        scale * np.sqrt(np.mean(np.square(each - truth), axis=3)).mean(axis=1)
+        for each in (moved, line)
+    )
+    rows, count = [], len(people)
+    for kind, name in SKILLS:
+        i = KINETICS.index((kind, name))
+        noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
+        of = f"one laboratory left out, markers alone: {noun}"
+        unit = "Nm/kg" if kind == "moments" else "% BW"
+        rows.append(Claim(f"{of}, RMS", float(_by_laboratory(people, ours[:, i])), unit, count))
+        rows.append(
+            Claim(f"{of}, RMS of a line", float(_by_laboratory(people, guess[:, i])), unit, count)
+        )
+        low, high = skill_interval(ours[:, i], guess[:, i])
+        skill = float(1.0 - ours[:, i].mean() / guess[:, i].mean())
+        print(f"{noun}: skill over people {skill:.2f} ({low:.2f} to {high:.2f})", flush=True)
+        rows.append(Claim(f"{of}, skill against a line", skill, "1", count))
+    for name, values in arms(people).items():
+        print(name, {p.laboratory: round(1000 * v) for p, v in zip(people, values, strict=True)})
+        mean = 1000.0 * float(_by_laboratory(people, values))
+        rows.append(Claim(f"{MOMENTS[name]} of imports: arm beside WBDS's", mean, "mm", count))
+    inside = (np.abs(moved - truth) <= bands[:, None]).mean(axis=(1, 2, 3))
+    what = "one laboratory left out, markers alone: points within the band of 90 %"
+    rows.append(Claim(what, 100.0 * float(_by_laboratory(people, inside)), "%", count))
+    every = np.abs(moved - truth) / np.array([np.maximum(e.width, 1e-9) for e in people])[:, None]
+    names = np.array([each.laboratory for each in people])
+    print("wider:", wider(every, names).round(2).tolist(), "shipped:", WIDER_ELSEWHERE[:, 0])
+    width = float(np.median(2.0 * np.median(bands[:, : len(MOMENTS) + 1], axis=2)))
+    what = "one laboratory left out, markers alone: width of the bands of moments, median"
+    return [*rows, Claim(what, width, "Nm/kg", count)]
+
+
+@claims.measured("public")
+def strikes(given: claims.Given) -> list[Claim]:
+    """Heel strikes of markers alone against the same recordings' plates."""
+    from claims.measurement.faults import _read
+
+    processing, off = load_configuration().processing, []
+    for recording in recordings(given.public):
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                _, session = _read(recording, given.public, Path(folder))
+            except GaitvalError as error:
+                print(f"{recording['name']}: left out ({error})"[:200], flush=True)
+                continue
+            landmarks = session.marker_set.landmarks
+            for walk in session.walking:
+                plates, _ = zero_plates(walk, landmarks=landmarks)
+                forces, _ = assign_forces(plates, processing, landmarks=landmarks)
+                seen = marker_events(walk, landmarks=landmarks)
+                for event in force_events(forces, processing):
+                    near = [
+                        each.time - event.time
+                        for each in seen
+                        if (each.side, each.kind)
+                        == (event.side, "heel_strike")
+                        == (each.side, event.kind)
+                    ]
+                    if near and abs(min(near, key=abs)) < EDGE_S:
+                        off.append(1000.0 * min(near, key=abs))
+    sizes, what = np.abs(off), "heel strikes by markers alone, public sessions"
+    print(f"mean {np.mean(off):.1f} ms", flush=True)
+    return [
+        Claim(f"{what}, median", float(np.median(sizes)), "ms", len(sizes)),
+        Claim(f"{what}, 95 %", float(np.percentile(sizes, 95.0)), "ms", len(sizes)),
+    ]
+
+
+@claims.measured()
+def worth(_: claims.Given) -> list[Claim]:
+    """Error of an estimate of angles alone that one more recording would leave, of the ten."""
+    from claims.prediction import _estimate_of
+
+    found = [_estimate_of(each.identifier) for each in builtin_subjects()]
+    words = {"arms": "a foot alone on a plate once", "total": "the force on both feet together"}
+    rows = []
+    for kind, name in SKILLS:
+        noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
+        more, i = "arms" if kind == "moments" else "total", KINETICS.index((kind, name))
+        left = float(np.mean([each.left_over[more][i] for each in found]))
+        what = f"estimate of kinetics from kinematics: {noun}, error left with {words[more]}"
+        rows.append(Claim(what, left, "1", len(found)))
+    return rows
