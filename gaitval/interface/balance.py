@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from gaitval.apps.balance.disturb import Ground, Slip, StepDown, Trip, checked, usual_grounds
 from gaitval.apps.balance.stored import walker_of
 from gaitval.apps.balance.study import Recoveries, recoveries
+from gaitval.errors import ConfigurationError
 from gaitval.interface.arguments import expect, number
 from gaitval.one_thread import one_thread
 from gaitval.study.stored_policy import StoredPolicy
@@ -17,7 +18,7 @@ def perturb(
     pushes: bool = True,
     grounds: Sequence[Ground] | None = None,
     largest: bool = False,
-    delay: float = 0.0,
+    delay: float | tuple[float, float, float] = 0.0,
 ) -> Recoveries:
     """Push a stored policy, let it slip, trip and step down, and compare that with people.
 
@@ -27,7 +28,8 @@ def perturb(
     pushes : whether it is pushed.
     grounds : `Slip`, `Trip` and `StepDown` of `gaitval.apps.balance.disturb`; usual ones if None.
     largest : whether the largest pushes are searched, as ensembles of five starts.
-    delay : s, by which it feels its body late.
+    delay : s, by which it feels its body late; or three, of joints and feet, the balance organ and
+        vision.
 
     Returns
     -------
@@ -55,14 +57,18 @@ def perturb(
     ('slip', 5)
     """
     expect("policy", policy, StoredPolicy, "what load_policy(5) returns")
-    number("delay", delay, 0.0, 1.0, "s, 0 to 1")
+    delays = delay if isinstance(delay, tuple) else (delay,) * 3
+    if len(delays) != 3:
+        raise ConfigurationError(f"delay is {delay!r:.60}. Give one number or three, s.")
+    for each in delays:
+        number("delay", each, 0.0, 1.0, "s, 0 to 1")
     for ground in grounds or ():
         expect("grounds", ground, (Slip, Trip, StepDown), "Slip, Trip and StepDown")
     given = usual_grounds() if grounds is None else [checked(each) for each in grounds]
     kinds = ("push", "slip", "trip", "step") if pushes else ("slip", "trip", "step")
     return recoveries(
         policy.subject.identifier,
-        walker_of(policy, delay=delay),
+        walker_of(policy, delays=delays if any(delays) else None),
         kinds=kinds,
         grounds=given,
         largest=largest,

@@ -77,6 +77,6 @@ def settled_walks(environment: WalkingEnvironment, *about: object) -> SettledWal
     """Those of an `environment` and of all else that they begin with; None if what is seen late is
     not kept with them.
     """
-    if environment.delayed_actions:
+    if not environment.senses.immediate:
         return None
     return _known.setdefault(environment, {}).setdefault(about, SettledWalks())

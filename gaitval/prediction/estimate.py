@@ -51,9 +51,10 @@ others with plates, imported without them, need it (`python -m claims elsewhere.
 
 OFFSETS: Final = {"hip_flexion": 0.030, "knee_angle": -0.015}
 """Arms of the vertical force, m, that moments (flexion positive) of people whom `gaitval import`
-read have beside those that are estimated by the ten: their hips are 30 and their knees 15 mm further
-ahead of the force, as if the leg were turned by 2 degrees about the ankle. These are about the hip
-centres of their own laboratory and its plates. Mean of five laboratories, each as heavy (standard
+read have beside those that are estimated by the ten: their hips are 30 and their knees 15 mm
+further ahead of the force, as if the leg were turned by 2 degrees about the ankle. These are
+about the hip centres of their own laboratory and its plates. Mean of five laboratories, each as
+heavy (standard
 deviation between them 0.014 and 0.009): `python -m claims elsewhere.laboratories`."""
 
 

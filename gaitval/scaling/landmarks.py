@@ -113,9 +113,7 @@ def landmarks_of(
         missing,
         (
             "The leg's joint centres cannot be found without them; use a standing trial (--static) "
-            "with all of: "
-            + ", ".join(needed)
-            + "."
+            "with all of: " + ", ".join(needed) + "."
             if without_medial
             else "Without the medial markers give the width of the joint, across the bones, in "
             "metres: "
