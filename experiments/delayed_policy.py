@@ -127,6 +127,7 @@ def taught(
     *,
     actions: int = ACTIONS,
     shares: Sequence[float] = SHARES,
+    steps: tuple[int, int] = STEPS,
     seed: int = 0,
 ) -> Policy:
     """The `teacher`'s policy for who feels as these `tasks` do; eight of each walk `actions`."""
@@ -151,10 +152,10 @@ def taught(
         inputs = torch.tensor(x.astype(np.float32))
         wanted = torch.tensor(np.concatenate(lessons.done))
         losses, last = [], number == len(shares) - 1
-        steps = STEPS[last]
-        for step in range(steps):
+        count = steps[last]
+        for step in range(count):
             if last:
-                rate = RATES[0] + step / steps * (RATES[1] - RATES[0])
+                rate = RATES[0] + step / count * (RATES[1] - RATES[0])
                 optimiser.param_groups[0]["lr"] = rate
             rows = torch.from_numpy(random.integers(0, len(inputs), BATCH))
             h = inputs[rows]

@@ -84,8 +84,8 @@ NOTHING_SHARE: Final = 0.1
 LARGEST_CUT_N: Final = 35.0
 """N. Programs set forces below 10 to 20 N to zero; at 500 Hz a force rises by 10 N from sample to
 sample."""
-FEWEST_EDGES: Final = 4
-"""Beginnings and ends of contacts that show it."""
+FEWEST_EDGES: Final = 2
+"""Beginnings and ends of contacts that show it: over ground a plate has one of each."""
 
 SATURATED: Final = "saturated channel"
 """The check of this warning; `said.warnings` names it beside what it looks like."""

@@ -235,7 +235,13 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
     early, late = sorted(lags.values())
     lag = late if early > LARGEST_LAG_SECONDS else early if late < -LARGEST_LAG_SECONDS else 0.0
     if not lag:
-        return
+        # Half a stride is as near to the strike before as to the one after, so that medians of both
+        # signs may be anything.
+        lags = _lags(recording, touched, events, sizes=True)
+        lag = min(lags.values())
+        other = _lags(recording, touched[:, ::-1], events, sizes=True)
+        if lag < LARGEST_LAG_SECONDS or max(other.values()) > LARGEST_LAG_SECONDS:
+            return
     when = "after" if lag > 0 else "before"
     seen = (
         f"{recording.source}: by the forces the feet strike the ground "
@@ -256,8 +262,12 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
     )
 
 
-def _lags(recording: Recording, touched: Flags, events: Sequence[Event]) -> dict[str, float]:
-    """Median time, s, by which the plates show each kind of the markers' `events` later."""
+def _lags(
+    recording: Recording, touched: Flags, events: Sequence[Event], *, sizes: bool = False
+) -> dict[str, float]:
+    """Median time, s, by which the plates show each kind of the markers' `events` later, or of its
+    `sizes`.
+    """
     lags = {}
     for kind, edge in (("heel_strike", 0), ("toe_off", 1)):
         found: list[float] = []
@@ -268,7 +278,8 @@ def _lags(recording: Recording, touched: Flags, events: Sequence[Event]) -> dict
             if len(shown):
                 away = recording.start + samples[:, None] / recording.force_rate - shown
                 nearest = np.argmin(np.abs(away), axis=1)
-                found += away[np.arange(len(samples)), nearest].tolist()
+                near = away[np.arange(len(samples)), nearest]
+                found += (np.abs(near) if sizes else near).tolist()
         lags[kind] = float(np.median(found)) if found else 0.0
     return lags
 

@@ -101,9 +101,10 @@ def knee_place_warnings(
         "place of a knee's marker", f"{right} and {left}", off, BEYOND * places.sound, "m",
         f"by how the knees turn in the walk, {back} is some {1000 * off:.0f} mm too far back, or "
         f"{forward} too far forward (sound pairs are within {1000 * BEYOND * places.sound:.0f} mm "
-        "of each other): one of them is misplaced, in all trials alike, or was moved between "
-        "standing and walk, and the leg's angles are off by some degrees. Put both on the axis "
-        "that the knee bends about, and record standing and walk with the markers untouched",
+        "of each other): one of them, or the ankle's below it the other way, is misplaced in all "
+        "trials alike or was moved between standing and walk, and the leg's angles are off by "
+        "some degrees. Put both on the axis that the knee bends about, and record standing and "
+        "walk with the markers untouched",
     )  # fmt: skip
 
 

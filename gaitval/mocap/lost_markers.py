@@ -155,12 +155,13 @@ def _away(
 ) -> _Away | None:
     """How far a marker is off its distances from the others, as they are `measured`. Where there
     is one other in its segment, it is joined by the marker of another segment whose distance is
-    the steadiest. None without any other.
+    the steadiest; where there is none, as on toes, the steadiest of other segments stand for it.
+    None without two.
     """
     segment = segments.get(names[number])
     rest = [i for i, name in enumerate(names) if i != number and name in segments]
     own = [i for i in rest if segments[names[i]] == segment]
-    if segment is None or not own:
+    if segment is None:
         return None
     differences, steady = list[tuple[float, Array]](), list[tuple[float, Array]]()
     for other in own if len(own) > 1 else rest:
@@ -174,6 +175,8 @@ def _away(
     within = [each for _, each in differences]
     if len(own) == 1 and differences and steady:
         differences.append(min(steady, key=lambda each: each[0]))
+    if not own:
+        differences = steady
     if len(differences) < 2:
         return None
     differences.sort(key=lambda each: each[0])
@@ -183,7 +186,7 @@ def _away(
     ordered = np.sort(np.where(np.isfinite(stacked), stacked, -1.0), axis=0)[::-1]
     place = np.clip(known // 2, 0, len(stacked) - 1)
     middle = np.take_along_axis(ordered, place[None], axis=0)[0]
-    largest = np.nan_to_num(np.stack(within)).max(axis=0)
+    largest = np.nan_to_num(np.stack(within or [0.0 * stacked[0]])).max(axis=0)
     return _Away(np.where(known >= 2, np.maximum(middle, 0.0), 0.0), largest)
 
 

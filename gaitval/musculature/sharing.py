@@ -102,8 +102,8 @@ volume`, 0.62 with `contact`, more in each of the five, and 0.64 with `squares`.
 for no weight of contact forces at all (`volume`: 0.69); but the hips of those three who were
 imported would then be 4.0 body weights, counted as those of ten people with implants were, 2.47,
 where with `contact by volume` they are 3.5, and knees would be far off what any implant measured.
-So the weight stayed. The man with the instrumented knee was looked at once, when this was decided:
-0.36 body weights off (RMS) where he has 0.34 with `contact`."""
+So the weight stayed. The figures of the man with the instrumented knee by both criteria were known
+when this was decided, and spoke against it: 0.36 body weights off (RMS), 0.34 with `contact`."""
 
 
 @dataclass(frozen=True)

@@ -75,8 +75,8 @@ _known: WeakKeyDictionary[WalkingEnvironment, dict[object, SettledWalks]] = Weak
 
 def settled_walks(environment: WalkingEnvironment, *about: object) -> SettledWalks | None:
     """Those of an `environment` and of all else that they begin with; None if what is seen late is
-    not kept with them.
+    not kept with them, and in MuJoCo, whose own coordinates round when they are set.
     """
-    if not environment.senses.immediate:
+    if not environment.senses.immediate or environment.walker.engine == "mujoco":
         return None
     return _known.setdefault(environment, {}).setdefault(about, SettledWalks())

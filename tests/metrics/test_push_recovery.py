@@ -8,6 +8,7 @@ import textwrap
 import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -321,7 +322,8 @@ def test_a_trace_begins_a_cycle_before_its_push(monkeypatch, task):
     monkeypatch.setattr(module, "record_rollout", lambda *_, **__: walk)
     environment = WalkingEnvironment(task)
     push = Push(0.25, 100.0, 0.0)
-    trial = PushTrial(None, MU, push, settling_cycles=2, cycles=2.0)
+    nobody = SimpleNamespace(key="nobody's")
+    trial = PushTrial(nobody, MU, push, settling_cycles=2, cycles=2.0)
     trace = module.trace_of(environment, trial)
     each = environment.walker.steps_per_action * (walk.phase[1] - walk.phase[0])
     assert -1.0 <= trace.cycles[0] <= -1.0 + walk.phase[1]

@@ -164,3 +164,18 @@ def test_a_fall_is_left_out_from_its_beginning():
     assert found.names == ("shank1",)
     assert 196 <= found.first <= 207
     assert np.isnan(kept[210:, number]).all()
+
+
+@pytest.mark.parametrize("belt", [True, False])
+@pytest.mark.parametrize("what", ["held", "on the floor", "far away"])
+def test_the_only_marker_of_a_segment_is_judged_by_the_steadiest_of_others(what, belt):
+    """As that of the toes, which have one."""
+    recording = walked(belt=belt)
+    segments = SEGMENTS | {"mt5": "toes_r"}
+    assert found_in(recording, segments)[0] == []
+    toe, shank = (recording.names.index(name) for name in ("mt5", "shank1"))
+    LOST[what](recording.markers[:, toe], 210, recording.markers[:, shank])
+    findings, markers = found_in(recording, segments)
+    assert {found.names for found in findings} == {("mt5",)}
+    assert np.isnan(markers[215:, toe]).all()
+    assert np.isfinite(markers[:150, toe]).all()

@@ -42,9 +42,13 @@ def test_the_moment_follows_the_angle_and_the_load_alone(amputee, side):
     # A series of 40 harmonics rings where the moment is cut off at toe-off.
     within = PHASE[(PHASE > 0.1) & (stance - 0.1 > PHASE)]
     places = {each.name: each.position[0] for each in model.spheres}
-    ball = np.mean([places[f"contact_ball_{part}_{side[0]}"] for part in ("medial", "lateral")])
+    # Of PredSim's foot: heel 0.0019, toes 0.2388, the ball's two spheres 0.1484 and 0.1330 m.
+    share = (0.5 * (0.1484 + 0.1330) - 0.0019) / (0.2388 - 0.0019)
+    toes = model[f"toes_{side[0]}"].joint_position[0] + places[f"contact_toes_medial_{side[0]}"]
+    heel = places[f"contact_heel_{side[0]}"]
+    ball = heel + share * (toes - heel)
     load = record.ground_reaction(side, within)[:, 2]
-    shift = 0.5 * GRAVITY * load * (ball + places[f"contact_heel_{side[0]}"])
+    shift = 0.5 * GRAVITY * load * (ball + heel)
     spring = passive_ankle(record, model, side)(within) + shift
     angle = record.angles[name](within)
     line = np.polyfit(angle, spring, 1)

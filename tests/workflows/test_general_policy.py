@@ -5,10 +5,12 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from simulation_fixtures import task_of_subject
 
 from experiments.delayed_policy import SETTINGS as LATE
+from experiments.delayed_policy import taught, with_memory
 from experiments.slow_policy import SETTINGS, TRIED, fell, task_of
 from gaitval.apps.devices.scores import score_rollout
 from gaitval.configuration import SENSES, Configuration, load_configuration
@@ -98,3 +100,19 @@ def test_the_command_that_trained_it_runs(tmp_path):
     command = [sys.executable, "-m", "experiments.general_policy", "S05", "--samples", "1"]
     subprocess.run([*command, "--work", tmp_path / "work", "--out", tmp_path], check=True, cwd=ROOT)
     assert load_start(tmp_path, Configuration().environment).about["samples"] > 0
+
+
+def test_who_is_taught_begins_as_the_teacher_and_comes_nearer_to_it(task):
+    settings = load_configuration(settings=list(LATE)).environment
+    late = task.with_environment(**{name: getattr(settings, name) for name in SENSES})
+    teacher = load_start(general_policy(), Configuration().environment)
+    seen = np.random.default_rng(0).normal(size=(4, 204)).astype(np.float32)
+    begun = with_memory(teacher, settings)
+    assert begun.act(seen) == pytest.approx(teacher.act(seen[:, :126]), abs=1e-5)
+    said = []
+    learned = taught([late], teacher, said.append, actions=60, shares=(0.5, 0.0), steps=(20, 200))
+    assert learned.about["general"]
+    assert learned.about["samples"] == 8 * 60
+    assert learned.about["configuration"]["environment"]["action_memory"] == 0.15
+    losses = [float(text.split("loss ")[1].split(",")[0]) for text in said]
+    assert losses[1] < losses[0]

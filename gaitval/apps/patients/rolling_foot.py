@@ -25,12 +25,12 @@ from gaitval.model.tree import ROOT_DOFS, segment_frames, tree_arrays
 
 POINTS: Final = 200
 ROLLING: Final = (0.08, 0.58)
-TRAVEL: Final = (0.966, 0.026)
+TRAVEL: Final = (0.986, 0.026)
 """Travel of the ball of the foot in this half of the cycle / half a stride, mean and standard
 deviation."""
 TOE_OFF: Final = (0.5, 0.85)
 """Of the own cycle, within which the foot leaves the ground."""
-STANCE_BIAS: Final = (0.023, 0.015)
+STANCE_BIAS: Final = (0.024, 0.015)
 """By how much later than the force ends the ball of the foot is furthest behind the pelvis (Zeni et
 al. 2008, Gait Posture 27:710), of the cycle, mean and standard deviation."""
 
