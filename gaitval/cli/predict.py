@@ -33,6 +33,40 @@ if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
 
 
+SpeedOption = Annotated[
+    float | None,
+    typer.Option("--speed", metavar="M/S", help="Speed to walk at.", show_default=False),
+]
+HoldoutOption = Annotated[
+    str | None,
+    typer.Option(
+        "--holdout",
+        metavar="TRIAL",
+        help="Predict this trial of the subject, which is held out, and compare. A name, or "
+        "the file of the same person on another trial.",
+        show_default=False,
+    ),
+]
+SlopeOption = Annotated[
+    float | None,
+    typer.Option(
+        "--slope",
+        metavar="PERCENT",
+        help="Slope of the ground; uphill is positive.",
+        show_default=False,
+    ),
+]
+LoadOption = Annotated[
+    float | None,
+    typer.Option(
+        "--load",
+        metavar="PERCENT",
+        help="A vest of so much of body mass, up to 40 %.",
+        show_default=False,
+    ),
+]
+
+
 @added_command(
     "gaitval predict 5 --speed 0.95",
     "gaitval predict 5 --slope 5 --load 20",
@@ -43,38 +77,10 @@ if TYPE_CHECKING:
 )
 def predict(
     subject: SubjectArgument,
-    speed: Annotated[
-        float | None,
-        typer.Option("--speed", metavar="M/S", help="Speed to walk at.", show_default=False),
-    ] = None,
-    holdout: Annotated[
-        str | None,
-        typer.Option(
-            "--holdout",
-            metavar="TRIAL",
-            help="Predict this trial of the subject, which is held out, and compare. A name, or "
-            "the file of the same person on another trial.",
-            show_default=False,
-        ),
-    ] = None,
-    slope: Annotated[
-        float | None,
-        typer.Option(
-            "--slope",
-            metavar="PERCENT",
-            help="Slope of the ground; uphill is positive.",
-            show_default=False,
-        ),
-    ] = None,
-    load: Annotated[
-        float | None,
-        typer.Option(
-            "--load",
-            metavar="PERCENT",
-            help="A vest of so much of body mass, up to 40 %.",
-            show_default=False,
-        ),
-    ] = None,
+    speed: SpeedOption = None,
+    holdout: HoldoutOption = None,
+    slope: SlopeOption = None,
+    load: LoadOption = None,
     use: UseOption = None,
     out: OutOption = None,
     config: ConfigOption = None,
