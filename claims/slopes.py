@@ -63,7 +63,7 @@ def _walk(policy: "StoredPolicy", name: str) -> dict[str, Any]:
     from gaitval.metrics.comparison import low_pass_of, simulated_curves
     from gaitval.metrics.cycles import find_cycles
     from gaitval.metrics.momentum import momentum_residual
-    from gaitval.metrics.torques import energy_of
+    from gaitval.metrics.torques import torques_of
     from gaitval.metrics.walk_muscles import walk_motion
     from gaitval.model.parameters import apply_parameters
     from gaitval.musculature.gait import muscles_of
@@ -84,7 +84,9 @@ def _walk(policy: "StoredPolicy", name: str) -> dict[str, Any]:
     cycles = find_cycles(walk, task.configuration).first(24)
     if min(cycles.count(side) for side in SIDES) == 0:
         return found
-    found["energy"] = energy_of(walk, cycles, task.model)
+    found["energy"] = torques_of(
+        walk, cycles, model=task.model, height=policy.subject.height_m
+    ).energy
     rows = cycles.rows()
     step = float(walk.time[1] - walk.time[0])
     power = walk.moments[rows] * walk.velocities[rows, 6:]
