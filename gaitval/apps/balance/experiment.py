@@ -251,8 +251,6 @@ class OnGround:
     def _plan(
         self, ground: Disturbance, level: Rollout, plain: BalanceWalk, step: Footstep
     ) -> Planned:
-        self, ground: Disturbance, level: Rollout, plain: BalanceWalk, step: Footstep
-    ) -> Planned:
         time = plain.time
         if isinstance(ground, Trip):
             lift, strike = time[step.lift], time[step.strike]
