@@ -3,10 +3,11 @@ the copy of its figures that is shipped for reports to cite.
 """
 
 import re
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
+
+from . import rows
 
 FOLDER: Final = Path(__file__).resolve().parents[1] / "reports" / "claims"
 PAGE: Final = FOLDER / "README.md"
@@ -18,14 +19,28 @@ HEAD: Final = """# What gaitval {version} may be held to
 
 Written by `python -m claims --page` from the CSV files beside it, which also have the commit, the
 date and the machine of each figure. `python -m claims TOPIC.NAME` measures one again; see
-[claims](../../claims/README.md). A ratio has no unit; *n* is the number of cases.
+[claims](../../claims/README.md). A ratio has no unit; *n* is the number of cases. In
+brackets: the version that was measured, where it is an earlier one.
 """
 
 
-def versions() -> list[str]:
+def versions(folder: Path = FOLDER) -> list[str]:
     """The versions that have a file, the oldest first."""
-    names = [each.stem for each in FOLDER.glob("*.csv")]
+    names = [each.stem for each in folder.glob("*.csv")]
     return sorted(names, key=lambda name: [int(part) for part in re.findall(r"\d+", name)])
+
+
+def newest(folder: Path = FOLDER, until: str = "") -> list[dict[str, str]]:
+    """The rows of each measurement as the newest version has them in which it was run; of the
+    versions to `until`.
+    """
+    names = versions(folder)
+    found: list[dict[str, str]] = []
+    for name in names[: names.index(until) + 1] if until else names:
+        new = rows.read(folder / f"{name}.csv")
+        made, again = {row["what"] for row in new}, {row["by"] for row in new}
+        found = [row for row in found if row["what"] not in made and row["by"] not in again] + new
+    return found
 
 
 def moved(now: float, before: float) -> bool:
@@ -33,13 +48,13 @@ def moved(now: float, before: float) -> bool:
     return abs(now - before) > MOVED * max(abs(now), abs(before))
 
 
-def page(version: str, rows: list[dict[str, str]], before: str, old: list[dict[str, str]]) -> str:
+def page(version: str, claims: list[dict[str, str]], before: str, old: list[dict[str, str]]) -> str:
     """The text: what moved, what is new or gone, and every claim by topic."""
     then = {row["what"]: row for row in old}
-    now = {row["what"]: row for row in rows}
+    now = {row["what"]: row for row in claims if row["version"] == version}
     parts = [HEAD.format(version=version)]
     if before:
-        both = [row for row in rows if row["what"] in then]
+        both = [row for row in now.values() if row["what"] in then]
         changed = [
             row for row in both
             if moved(float(row["value"]), float(then[row["what"]]["value"]))
@@ -54,13 +69,14 @@ def page(version: str, rows: list[dict[str, str]], before: str, old: list[dict[s
             parts.append(
                 "\n".join([f"| what | {before} | {version} |", "|---|---|---|", *lines, ""])
             )
-        for word, names in (("New", now.keys() - then.keys()),
-                            (f"Not measured of {version}", then.keys() - now.keys())):  # fmt: skip
-            if names:
-                parts.append(f"{word}: {'; '.join(sorted(names))}.\n")
-    for topic in dict.fromkeys(row["by"].partition(".")[0] for row in rows):
-        lines = [_line(row["what"], f"{_value(row)} | {row['n']}")
-                 for row in rows if row["by"].partition(".")[0] == topic]  # fmt: skip
+        if new := now.keys() - then.keys():
+            parts.append(f"New: {'; '.join(sorted(new))}.\n")
+        if kept := then.keys() - now.keys():
+            parts.append(f"As measured before, and marked below: {len(kept)}.\n")
+    for topic in sorted({row["by"].partition(".")[0] for row in claims}):
+        lines = [_line(row["what"] + ("" if row["version"] == version else f" ({row['version']})"),
+                       f"{_value(row)} | {row['n']}")
+                 for row in claims if row["by"].partition(".")[0] == topic]  # fmt: skip
         title = topic.replace("_", " ").capitalize()
         parts.append(
             "\n".join([f"## {title}\n", "| what | value | n |", "|---|---|---|", *lines, ""])
@@ -79,12 +95,10 @@ def _value(row: Mapping[str, str]) -> str:
 
 def write_page() -> Path:
     """Write `PAGE` of the newest version, and `SHIPPED`."""
-    from . import rows
-
     *earlier, version = versions()
     before = earlier[-1] if earlier else ""
-    text = page(version, rows.read(FOLDER / f"{version}.csv"), before,
-                rows.read(FOLDER / f"{before}.csv"))  # fmt: skip
+    now = newest()
+    text = page(version, now, before, newest(until=before) if before else [])
     PAGE.write_text(text, encoding="utf-8")
-    shutil.copyfile(FOLDER / f"{version}.csv", SHIPPED)
+    SHIPPED.write_text(rows.as_csv(now), encoding="utf-8")
     return PAGE

@@ -124,13 +124,18 @@ def write(by: str, made: Iterable[Claim], source: Source, path: Path) -> None:
     save(path, list((kept | new).values()))
 
 
-def save(path: Path, rows: Sequence[dict[str, str]]) -> None:
-    """Write a file of rows, whole or not at all."""
+def as_csv(rows: Sequence[dict[str, str]]) -> str:
+    """The text of a file of rows."""
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
+    return text.getvalue()
+
+
+def save(path: Path, rows: Sequence[dict[str, str]]) -> None:
+    """Write a file of rows, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}")
-    part.write_text(text.getvalue(), encoding="utf-8")
+    part.write_text(as_csv(rows), encoding="utf-8")
     part.replace(path)

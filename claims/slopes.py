@@ -63,7 +63,7 @@ def _walk(policy: "StoredPolicy", name: str) -> dict[str, Any]:
     from gaitval.metrics.comparison import low_pass_of, simulated_curves
     from gaitval.metrics.cycles import find_cycles
     from gaitval.metrics.momentum import momentum_residual
-    from gaitval.metrics.torques import energy_of
+    from gaitval.metrics.torques import torques_of
     from gaitval.metrics.walk_muscles import walk_motion
     from gaitval.model.parameters import apply_parameters
     from gaitval.musculature.gait import muscles_of
@@ -84,7 +84,9 @@ def _walk(policy: "StoredPolicy", name: str) -> dict[str, Any]:
     cycles = find_cycles(walk, task.configuration).first(24)
     if min(cycles.count(side) for side in SIDES) == 0:
         return found
-    found["energy"] = energy_of(walk, cycles, task.model)
+    found["energy"] = torques_of(
+        walk, cycles, model=task.model, height=policy.subject.height_m
+    ).energy
     rows = cycles.rows()
     step = float(walk.time[1] - walk.time[0])
     power = walk.moments[rows] * walk.velocities[rows, 6:]
@@ -164,7 +166,7 @@ STANCE: Final = 62
 """% of the cycle."""
 
 
-class Published(NamedTuple):
+class PublishedChange(NamedTuple):
     """What a study says of a change from level ground.
 
     Attributes
@@ -189,22 +191,22 @@ FRANZ: Final = "Franz and Kram (2012), Gait Posture 35:143"
 HONG: Final = "Hong et al. (2014), Gait Posture 39:29"
 MONTGOMERY: Final = "Montgomery and Grabowski (2018), J R Soc Interface 15:20180550"
 PUBLISHED: Final = (
-    Published(FRANZ, "table 1", "step length", "down_10", -1, 100 * (0.93 / 0.98 - 1.0), 1.5),
-    Published(FRANZ, "table 1", "step length", "up_10", 1, 100 * (0.93 / 0.91 - 1.0), 2.4),
-    Published("Kafetzakis et al. (2024), Appl Sci 14:4383", "abstract, -10 %", "step length",
+    PublishedChange(FRANZ, "table 1", "step length", "down_10", -1, 100 * (0.93 / 0.98 - 1.0), 1.5),
+    PublishedChange(FRANZ, "table 1", "step length", "up_10", 1, 100 * (0.93 / 0.91 - 1.0), 2.4),
+    PublishedChange("Kafetzakis et al. (2024), Appl Sci 14:4383", "abstract, -10 %", "step length",
               "down_10", -1),
-    Published("Sakurai, Kuster and Wood (1994)", "abstract, -19.3 %: 2.60 for 1.16 Nm/kg",
+    PublishedChange("Sakurai, Kuster and Wood (1994)", "abstract, -19.3 %: 2.60 for 1.16 Nm/kg",
               "knee extension moment", "down_10", 1),
-    Published(HONG, "abstract: contributions to the first peak unaltered", "support moment",
+    PublishedChange(HONG, "abstract: contributions to the first peak unaltered", "support moment",
               "up_10", 1),
-    Published(HONG, "abstract", "hip extension moment", "up_10", 1),
-    Published(HONG, "abstract", "knee at the first peak", "up_10", 1),
-    Published(HONG, "abstract", "ankle at the first peak", "up_10", 1),
-    Published(MONTGOMERY, "abstract, +9 deg .37 for .33", "hip share +", "up_10", 1),
-    Published(MONTGOMERY, "abstract, +9 deg .29 for .19", "hip share -", "up_10", 1),
-    Published(MONTGOMERY, "abstract, -9 deg .17 for .19", "hip share -", "down_10", -1),
-    Published(MONTGOMERY, "abstract, +9 deg .27 for .42", "ankle share -", "up_10", -1),
-    Published(MONTGOMERY, "abstract, -9 deg .38 for .42", "ankle share -", "down_10", -1),
+    PublishedChange(HONG, "abstract", "hip extension moment", "up_10", 1),
+    PublishedChange(HONG, "abstract", "knee at the first peak", "up_10", 1),
+    PublishedChange(HONG, "abstract", "ankle at the first peak", "up_10", 1),
+    PublishedChange(MONTGOMERY, "abstract, +9 deg .37 for .33", "hip share +", "up_10", 1),
+    PublishedChange(MONTGOMERY, "abstract, +9 deg .29 for .19", "hip share -", "up_10", 1),
+    PublishedChange(MONTGOMERY, "abstract, -9 deg .17 for .19", "hip share -", "down_10", -1),
+    PublishedChange(MONTGOMERY, "abstract, +9 deg .27 for .42", "ankle share -", "up_10", -1),
+    PublishedChange(MONTGOMERY, "abstract, -9 deg .38 for .42", "ankle share -", "down_10", -1),
 )  # fmt: skip
 """Only what was read, and at slopes that people were measured on; errors of step length by Taylor's
 rule from the standard errors of stride frequency. Strides are an input of the prediction, so the

@@ -71,7 +71,7 @@ LEFT: Final = ("soleus", "gasmed", "gaslat", "vasmed", "vaslat", "recfem")
 
 
 @dataclass(frozen=True)
-class Published:
+class PublishedLeg:
     """One leg of a person whose moments others computed; T frames, a left leg mirrored.
 
     Attributes
@@ -108,7 +108,7 @@ def _loads(angles: Array, pelvis: Array, moments: Array, ground: Array, mass: fl
     )
 
 
-def mean_walk(public: Path) -> Published:
+def mean_walk(public: Path) -> PublishedLeg:
     """Of 3dpredictsim."""
     path = public / "antoinefalisse+3dpredictsim/ExperimentalData/ExperimentalData.mat"
     data = loadmat(path, simplify_cells=True)["ExperimentalData"]
@@ -136,7 +136,7 @@ def mean_walk(public: Path) -> Published:
         if np.isfinite(emg["mean"][:, i]).all()
     ]
     count = len(forward)
-    return Published(
+    return PublishedLeg(
         time=np.arange(3 * count) / count * period,
         loads=_loads(angles, pelvis, moments, ground, mass),
         mass=mass,
@@ -146,7 +146,7 @@ def mean_walk(public: Path) -> Published:
     )
 
 
-def treadmill_walk(public: Path, start: float = 9.5, end: float = 17.0) -> Published:
+def treadmill_walk(public: Path, start: float = 9.5, end: float = 17.0) -> PublishedLeg:
     """Of MatlabStaticOptimization, its left leg from `start` to `end` s."""
     folder = public / "stanfordnmbl+MatlabStaticOptimization/TestData"
     motion, forces = (read_storage(folder / name) for name in ("results_ik.sto", "results_id.sto"))
@@ -173,10 +173,10 @@ def treadmill_walk(public: Path, start: float = 9.5, end: float = 17.0) -> Publi
     ]
     angles = taken([f"{name}_l" for name in COORDINATES])
     loads = _loads(angles, mirror * taken(list(PELVIS)), moments, ground, mass)
-    return Published(time, loads, mass, height, tuple(channels), slice(None))
+    return PublishedLeg(time, loads, mass, height, tuple(channels), slice(None))
 
 
-def correlation(person: Published, criterion: Criterion) -> float:
+def correlation(person: PublishedLeg, criterion: Criterion) -> float:
     """Mean over the channels."""
     sizes = BoneSizes(np.full(4, person.height / STATURE))
     muscles = leg_muscles(sizes, mass=person.mass, height=person.height)

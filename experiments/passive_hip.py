@@ -13,10 +13,10 @@ abductors have to hold against that in every step. A relaxed leg in its neutral 
 rotation is not pulled to a side.
 
 So the strains of the muscles that cross the hip are fitted again, within wider bounds than Uhlrich
-et al. had, for those left Silder's moments unmet: to Silder's hip moments over gait's range, to the published model's passive knee moment,
-and to no moment of adduction and of rotation in neutral. Strains that are not needed stay near the
-published ones. No walking person and no implant is looked at. `gaitval/musculature/passive.json`
-has the result. Seconds.
+et al. had, for those left Silder's moments unmet: to Silder's hip moments over gait's range, to the
+published model's passive knee moment, and to no moment of adduction and of rotation in neutral.
+Strains that are not needed stay near the published ones. No walking person and no implant is looked
+at. `gaitval/musculature/passive.json` has the result. Seconds.
 """
 
 import argparse

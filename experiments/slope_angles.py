@@ -3,12 +3,12 @@
     python -m experiments.slope_angles FOLDER gaitval/prediction/slope_angles.csv
 
 FOLDER has the coefficients `Psi_globalThighAngles`, `Psi_kneeAngles`, `Psi_ankleAngles` of
-github.com/twhsu-stanley/Robotic_prosthetics_state_estimation (commit c543633, folder Psi; the model
-is `basis_model_fitting.py`): a Fourier series of ten harmonics in the phase, times quadratic
-Bernstein polynomials of stride length over leg length and of the slope in degrees, fitted to every
-stride of ten people who walked at three speeds and nine slopes from -10 to 10 degrees (Embry et
-al. 2018, IEEE DataPort, doi 10.21227/gk32-e868) and of ten others at five slopes (Reznick et al.
-2021, Sci Data 8:282). Seconds.
+github.com/twhsu-stanley/Robotic_prosthetics_state_estimation (commit c543633, folder Psi; its
+script for fitting basis models says the form): a Fourier series of ten harmonics in the phase,
+times quadratic Bernstein polynomials of stride length over leg length and of the slope in degrees,
+fitted to every stride of ten people who walked at three speeds and nine slopes from -10 to 10
+degrees (Embry et al. 2018, IEEE DataPort, doi 10.21227/gk32-e868) and of ten others at five slopes
+(Reznick et al. 2021, Sci Data 8:282). Seconds.
 """
 
 import argparse

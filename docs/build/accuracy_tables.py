@@ -1,5 +1,5 @@
 """Write the accuracy tables of README.md and reports/README.md from the stored baselines, and the
-figures that `fed_figures` finds in docs/ from the claims of the latest release.
+figures that `fed_figures` finds in docs/ from the newest claims.
 
 Every figure of a table comes from files under reports/Snn/baseline, which `make baseline` writes:
 accuracy from `metrics.json`, wall times from `times.json`; how far the physics step changes
@@ -758,7 +758,7 @@ def main() -> int:
             criteria_table(baselines).rstrip("\n"),
         ),
     }
-    values = fed_figures.claims(fed_figures.newest())
+    values = fed_figures.claims()
     for page in sorted((ROOT / "docs").rglob("*.md")):
         text = page.read_text(encoding="utf-8")
         if "<!-- table 1: begin -->" in text:

@@ -4,31 +4,26 @@ In a page,
 
     <!-- claim: WHAT :: FORMAT -->1.62<!-- end -->
 
-holds the value of the row WHAT of the newest `reports/claims/VERSION.csv`, in Python's FORMAT
-(`.2f`; `.0%` for a share). Comments are not shown. `accuracy_tables.py` writes and checks them.
+holds the value of the row WHAT of the newest `reports/claims/VERSION.csv` that has it, in Python's
+FORMAT (`.2f`; `.0%` for a share). Comments are not shown. `accuracy_tables.py` writes and checks
+them.
 """
 
-import csv
 import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
+from claims import changes
 from gaitval.datasets.subject_file import builtin_subjects
 
 ROOT = Path(__file__).parents[2]
 _FED: Final = re.compile(r"<!-- claim: (?P<what>.+?) :: (?P<format>\S+) -->.*?<!-- end -->")
 
 
-def newest(folder: Path = ROOT / "reports" / "claims") -> Path:
-    """The claims of the latest release. Raises ValueError if there are none."""
-    return max(folder.glob("*.csv"), key=lambda path: [int(part) for part in path.stem.split(".")])
-
-
-def claims(path: Path) -> dict[str, float]:
-    """Values of a file of claims."""
-    with path.open(encoding="utf-8", newline="") as file:
-        return {row["what"]: float(row["value"]) for row in csv.DictReader(file) if row["value"]}
+def claims(folder: Path = changes.FOLDER) -> dict[str, float]:
+    """Values of the claims, each of the newest version that measured it."""
+    return {row["what"]: float(row["value"]) for row in changes.newest(folder) if row["value"]}
 
 
 def fed(text: str, values: Mapping[str, float], where: str) -> str:

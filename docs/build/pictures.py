@@ -190,6 +190,7 @@ PICTURES: Final = {
     "report": Picture("study", "S05/report.html", report),
     "learning": Picture("trained", "S05-train/report.html", learning),
     "estimate": Picture("kinematics", "S05-kinematics/estimate/estimate.html", first_figure),
+    "slope": Picture("slope", "S05-up/at-1.12/report.html", walker),
     "device": Picture("device", "S05-ankle_spring/device.html", device),
     "body": Picture("body", "body.html", beginning),
     "compare": Picture("compare", "compare/comparison.html", beginning),
@@ -210,6 +211,7 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
     "study": ("subject", "5", "--out", "S05"),
     "trained": ("subject", "5", "--train", "--out", "S05-train"),
     "kinematics": ("subject", "5", "--use", "kinematics", "--out", "S05-kinematics"),
+    "slope": ("predict", "5", "--slope", "5", "--load", "20", "--out", "S05-up"),
     "device": ("device", "5", "ankle_spring", "--out", "S05-ankle_spring"),
     "body": ("body", "5", "--page", "body.html"),
     "compare": (

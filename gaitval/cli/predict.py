@@ -28,8 +28,43 @@ _UNCERTAIN: Final = (
 )
 
 if TYPE_CHECKING:
+    from gaitval.configuration import Configuration, RecordSettings
     from gaitval.datasets.subject import Subject
     from gaitval.metrics.results import Metrics
+
+
+SpeedOption = Annotated[
+    float | None,
+    typer.Option("--speed", metavar="M/S", help="Speed to walk at.", show_default=False),
+]
+HoldoutOption = Annotated[
+    str | None,
+    typer.Option(
+        "--holdout",
+        metavar="TRIAL",
+        help="Predict this trial of the subject, which is held out, and compare. A name, or "
+        "the file of the same person on another trial.",
+        show_default=False,
+    ),
+]
+SlopeOption = Annotated[
+    float | None,
+    typer.Option(
+        "--slope",
+        metavar="PERCENT",
+        help="Slope of the ground; uphill is positive.",
+        show_default=False,
+    ),
+]
+LoadOption = Annotated[
+    float | None,
+    typer.Option(
+        "--load",
+        metavar="PERCENT",
+        help="A vest of so much of body mass, up to 40 %.",
+        show_default=False,
+    ),
+]
 
 
 @added_command(
@@ -42,38 +77,10 @@ if TYPE_CHECKING:
 )
 def predict(
     subject: SubjectArgument,
-    speed: Annotated[
-        float | None,
-        typer.Option("--speed", metavar="M/S", help="Speed to walk at.", show_default=False),
-    ] = None,
-    holdout: Annotated[
-        str | None,
-        typer.Option(
-            "--holdout",
-            metavar="TRIAL",
-            help="Predict this trial of the subject, which is held out, and compare. A name, or "
-            "the file of the same person on another trial.",
-            show_default=False,
-        ),
-    ] = None,
-    slope: Annotated[
-        float | None,
-        typer.Option(
-            "--slope",
-            metavar="PERCENT",
-            help="Slope of the ground; uphill is positive.",
-            show_default=False,
-        ),
-    ] = None,
-    load: Annotated[
-        float | None,
-        typer.Option(
-            "--load",
-            metavar="PERCENT",
-            help="A vest of so much of body mass, up to 40 %.",
-            show_default=False,
-        ),
-    ] = None,
+    speed: SpeedOption = None,
+    holdout: HoldoutOption = None,
+    slope: SlopeOption = None,
+    load: LoadOption = None,
     use: UseOption = None,
     out: OutOption = None,
     config: ConfigOption = None,
@@ -94,11 +101,9 @@ def predict(
     to the level record, and Newton's law on that ground does the rest.
     """
     from gaitval.configuration import load_configuration
-    from gaitval.datasets.subject_file import builtin_subjects, load_subject
+    from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.results import read_metrics
-    from gaitval.model.devices.loads import trunk_load
-    from gaitval.prediction.known import known_record
-    from gaitval.prediction.slopes import check_ground, is_changed
+    from gaitval.prediction.slopes import is_changed
     from gaitval.study.predicted_study import run_prediction
     from gaitval.study.stage import open_run
 
@@ -111,22 +116,8 @@ def predict(
     chosen = [*(settings or ()), *([f"record.use={use}"] if use else []), *wanted]
     configuration = load_configuration(config, settings=chosen)
     record = configuration.record
-    if record.speed and not is_changed(record):
-        _check_unwalked(person, record.speed)
-    level = record.model_copy(update={"slope": 0.0, "cross_slope": 0.0, "load": 0.0})
-    # refuses what cannot be predicted
-    known = known_record(person, level, builtin_subjects(), forced=force)
-    if is_changed(record):
-        check_ground(known.record, record, configuration.contact)
-        if record.load:
-            trunk_load(record.load, person.mass_kg)
-    name = f"{person.identifier}-range"
-    name += f"-without-{record.holdout}" if record.holdout else ""
-    name += "-kinematics" if record.use == "kinematics" else ""
-    name += f"-slope{record.slope:+g}" if record.slope else ""
-    name += f"-across{record.cross_slope:+g}" if record.cross_slope else ""
-    name += f"-load{record.load:g}" if record.load else ""
-    folder = out or Path("reports") / name
+    _check(person, configuration, force)
+    folder = out or Path("reports") / _name(person, record)
     # one range for all speeds: a speed in its settings would train it again for each
     of_range = configuration.model_copy(update={"record": record.model_copy(update={"speed": 0.0})})
     at = record.speed or person.on_trial(record.holdout).walking_speed_m_s
@@ -145,6 +136,46 @@ def predict(
             display.plain(_UNCERTAIN)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
     display.print_verdict(metrics)
+
+
+def _check(person: "Subject", configuration: "Configuration", force: bool) -> None:
+    """Refuse what cannot be predicted, and what was recorded. Raises SubjectError or
+    ConfigurationError.
+    """
+    from gaitval.datasets.subject_file import builtin_subjects
+    from gaitval.model.devices.loads import trunk_load
+    from gaitval.prediction.known import known_record
+    from gaitval.prediction.slopes import check_ground, is_changed
+
+    record = configuration.record
+    if person.slope_percent:
+        raise ConfigurationError(
+            f"{person.identifier} was recorded on a slope of {person.slope_percent:g} % "
+            "(slope_percent of the subject's file), and a prediction begins with level walking: "
+            "other people's changes with speed and slope are from there. Import a trial on level "
+            "ground, or walk this one as it is with `gaitval subject`."
+        )
+    if record.speed and not is_changed(record):
+        _check_unwalked(person, record.speed)
+    level = record.model_copy(update={"slope": 0.0, "cross_slope": 0.0, "load": 0.0})
+    known = known_record(person, level, builtin_subjects(), forced=force)
+    if is_changed(record):
+        check_ground(known.record, record, configuration.contact)
+        if record.load:
+            trunk_load(record.load, person.mass_kg)
+
+
+def _name(person: "Subject", record: "RecordSettings") -> str:
+    """The name of the folder of what is predicted of a `person` by the settings of `record`."""
+    parts = [
+        f"{person.identifier}-range",
+        f"without-{record.holdout}" if record.holdout else "",
+        "kinematics" if record.use == "kinematics" else "",
+        f"slope{record.slope:+g}" if record.slope else "",
+        f"across{record.cross_slope:+g}" if record.cross_slope else "",
+        f"load{record.load:g}" if record.load else "",
+    ]
+    return "-".join(part for part in parts if part)
 
 
 def _check_unwalked(person: "Subject", speed: float) -> None:

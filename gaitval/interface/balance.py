@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from gaitval.apps.balance.disturb import Ground, Slip, StepDown, Trip, checked, usual_grounds
+from gaitval.apps.balance.disturb import Disturbance, Slip, StepDown, Trip, checked, usual_grounds
 from gaitval.apps.balance.stored import walker_of
 from gaitval.apps.balance.study import Recoveries, recoveries
 from gaitval.errors import ConfigurationError
@@ -16,7 +16,7 @@ def perturb(
     policy: StoredPolicy,
     *,
     pushes: bool = True,
-    grounds: Sequence[Ground] | None = None,
+    grounds: Sequence[Disturbance] | None = None,
     largest: bool = False,
     delay: float | tuple[float, float, float] = 0.0,
 ) -> Recoveries:

@@ -296,3 +296,12 @@ def _enter_segment_frames(
                 for j in range(3):
                     found[t, s, i, j] = frames.rotation[s, i, j]
                 found[t, s, i, 3] = frames.origin[s, i]
+
+
+def whole_body_path(tree: Tree, frames: Array) -> Array:
+    """Whole-body centre of mass (N, 3) m, in the axes of the segments' `frames` (N, 14, 4, 4), by
+    the masses (kg) and centres of mass of `tree`.
+    """
+    local = np.einsum("tsij,sj->tsi", frames[..., :3, :3], tree.centre_of_mass)
+    world = local + frames[..., :3, 3]
+    return np.asarray(np.einsum("tsi,s->ti", world, tree.mass) / tree.mass.sum())

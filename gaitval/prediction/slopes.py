@@ -180,6 +180,7 @@ def check_ground(
             share
             for share in np.linspace(0.0, 1.0, 21)[:-1]
             if friction_needed(on_ground(record, _flatter(settings, float(share)))) <= sliding
+            and share * ground.steepness <= np.tan(np.deg2rad(STEEPEST))
         ]
         mend = (
             f"Give a slope of at most {max(less) * settings.slope:+.1f} %, or a ground with more "

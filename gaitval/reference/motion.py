@@ -43,7 +43,7 @@ from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.ground import LEVEL, Ground
 from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.rotations import pelvis_rotation
-from gaitval.model.tree import ROOT_DOFS, Tree, segment_frames, tree_arrays
+from gaitval.model.tree import ROOT_DOFS, Tree, segment_frames, tree_arrays, whole_body_path
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -593,12 +593,3 @@ def _end_effectors(frames: Array) -> Array:
     """(N, 4, 3) m of segment frames (N, 14, 4, 4)."""
     effectors = [SEGMENTS.index(name) for name in END_EFFECTORS]
     return np.asarray(frames[:, effectors][..., :3, 3])
-
-
-def whole_body_path(tree: Tree, frames: Array) -> Array:
-    """Whole-body centre of mass (N, 3) m, in the axes of the segments' `frames` (N, 14, 4, 4), by
-    the masses (kg) and centres of mass of `tree`.
-    """
-    local = np.einsum("tsij,sj->tsi", frames[..., :3, :3], tree.centre_of_mass)
-    world = local + frames[..., :3, 3]
-    return np.asarray(np.einsum("tsi,s->ti", world, tree.mass) / tree.mass.sum())

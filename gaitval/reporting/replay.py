@@ -253,8 +253,8 @@ def _poses(model: BodyModel, positions: Array, segments: tuple[str, ...]) -> dic
 
 def body_of(model: BodyModel) -> dict[str, object]:
     """What `replay_body.js` draws of `model`: mass, joints in the segment before, contact spheres;
-    on a slope also the rotation, row by row, from the ground's axes to those of a room whose z is
-    up.
+    on a slope also the rotation (quaternion, x y z w) from the ground's axes to those of a room
+    whose z is up.
     """
     spheres = [
         {"segment": sphere.segment, "position": sphere.position.tolist(), "radius": sphere.radius}
@@ -263,7 +263,7 @@ def body_of(model: BodyModel) -> dict[str, object]:
     joints = {each.name: each.joint_position.tolist() for each in model.segments}
     found: dict[str, object] = {"mass": model.mass, "joints": joints, "spheres": spheres}
     if not model.ground.level:
-        found["room"] = model.ground.from_level.T.ravel().tolist()
+        found["room"] = Rotation.from_matrix(model.ground.from_level.T).as_quat().tolist()
     return found
 
 

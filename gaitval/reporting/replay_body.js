@@ -246,8 +246,7 @@ const walkerBody = (() => {
   /* Turn a scene in the axes of the ground into the room's, where z is up: a slope rises. */
   function tilt(scene, { room }) {
     if (!room) return;
-    const [a, b, c, d, e, f, g, h, i] = room;
-    scene.setRotationFromMatrix(new THREE.Matrix4().set(a, b, c, 0, d, e, f, 0, g, h, i, 0, 0, 0, 0, 1));
+    scene.quaternion.set(...room);
     scene.updateMatrixWorld(true);
   }
   return Object.assign(parts, { lit, solid, drawnSlowly, tilt });

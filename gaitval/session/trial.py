@@ -148,22 +148,18 @@ def work_out_trial(
     stored, of_file = _stored_events(notify, name, recording, events)
     feet = _belt(recording, events, landmarks, cycles)
     belt = feet if request.belt is None else request.belt
-    found = trial_warnings(
-        recording, landmarks, events, ground.findings, ground.measured,
-        height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
-    )  # fmt: skip
-    of_laboratory = (
-        *odd_rate_warnings(recording.marker_rate),
-        *level_warnings(floor_slope(recording, events, landmarks, belt), belt),
-    )
     warnings = (
         *of_file,
         *of_knees,
         *unsolved(kinematics, recording),
-        *of_laboratory,
+        *odd_rate_warnings(recording.marker_rate),
+        *level_warnings(floor_slope(recording, events, landmarks, belt), belt),
         *belt_warnings(belt, feet),
-        *found,
-    )
+        *trial_warnings(
+            recording, landmarks, events, ground.findings, ground.measured,
+            height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
+        ),
+    )  # fmt: skip
     for warning in warnings:
         notify("warnings", f"{name}: {warning}")
     return WalkingTrial(

@@ -113,30 +113,42 @@ def test_a_claim_that_a_measurement_no_longer_makes_goes(measured) -> None:
     assert {row["what"]: row["value"] for row in found} == {"a": "3", "c": "1"}
 
 
-def row(what: str, value: float, by: str = "speed.study") -> dict[str, str]:
+def row(what: str, value: float, version: str = "0.3.0", by: str = "speed.study") -> dict[str, str]:
     return dict.fromkeys(rows.COLUMNS, "") | {
-        **{"what": what, "value": str(value), "unit": "s", "n": "3", "by": by},
+        **{"what": what, "value": str(value), "unit": "s", "n": "3", "by": by, "version": version},
     }
 
 
 def test_the_page_says_what_moved_what_is_new_and_what_was_not_measured() -> None:
-    old = [row("study", 20.0), row("import", 5.0), row("live", 3.0)]
-    new = [row("study", 21.0), row("import", 5.04), row("report", 8.0)]
+    old = [row(*each, "0.2.0") for each in (("study", 20.0), ("import", 5.0), ("live", 3.0))]
+    new = [row("study", 21.0), row("import", 5.04), row("report", 8.0), old[-1]]
     moved, *topics = changes.page("0.3.0", new, "0.2.0", old).split("\n## ")[1:]
     assert "| study | 20 s | 21 s |" in moved
     assert "import" not in moved
     assert "New: report." in moved
-    assert "Not measured of 0.3.0: live." in moved
+    assert "As measured before, and marked below: 1." in moved
     assert len(topics) == 1
     assert "| import | 5.04 s | 3 |" in topics[0]
+    assert "| live (0.2.0) | 3 s | 3 |" in topics[0]
     assert "moved" not in changes.page("0.3.0", new, "", [])
 
 
 def test_versions_are_in_the_order_of_their_numbers(monkeypatch, tmp_path) -> None:
     for name in ("0.10.0", "0.9.0", "0.9.1"):
         (tmp_path / f"{name}.csv").touch()
-    monkeypatch.setattr(changes, "FOLDER", tmp_path)
-    assert changes.versions() == ["0.9.0", "0.9.1", "0.10.0"]
+    assert changes.versions(tmp_path) == ["0.9.0", "0.9.1", "0.10.0"]
+
+
+def test_a_measurement_is_of_the_newest_version_in_which_it_was_run(tmp_path) -> None:
+    stored = {
+        "0.9.0": [row("a", 1.0, "0.9.0"), row("gone", 2.0, "0.9.0"), row("b", 3.0, "0.9.0", "x.y")],
+        "0.10.0": [row("a", 4.0, "0.10.0")],
+    }
+    for version, each in stored.items():
+        rows.save(tmp_path / f"{version}.csv", each)
+    values = {each["what"]: float(each["value"]) for each in changes.newest(tmp_path)}
+    assert values == {"a": 4.0, "b": 3.0}
+    assert len(changes.newest(tmp_path, until="0.9.0")) == 3
 
 
 def test_the_list_of_measurements_needs_none_of_their_libraries() -> None:

@@ -242,7 +242,7 @@ def test_a_pushed_walk_that_begins_where_another_came_to_is_the_same(task, engin
 
 def test_what_is_seen_late_or_in_mujoco_is_walked_from_the_start(task):
     assert settled_walks(WalkingEnvironment(task, engine="mujoco"), "any") is None
-    late = WalkingEnvironment(changed(task, environment={"observation_delay": 0.06}))
+    late = WalkingEnvironment(changed(task, environment={"observation_delays": (0.06, 0.06, 0.06)}))
     assert settled_walks(late, "any") is None
     now = WalkingEnvironment(task)
     assert settled_walks(now, "one") is settled_walks(now, "one")

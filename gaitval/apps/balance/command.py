@@ -12,9 +12,20 @@ from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
 if TYPE_CHECKING:
-    from gaitval.apps.balance.disturb import Ground
+    from gaitval.apps.balance.disturb import Disturbance
     from gaitval.apps.balance.results import PerturbResult
     from gaitval.coordinates import Side
+
+
+DelayOption = Annotated[
+    str | None,
+    typer.Option(
+        "--delay",
+        metavar="MS[:MS:MS]",
+        show_default=False,
+        help="What it feels is old: joints and feet, balance organ, vision.",
+    ),
+]
 
 
 @added_command(
@@ -63,13 +74,7 @@ def perturb(
     largest: Annotated[
         bool, typer.Option("--largest", help="The largest pushes survived by all of five starts.")
     ] = False,
-    delay: Annotated[
-        str | None,
-        typer.Option(
-            "--delay", metavar="MS[:MS:MS]", show_default=False,
-            help="What it feels is old: joints and feet, balance organ, vision.",
-        ),
-    ] = None,
+    delay: DelayOption = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -151,11 +156,11 @@ def _side(side: str) -> "Side":
 
 def _grounds(
     slips: Sequence[str], trips: Sequence[str], drops: Sequence[float], side: str
-) -> "list[Ground]":
+) -> "list[Disturbance]":
     from gaitval.apps.balance.disturb import Slip, StepDown, Trip, checked
 
     foot = _side(side)
-    made: list[Ground] = [
+    made: list[Disturbance] = [
         *(Slip(foot, *_two("--slip", each, "0.1:0.3")) for each in slips),
         *(Trip(foot, *_two("--trip", each, "0.5:0.1")) for each in trips),
         *(StepDown(foot, each) for each in drops),

@@ -56,7 +56,7 @@ class StepDown:
     drop: float = 0.05
 
 
-Ground = Slip | Trip | StepDown
+Disturbance = Slip | Trip | StepDown
 _LIMITS: Final = {
     "grip": (0.0, 1.0, "a share of the usual friction, 0 to 1"),
     "distance": (0.0, 5.0, "m, 0 to 5"),
@@ -67,7 +67,7 @@ _LIMITS: Final = {
 }
 
 
-def checked(ground: Ground) -> Ground:
+def checked(ground: Disturbance) -> Disturbance:
     """The `ground`. Raises ConfigurationError if it cannot be walked on."""
     if ground.side not in SIDES:
         raise ConfigurationError(f"side is {ground.side!r}. Give right or left.")
@@ -78,7 +78,7 @@ def checked(ground: Ground) -> Ground:
     return ground
 
 
-def usual_grounds(side: Side = "right") -> list[Ground]:
+def usual_grounds(side: Side = "right") -> list[Disturbance]:
     """The slips, trips and steps down that are compared with people."""
     return [
         *(Slip(side, grip, distance) for grip in (0.2, 0.05) for distance in (0.1, 0.3)),
@@ -97,7 +97,7 @@ class Planned:
     edge : m, x of a step down.
     """
 
-    ground: Ground
+    ground: Disturbance
     start: float
     edge: float = np.inf
 

@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 
 from gaitval.apps.balance.disturb import (
+    Disturbance,
     DisturbedEnvironment,
-    Ground,
     Planned,
     Slip,
     StepDown,
@@ -154,7 +154,7 @@ class DisturbedWalk:
     knee, plain_knee : (T,) rad, flexion of the knee of that side.
     """
 
-    ground: Ground
+    ground: Disturbance
     walk: BalanceWalk
     plain: BalanceWalk
     step: Footstep
@@ -199,7 +199,7 @@ class OnGround:
         )
 
     def walk(
-        self, ground: Ground, *, noise: float = 0.0, seed: int = 0, later: float = 0.0
+        self, ground: Disturbance, *, noise: float = 0.0, seed: int = 0, later: float = 0.0
     ) -> DisturbedWalk:
         """A walk on `ground`, from a start with `noise` rad on the joints by `seed`; a slip or a
         trip begins by so many actions `later`.
@@ -248,7 +248,9 @@ class OnGround:
             )
         return later[0]
 
-    def _plan(self, ground: Ground, level: Rollout, plain: BalanceWalk, step: Footstep) -> Planned:
+    def _plan(
+        self, ground: Disturbance, level: Rollout, plain: BalanceWalk, step: Footstep
+    ) -> Planned:
         time = plain.time
         if isinstance(ground, Trip):
             lift, strike = time[step.lift], time[step.strike]

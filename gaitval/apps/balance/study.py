@@ -15,7 +15,7 @@ from gaitval.apps.balance.compared import (
     published,
     sideways,
 )
-from gaitval.apps.balance.disturb import Ground, Slip, StepDown, Trip
+from gaitval.apps.balance.disturb import Disturbance, Slip, StepDown, Trip
 from gaitval.apps.balance.experiment import (
     DisturbedWalk,
     OnGround,
@@ -122,7 +122,7 @@ def recoveries(
     walker: TestedWalker,
     *,
     kinds: Collection[str] = KINDS,
-    grounds: Sequence[Ground] = (),
+    grounds: Sequence[Disturbance] = (),
     largest: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> Recoveries:
@@ -161,7 +161,7 @@ def recoveries(
     return Recoveries(result, plain, tuple(tried), tuple(walks), tuple(found))
 
 
-def _stands(on: OnGround, ground: Ground) -> tuple[bool, ...]:
+def _stands(on: OnGround, ground: Disturbance) -> tuple[bool, ...]:
     """Whether each start of an ensemble survives."""
     middle = (STARTS - 1) / 2
     return tuple(
@@ -176,7 +176,7 @@ def _largest(walker: TestedWalker, say: Callable[[str], None]) -> RobustPushes:
     return robust_pushes(walker.task, walker.policy, walker.mu, directions=directions)
 
 
-def _settings(ground: Ground) -> dict[str, Any]:
+def _settings(ground: Disturbance) -> dict[str, Any]:
     return {"kind": _KIND_OF[type(ground)], **asdict(ground)}
 
 

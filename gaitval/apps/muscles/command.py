@@ -14,6 +14,46 @@ if TYPE_CHECKING:
     from gaitval.musculature.gait import MuscleGait
 
 
+FolderArgument = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FOLDER",
+        help="Of an import, whole or refused for want of a gait cycle, or of a run.",
+        show_default=False,
+    ),
+]
+CriterionOption = Annotated[
+    str,
+    typer.Option(
+        "--criterion",
+        help="What is kept small: contact, contact by volume, squares, cubes, volume, spared knee.",
+    ),
+]
+EmgOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--emg",
+        metavar="FILE",
+        help="C3D or STO with electromyograms, called as the trial: what was computed is "
+        "compared with them. Once for each trial.",
+        show_default=False,
+    ),
+]
+EmgSideOption = Annotated[
+    str | None,
+    typer.Option(
+        "--emg-side",
+        metavar="right|left",
+        help="Leg of channels whose names do not say it.",
+        show_default=False,
+    ),
+]
+HeightOption = Annotated[
+    float | None,
+    typer.Option("--height", help="Stature, m, where an import was refused.", show_default=False),
+]
+
+
 @added_command(
     "gaitval muscles mine                        # an import",
     "gaitval muscles reports/S05 --bands         # a run",
@@ -21,22 +61,8 @@ if TYPE_CHECKING:
     after="report",
 )
 def muscles(
-    folder: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FOLDER",
-            help="Of an import, whole or refused for want of a gait cycle, or of a run.",
-            show_default=False,
-        ),
-    ],
-    criterion: Annotated[
-        str,
-        typer.Option(
-            "--criterion",
-            help="What is kept small: contact, contact by volume, squares, cubes, volume, spared "
-            "knee.",
-        ),
-    ] = "contact by volume",
+    folder: FolderArgument,
+    criterion: CriterionOption = "contact by volume",
     bands: Annotated[
         bool, typer.Option("--bands", help="Bands of 90 % by 200 draws, and what makes them.")
     ] = False,
@@ -53,31 +79,9 @@ def muscles(
             "--activation-dynamics", help="Activations rise and fall no faster than muscles can."
         ),
     ] = False,
-    height: Annotated[
-        float | None,
-        typer.Option(
-            "--height", help="Stature, m, where an import was refused.", show_default=False
-        ),
-    ] = None,
-    emg: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--emg",
-            metavar="FILE",
-            help="C3D or STO with electromyograms, called as the trial: what was computed is "
-            "compared with them. Once for each trial.",
-            show_default=False,
-        ),
-    ] = None,
-    emg_side: Annotated[
-        str | None,
-        typer.Option(
-            "--emg-side",
-            metavar="right|left",
-            help="Leg of channels whose names do not say it.",
-            show_default=False,
-        ),
-    ] = None,
+    height: HeightOption = None,
+    emg: EmgOption = None,
+    emg_side: EmgSideOption = None,
     emg_weight: Annotated[
         float,
         typer.Option("--emg-weight", help="Stay near the electromyograms, such as 10; 0 compares."),
