@@ -8,7 +8,9 @@ script for fitting basis models says the form): a Fourier series of ten harmonic
 times quadratic Bernstein polynomials of stride length over leg length and of the slope in degrees,
 fitted to every stride of ten people who walked at three speeds and nine slopes from -10 to 10
 degrees (Embry et al. 2018, IEEE DataPort, doi 10.21227/gk32-e868) and of ten others at five slopes
-(Reznick et al. 2021, Sci Data 8:282). Seconds.
+(Reznick et al. 2021, Sci Data 8:282). Both data sets are CC BY 4.0. The repository names no
+licence, so its coefficients and code stay there: what is shipped are mean angles of those people.
+Seconds.
 """
 
 import argparse
