@@ -12,6 +12,7 @@ import numpy as np
 from gaitval.arrays import Array, Flags, runs
 from gaitval.mocap.findings import Finding, finding, passed_over, seen_frames
 from gaitval.mocap.recording import Recording
+from gaitval.model.body import PARENTS
 
 FILLED: Final = 2
 """Frames at one exact place whose three coordinates are equal, as 9999 or -1: no camera measures
@@ -23,6 +24,8 @@ RIGID_M: Final = 0.03
 """m. A distance that varies by more in these frames is not one of a segment."""
 AWAY_M: Final = 0.2
 """m. No skin, and no belt of the pelvis, lets a distance within a segment change by so much."""
+JOINT_AWAY_M: Final = 0.6
+"""m, likewise, between segments: a leg that bends nears its ankle to the pelvis by 0.4 m."""
 HELD_AWAY_M: Final = 0.08
 """m, likewise, of a marker that rests: feet bend by 0.03 m."""
 SAME_AWAY_M: Final = 0.015
@@ -72,11 +75,13 @@ def without_fill_values(recording: Recording) -> Recording:
 class _Away(NamedTuple):
     """(T,) m by which the distances of a marker from the others of its segment differ from what
     they usually are: `most` of them differ by at least so much, `own` is the largest of its own
-    segment. 0 where they are not known.
+    segment. 0 where they are not known. The only marker of a segment is `alone`: joints move it
+    from the others, too.
     """
 
     most: Array
     own: Array
+    alone: bool
 
 
 def leave_out_lost(
@@ -107,13 +112,13 @@ def leave_out_lost(
     findings = []
     for number, name in enumerate(names):
         distances = away[name]
-        if distances is None or not (np.maximum(*distances) > SAME_AWAY_M).any():
+        if distances is None or not (np.maximum(distances.most, distances.own) > SAME_AWAY_M).any():
             continue
         path = markers[:, number]
         lost = _lost(path, distances, rate, _elsewhere(number, markers, names, segments))
         for begin, end in _merged(lost, distances, path, rate):
             during = slice(begin, end)
-            largest, seconds = float(np.maximum(*distances)[during].max()), (end - begin) / rate
+            largest, seconds = float(np.maximum(distances.most, distances.own)[during].max()), (end - begin) / rate
             how = _how(path[during], markers[during], number, rate)
             until = "from there on" if end == len(markers) else f"for {seconds:.2f} s"
             action = f"{how}: up to {largest:.2f} m off its place on the body; left out {until}"
@@ -159,10 +164,12 @@ def _away(
     None without two.
     """
     segment = segments.get(names[number])
-    rest = [i for i, name in enumerate(names) if i != number and name in segments]
-    own = [i for i in rest if segments[names[i]] == segment]
     if segment is None:
         return None
+    rest = [i for i, name in enumerate(names) if i != number and name in segments]
+    own = [i for i in rest if segments[names[i]] == segment]
+    if not own:  # of the segments that a joint holds to it
+        rest = [i for i in rest if _joined(segment, segments[names[i]])]
     differences, steady = list[tuple[float, Array]](), list[tuple[float, Array]]()
     for other in own if len(own) > 1 else rest:
         distance = np.linalg.norm(markers[:, number] - measured[:, other], axis=1)
@@ -187,7 +194,12 @@ def _away(
     place = np.clip(known // 2, 0, len(stacked) - 1)
     middle = np.take_along_axis(ordered, place[None], axis=0)[0]
     largest = np.nan_to_num(np.stack(within or [0.0 * stacked[0]])).max(axis=0)
-    return _Away(np.where(known >= 2, np.maximum(middle, 0.0), 0.0), largest)
+    return _Away(np.where(known >= 2, np.maximum(middle, 0.0), 0.0), largest, not own)
+
+
+def _joined(one: str, other: str) -> bool:
+    """Whether a joint of the model is between two segments."""
+    return PARENTS.get(one) == other or PARENTS.get(other) == one
 
 
 def _usual(distance: Array, stands: float | None) -> tuple[float, float] | None:
@@ -220,7 +232,9 @@ def _lost(path: Array, away: _Away, rate: float, elsewhere: Flags) -> Flags:
     same = _held(path, rate)
     rests = _long(step < RESTS / rate, rate)
     lost = (off > AWAY_M) | ((rests | elsewhere) & (off > HELD_AWAY_M))
-    odd = (off > SAME_AWAY_M) | (away.own > ONE_AWAY_M)
+    if away.alone:  # a joint moves it so far, but does not hold it there
+        lost = (off > JOINT_AWAY_M) | ((rests | elsewhere) & (off > AWAY_M))
+    odd = (off > (AWAY_M if away.alone else SAME_AWAY_M)) | (away.own > ONE_AWAY_M)
     for begin, end in zip(*runs(same), strict=True):
         # It is held all the while, also where its distances pass through what they were.
         if odd[begin:end].any():
