@@ -287,6 +287,9 @@ def _lags(
 def _why_exchanged(recording: Recording) -> str:
     """Why plates may show the other foot's forces, the likeliest first, and what to look at."""
     known = [plate for plate in recording.plates if np.isfinite(plate.corners).all()]
+    said = [f"{plate.name}={plate.foot}" for plate in recording.plates if plate.foot]
+    if said:
+        return f"Whose foot stood on them was said (--plate {', '.join(said)}): exchange the sides."
     round_ = [plate.name for plate in known if numbered_other_way(plate)]
     if round_:
         return f"The corners of plate {', '.join(round_)} are {RENUMBER}."

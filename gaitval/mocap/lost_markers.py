@@ -118,7 +118,10 @@ def leave_out_lost(
         lost = _lost(path, distances, rate, _elsewhere(number, markers, names, segments))
         for begin, end in _merged(lost, distances, path, rate):
             during = slice(begin, end)
-            largest, seconds = float(np.maximum(distances.most, distances.own)[during].max()), (end - begin) / rate
+            largest, seconds = (
+                float(np.maximum(distances.most, distances.own)[during].max()),
+                (end - begin) / rate,
+            )
             how = _how(path[during], markers[during], number, rate)
             until = "from there on" if end == len(markers) else f"for {seconds:.2f} s"
             action = f"{how}: up to {largest:.2f} m off its place on the body; left out {until}"

@@ -53,6 +53,7 @@ def test_code_and_whole_tables_count():
         identity_of(["jetpack"])
 
 
+@pytest.mark.slow
 def test_devices_of_a_subjects_file_count_as_those_of_the_table(tmp_path):
     """What they are and their code: another version of a shipped one is another study."""
     file = tmp_path / "person.toml"

@@ -38,6 +38,7 @@ def few(task, **training):
     return replace(task, configuration=configuration)
 
 
+@pytest.mark.slow
 def test_every_environment_of_an_adaptation_begins_and_is_disturbed_otherwise(person, monkeypatch):
     """The first wears the device of the table; no seed is used twice."""
     began = []

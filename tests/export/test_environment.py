@@ -56,6 +56,7 @@ def test_stable_baselines_checker_finds_nothing() -> None:
     assert all("action" in str(each.message) for each in message)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["extended", "paper"])
 def test_observations_stay_in_their_bounds_by_themselves(
     walked: ExportedWalk, monkeypatch: pytest.MonkeyPatch, kind: str

@@ -145,6 +145,7 @@ def test_gravity_pulls_down(body) -> None:
         np.testing.assert_allclose(body[2], [0.0, 0.0, -GRAVITY], atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["mujoco", "osim", "biomod"])
 def test_on_a_slope_gravity_is_that_of_its_axes(name, walked: ExportedWalk, tmp_path: Path) -> None:
     """Up 10 % and to the left 4 %: every program gets the vector, in its own axes."""

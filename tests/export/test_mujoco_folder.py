@@ -76,6 +76,7 @@ def test_it_walks_as_the_compiled_engine_does(
         np.testing.assert_allclose(theirs[name][:rows], expected, atol=1e-6, rtol=0, err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("environment", "law"),
     [

@@ -22,7 +22,7 @@ from synthetic_recording import (
 )
 
 from gaitval.configuration import ProcessingSettings
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.filters import low_pass
 from gaitval.gait.foot_forces import assign_forces, of_weight, resample_forces
@@ -192,18 +192,17 @@ def test_a_foot_a_little_beside_the_plate_is_used() -> None:
 
 def test_the_user_says_whose_foot_is_on_a_plate() -> None:
     recording = walk(belt=SPEED, plates=BELTS)
-    message = replace(
-        recording,
-        plates=tuple(
-            replace(plate, foot=side)
-            for plate, side in zip(recording.plates, ("left", "right"), strict=True)
-        ),
-    )
+
+    def said(*sides: Side) -> Recording:
+        stated = zip(recording.plates, sides, strict=True)
+        return replace(recording, plates=tuple(replace(each, foot=side) for each, side in stated))
+
     as_found, _ = assigned(recording)
-    as_said, findings = assigned(message)
+    as_said, findings = assigned(said("right", "left"))
     assert not [each for each in findings if "outside" in each.action]
-    assert not np.array_equal(as_found.force, as_said.force)
-    np.testing.assert_allclose(as_found.force[:, ::-1], as_said.force, atol=1e-9)
+    np.testing.assert_allclose(as_found.force, as_said.force, atol=1e-9)
+    with pytest.raises(RecordError, match=r"--plate 1=left, 2=right.*exchange"):
+        assigned(said("left", "right"))
 
 
 def test_a_centre_of_pressure_outside_both_feet_is_not_used() -> None:

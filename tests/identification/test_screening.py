@@ -85,6 +85,7 @@ def fixed(fit):
     return fit.solve(fixed=nominal_parameters())
 
 
+@pytest.mark.slow
 def test_the_extended_parameters_change_the_laws_as_their_derivatives_say(fit, fixed):
     count = len(fixed.common)
     places = [*range(3, 17), *range(count - len(EXTENDED), count)]

@@ -213,6 +213,7 @@ def test_a_walk_on_a_raised_floor_has_the_same_residuals():
     assert high.dynamics.centre_of_mass[0, 2] - low.dynamics.centre_of_mass[0, 2] > 0.4
 
 
+@pytest.mark.slow
 def test_a_looser_residual_changes_less(walk, guessed, found):
     model, positions = guessed
     loose = reduce_residuals(

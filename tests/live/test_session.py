@@ -107,6 +107,7 @@ def test_an_ended_session_answers_those_who_wait(walk):
     assert shown.seen.step == 0 or shown.seen.step <= walk.step
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.1, 0.5])
 def test_slow_motion_is_slow(walk, rate):
     with Watched(walk) as session:

@@ -114,6 +114,7 @@ def test_one_channel_of_a_plate_is_named(imported, sample, number, gain):
     assert f"too {'large' if gain > 1.0 else 'small'}" in flag.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("degrees", "way"), [(1.8, "right"), (-1.8, "left")])
 def test_cameras_that_lean_aside_beside_the_plates(imported, sample, degrees, way):
     """Turned about the direction of the walk, what is up goes to the right."""

@@ -51,7 +51,7 @@ EASY = {
 }
 """No pushes, no noise at the start, a high learning rate: what can be learnt in 40 updates."""
 
-UPDATES, SAMPLES = 40, 40 * 16 * 64
+UPDATES, SAMPLES = 60, 60 * 16 * 64
 
 TINY = {**EASY, "training": {**EASY["training"], "environments": 4, "hidden_units": 8}}
 TINY["training"] |= {"rollout_steps": 32, "batch_size": 64}
@@ -176,7 +176,7 @@ def steps_walked(task, policy):
 
 def test_a_short_training_raises_the_episode_length(trained):
     """The mean of the last 100 episodes against the first 100 (which 5 updates complete):
-    35 to 42 % longer with the five seeds tried."""
+    29 to 33 % longer, and 24 to 29 % more reward, with the three seeds tried."""
     _, folder, _ = trained
     rows = rows_of(folder)
     before, after = (float(rows[i]["episode_length"]) for i in (4, -1))

@@ -97,5 +97,6 @@ def test_ankles_of_people_who_are_left_out_are_nearer_than_by_a_line_through_nin
     assert np.mean(errors) < 0.095
 
 
+@pytest.mark.slow
 def test_the_shipped_scores_are_those_of_the_data(gait_data):
     assert ankle_scores.ankle_scores(gait_data) == ankle_scores.FILE.read_text("utf-8")

@@ -83,6 +83,7 @@ def turned_file(path: Path, out: Path, ground: Ground) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_a_whole_import_finds_it_and_its_moments_know_it(gait_data, level, tmp_path):
     """Forces turned by 5 %, not said: what the segments weigh is turned with them, so that the
     residual force on the pelvis stays as small as on the level; the subject keeps the slope."""

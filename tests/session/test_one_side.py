@@ -316,6 +316,7 @@ def test_an_angle_that_does_not_close_at_all_is_refused_or_left_out(found):
     assert "left out of the subject" in warning.message
 
 
+@pytest.mark.slow
 def test_an_angle_about_a_limb_may_drift_more_than_one_that_shows_a_steady_walk(found):
     part = drifting(found, "hip_rotation_l", 15.0)
     assert "hip_rotation_l" in subject_of(part).gait.angles

@@ -55,6 +55,7 @@ def without(made_up, processing):
     return work_out(request.model_copy(update=changed), processing)
 
 
+@pytest.mark.slow
 def test_a_walk_without_a_standing_trial_gives_the_same_body_and_angles(stood, without):
     for side in ("right", "left"):
         one, other = (getattr(found.body.chosen, side) for found in (stood, without))

@@ -1077,6 +1077,7 @@ def test_a_training_starts_from_the_policy_that_is_named(
         study.run_subject(scaled, scratch=True, start=named)
 
 
+@pytest.mark.slow
 def test_the_persons_own_stored_policy_is_no_start(
     scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -92,6 +92,7 @@ def test_it_finds_the_angles(sample: Path, imported: Imported) -> None:
         assert np.sqrt(np.mean(off**2)) < ANGLE, name
 
 
+@pytest.mark.slow
 def test_it_finds_the_lengths(sample: Path, imported: Imported) -> None:
     known = read_json(sample / "truth.json")["lengths"]
     leg = imported.found.body.chosen.right

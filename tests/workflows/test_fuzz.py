@@ -92,6 +92,7 @@ def test_the_kinds_are_named_as_they_are(kinds, commands):
     assert len(kinds) + len(commands) + len(fuzz_commands.SLOW) >= 18
 
 
+@pytest.mark.slow
 def test_a_command_that_is_no_more_is_no_refusal(tmp_path):
     """Else what proves nothing would count as refused."""
     with pytest.raises(Exception, match="No such command") as raised:

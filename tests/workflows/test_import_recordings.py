@@ -130,6 +130,7 @@ def test_sagittal_curves_are_those_of_the_same_person_at_another_speed(t01, gait
         assert abs(change.mean) < 5.0
 
 
+@pytest.mark.slow
 def test_opensim_finds_the_exported_moments_from_the_exported_files(
     rajagopal, tmp_path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -243,6 +243,7 @@ def test_the_subject_walks_as_the_recording(imported):
         assert apart < ANGLE_TOLERANCE + np.radians(0.05), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("noise", "processing", "off"), [(0.0, EXACT, 0.004), (0.003, USUAL, 0.03)]
 )
@@ -393,6 +394,7 @@ def test_an_import_is_read_again(from_python: Session, tmp_path: Path):
         Session.load(tmp_path)
 
 
+@pytest.mark.slow
 def test_motion_and_moments_from_python_are_those_of_the_import(imported, from_python: Session):
     case = imported(0.003, ProcessingSettings())
     files, walk = case.session, case.walk

@@ -94,6 +94,7 @@ def test_the_sentence_says_so(run):
     assert ("Distance from the prediction" in page) == (case == "predicted")
 
 
+@pytest.mark.slow
 def test_what_nobody_recorded_is_called_predicted_in_every_file(run):
     """The curves of the statistics have a band each, and no column or key says that they were
     recorded.
