@@ -112,14 +112,17 @@ def leave_out_lost(
     findings = []
     for number, name in enumerate(names):
         distances = away[name]
-        if distances is None or not (np.maximum(distances.most, distances.own) > SAME_AWAY_M).any():
+        if distances is None:
+            continue
+        furthest = np.maximum(distances.most, distances.own)
+        if not (furthest > SAME_AWAY_M).any():
             continue
         path = markers[:, number]
         lost = _lost(path, distances, rate, _elsewhere(number, markers, names, segments))
         for begin, end in _merged(lost, distances, path, rate):
             during = slice(begin, end)
             largest, seconds = (
-                float(np.maximum(distances.most, distances.own)[during].max()),
+                float(furthest[during].max()),
                 (end - begin) / rate,
             )
             how = _how(path[during], markers[during], number, rate)
