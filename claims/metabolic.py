@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from gaitval.simulation.rollout import Rollout
 
 TEN: Final = tuple(range(1, 11))
-CYCLES: Final = 5.0
+CYCLES: Final = 8.0
+"""So many that the shortest strides leave whole ones after the walk has settled."""
 STRIDES: Final = 100.0
 LOADS: Final = {"sildbw0": 0.0, "sild10w0": 10.0, "sild20w0": 20.0, "sild30w0": 30.0}
 """% of body mass of the conditions on the level that were given of Silder and others."""
