@@ -77,7 +77,6 @@ def rest_of(identifier: str) -> Array:
     return np.asarray(REST_SHARE * np.mean(rests, axis=0))
 
 
-@cache
 def _table() -> dict[str, tuple[float, float]]:
     """By person: `SoundSide.later` and `SoundSide.larger`."""
     return {row["person"]: (float(row["later"]), float(row["larger"])) for row in rows_of(TABLE)}
