@@ -130,6 +130,7 @@ def everything(place):
     return started(place, sys.executable, "-P", "-c", EVERYTHING, *ROOT.commands)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(ROOT.commands))
 def test_no_command_runs_or_reads_what_is_in_the_folder_that_it_is_started_in(
     place, everything, name

@@ -48,6 +48,7 @@ def wanted(rng, actions):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("device", DEVICES)
 def test_their_steps_are_those_of_the_compiled_engine(tasks, device):
     """0.3 s of it, to single precision; by then every foot has landed or left the ground."""

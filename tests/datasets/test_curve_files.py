@@ -204,6 +204,7 @@ def test_the_signs_of_sound_curves_are_not_doubted(subject, whole, tmp_path):
     assert [each for each in warnings if "do not show" not in each] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda each: each.identifier)
 @pytest.mark.parametrize(
     "name",

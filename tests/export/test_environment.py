@@ -37,6 +37,7 @@ def _one_reference(walked: ExportedWalk, monkeypatch: pytest.MonkeyPatch) -> Non
 BY_NAME = f"gaitval.apps.export.environment:{NAME}"
 
 
+@pytest.mark.slow
 def test_gymnasiums_checker_finds_nothing() -> None:
     """But for its advice on actions, which are to be -1 to 1 for it, and are not."""
     made = gymnasium.make(BY_NAME, walker="5")

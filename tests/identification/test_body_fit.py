@@ -142,6 +142,7 @@ def test_the_record_says_nothing_of_damping_and_friction(fit, solution):
     assert (found.contraction[2:] < 1.0).all()
 
 
+@pytest.mark.slow
 def test_the_planted_leg_is_found_within_its_uncertainty(fit, solution, person):
     """The prior knows it to 3.4 %; the record to half of that."""
     model = scale_subject(person.subject).model

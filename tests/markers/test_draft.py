@@ -63,6 +63,7 @@ def test_a_mirror_image_and_exchanged_sides_are_not_told_apart(
     assert not any(guess.used for guess in found.guesses)
 
 
+@pytest.mark.slow
 def test_two_exchanged_labels_are_never_used_unseen(stander: Recording) -> None:
     names = list(stander.names)
     one, other = names.index("RKNE"), names.index("LKNE")

@@ -133,6 +133,7 @@ def test_cameras_that_lean_aside_beside_the_plates(imported, sample, degrees, wa
     assert f"° {way}" in flag.message or f"deg {way}" in flag.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("side", "metres", "standing"), [("R", 0.03, False), ("L", -0.03, False), ("L", 0.018, True)]
 )
@@ -171,6 +172,7 @@ def test_other_planted_faults_are_named(imported, fault, check):
     assert f"{CHECK}: {check}" in named(imported(fault))
 
 
+@pytest.mark.slow
 def test_a_correction_brings_the_moments_back(imported):
     right, wrong = imported(None), imported("forces 35 ms late")
     corrected = imported("forces 35 ms late", correct=("delay",))

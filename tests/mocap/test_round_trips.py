@@ -44,6 +44,7 @@ def test_c3d(walked: ExportedWalk, tmp_path: Path) -> None:
     assert relative(again.markers, read.markers) < EQUAL
 
 
+@pytest.mark.slow
 def test_opensim(walked: ExportedWalk, tmp_path: Path) -> None:
     """The forces with markers of the same walk, as an import is given them."""
     _, motion, _, reaction, *_ = write_opensim(tmp_path, walked)

@@ -46,6 +46,7 @@ def test_the_slope_of_turned_forces_is_found_within_half_a_degree(level, slope):
     assert found.degrees == pytest.approx(np.rad2deg(np.arctan(slope / 100.0)), abs=0.5)
 
 
+@pytest.mark.slow
 def test_level_ground_stays_level(level):
     assert level.body.model.ground == LEVEL
     assert ground_of(level.request, level.trials, silent) == LEVEL

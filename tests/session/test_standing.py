@@ -188,6 +188,7 @@ def test_feet_that_are_not_flat_are_put_flat(lift):
         np.testing.assert_allclose(*lengths, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_knee_axis_off_its_marker_is_remarked_on_both_sides(stood):
     """The marker 15 mm in front of the axis, 50 mm from the middle of the knee: 17 degrees."""
     landmarks = stood.session.marker_set.landmarks

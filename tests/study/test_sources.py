@@ -243,6 +243,7 @@ NOT_CODE = {
 GROUPS = scaling_stages, learning_stages, identification_stages, walking_stages, report_stages
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STAGE_CODE)
 def test_every_stage_knows_the_code_that_it_runs(name: str) -> None:
     (stage,) = (vars(module)[name] for module in GROUPS if name in vars(module))

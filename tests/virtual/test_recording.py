@@ -77,6 +77,7 @@ def test_an_import_of_it_ends_in_a_subject_with_forces(sample: Path, imported: I
         assert sum(not cycle.reasons for cycle in walk.cycles[side]) >= 2
 
 
+@pytest.mark.slow
 def test_it_finds_the_angles(sample: Path, imported: Imported) -> None:
     known = truth(sample)
     (walk,) = imported.found.trials
@@ -118,6 +119,7 @@ def test_its_plates_carry_the_person(sample: Path) -> None:
     np.testing.assert_allclose(means / weight, 1.0, atol=FORCE)
 
 
+@pytest.mark.slow
 def test_markers_and_plates_are_of_the_same_instants(monkeypatch: pytest.MonkeyPatch) -> None:
     """Force is mass times the acceleration of the centre of mass, at each instant."""
     monkeypatch.setattr(made, "CAMERA_STEPS", 1)

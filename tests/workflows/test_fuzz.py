@@ -11,9 +11,12 @@ import pytest
 from fuzz import BAD, FIRST, Case, Worker, cases, merged, replaced, run_case
 from fuzz_mutators import MOT
 
-pytestmark = pytest.mark.skipif(
-    not sys.platform.startswith("linux"), reason="the limits of a case are those of Linux"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not sys.platform.startswith("linux"), reason="the limits of a case are those of Linux"
+    ),
+]
 
 
 FIRST_CASES, FURTHER_CASES = (150, 900) if os.environ.get("GAITVAL_FUZZ") else (75, 450)

@@ -68,6 +68,7 @@ def test_slow_strides_have_a_policy_that_learned_on_them():
         load_policy(folder)
 
 
+@pytest.mark.slow
 def test_a_body_that_is_felt_late_has_a_policy_that_learned_it_and_walks_from_the_start():
     settings = load_configuration(settings=list(LATE)).environment
     folder = general_policy(environment=settings)

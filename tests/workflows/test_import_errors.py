@@ -491,6 +491,7 @@ def test_two_markers_of_one_side_exchanged(laboratory: Laboratory, pair: tuple[s
     refuse(laboratory.request(walking=wrong), *words, through=everything)
 
 
+@pytest.mark.slow
 def test_two_tracking_markers_of_one_segment_are_exchanged_back(laboratory: Laboratory) -> None:
     """Which of them is which matters to nothing but their own places; and it is reported."""
     wrong = exchanged(laboratory.walking, "R.HF", "R.TT")

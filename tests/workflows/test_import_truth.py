@@ -52,6 +52,9 @@ from gaitval.session.session import Import
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import WalkingTrial, valid_cycles
 
+# all need the import of a made-up person, of which others have parts
+pytestmark = pytest.mark.slow
+
 EXACT = ProcessingSettings(
     marker_cutoff_hz=60.0, force_cutoff_hz=60.0, moment_force_cutoff_hz=60.0, force_threshold_n=2.0
 )
