@@ -278,6 +278,7 @@ def test_a_device_makes_nobody_stronger(person):
     np.testing.assert_array_equal(gains, WalkingEnvironment(person.task).walker.gains)
 
 
+@pytest.mark.slow
 def test_the_ground_acts_under_the_feet_of_a_walker_that_was_moved(person):
     """The contact law at the recorded states, which knows nothing of the move."""
     task = with_devices(person.task, load_devices("below_knee"))

@@ -93,6 +93,7 @@ def test_the_body_as_scaled_begins_with_its_reference(fit, fixed, monkeypatch):
     assert near == pytest.approx(standstill, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hip_flexion", "hip_adduction", "knee_angle", "ankle_angle"])
 def test_a_centre_out_of_place_moves_its_moment_by_the_force_on_its_own_foot(person, fit, name):
     """By the force times the SD of a centre's place; each centre has an error of its own."""

@@ -35,6 +35,7 @@ def test_bands_are_drawn(found):
     assert draw().startswith("<svg")
 
 
+@pytest.mark.slow
 def test_a_sound_session_fits_and_a_strange_one_is_said_not_to(found):
     rows = {row.name: row for row in found.measurement.fits}
     assert set(rows) == {*GROUPS} - {"forces in standing"}  # which the sample has not

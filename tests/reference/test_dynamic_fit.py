@@ -225,6 +225,7 @@ def test_it_stays_within_the_aims_of_the_project(fitted):
         assert value < limit, (kind, name, value)
 
 
+@pytest.mark.slow
 def test_the_foot_on_the_ground_does_not_slide(fitted):
     """In the flat phase a foot drifts less than OpenSim's checklist allows a marker: 2 cm root
     mean square and 4 cm at most."""

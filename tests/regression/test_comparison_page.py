@@ -87,6 +87,7 @@ def test_what_got_worse_stands_before_what_improved(page: Page) -> None:
     assert f"{before:.4g}{before + 0.5:.4g}10.0150.0worse" in text
 
 
+@pytest.mark.slow
 def test_each_row_says_worse_or_better_of_its_own_change(folder: Path) -> None:
     rows = rows_of((folder / "comparison.html").read_text(encoding="utf-8"))
     messages = {

@@ -1030,6 +1030,7 @@ def test_without_a_stored_policy_a_training_starts_from_nothing(scaled: Run) -> 
     assert study.train_stage(scaled, 1).inputs == files
 
 
+@pytest.mark.slow
 def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
     scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

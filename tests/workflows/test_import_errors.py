@@ -805,6 +805,7 @@ def test_forces_of_another_time(laboratory: Laboratory, whole_walk: Recording, l
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -55,6 +55,7 @@ def recorded(request: pytest.FixtureRequest) -> Recorded:
     return found
 
 
+@pytest.mark.slow
 def test_markers_are_within_the_published_limits(recorded):
     """OpenSim's checklist for inverse kinematics: RMS below 2 cm, largest below 4 cm."""
     errors = marker_errors(recorded.walk.kinematics)
