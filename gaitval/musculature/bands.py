@@ -20,6 +20,7 @@ from gaitval.musculature.forces import LegForces, MuscleForces, capacity_shares,
 from gaitval.musculature.leg_metabolics import muscle_rates
 from gaitval.musculature.mapping import LegLoads
 from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry
+from gaitval.musculature.pelvis_zero import SHAPES
 from gaitval.musculature.person import LegMuscles
 from gaitval.musculature.sharing import CRITERIA, Criterion
 
@@ -71,7 +72,7 @@ class Spreads:
     hip: float = 0.010
     moment: float = 0.06
     moment_time: float = 0.10
-    pelvis_zero: float = 0.087
+    pelvis_zero: float = SHAPES
     mass: float = 0.01
     weights: float = 1.0
     knee: float = 0.005

@@ -208,6 +208,7 @@ def share(
     recorded: Mapping[Side, RecordedActivation] | None = None,
     assist: Array | None = None,
     knees: Mapping[Side, float] | None = None,
+    pelvis_zero: float = 0.0,
 ) -> MuscleForces:
     """Share the moments of a motion out to the muscles.
 
@@ -228,6 +229,7 @@ def share(
     assist : (T, 25) Nm that devices make at the joints (`coordinates.ACTUATED`), which muscles need
         not.
     knees : `mapping.LegLoads.knee_aside` by side, m.
+    pelvis_zero : as for `mapping.leg_loads`, rad.
 
     Raises
     ------
@@ -240,7 +242,9 @@ def share(
     legs: dict[Side, LegForces] = {}
     for side in sides:
         aside = None if knees is None else knees.get(side)
-        loads = leg_loads(model, positions, dynamics, side[0], knee_aside=aside)
+        loads = leg_loads(
+            model, positions, dynamics, side[0], knee_aside=aside, pelvis_zero=pelvis_zero
+        )
         _check_angles(dynamics.time, loads, side)
         if assist is not None:
             loads = loads.assisted(

@@ -21,6 +21,7 @@ from gaitval.musculature.forces import LegForces, MuscleForces, RecordedActivati
 from gaitval.musculature.leg_metabolics import leg_rates
 from gaitval.musculature.metabolics import MODELS
 from gaitval.musculature.paths import COORDINATES, table
+from gaitval.musculature.pelvis_zero import pelvis_zero, walking_tilt
 from gaitval.musculature.sharing import Criterion
 
 if TYPE_CHECKING:
@@ -275,13 +276,15 @@ def muscles_of(
     pieces: list[tuple[str, Side, MuscleForces]] = []
     cut: dict[Side, list[tuple[MuscleForces, float, float]]] = {}
     remarks: list[str] = []
+    tilt = walking_tilt(motions)
+    zero = 0.0 if tilt is None else pelvis_zero(tilt)
     for motion in motions:
         for side in sides:
             whole = list(motion.cycles.get(side, ()))
             for start, end in _joined(whole or motion.spans.get(side, ())):
                 seen = None if recorded is None else recorded.get(motion.name, {}).get(side)
                 found = _share_span(
-                    motion, side, start, end, criterion, strength, dynamics_of_activation, seen
+                    motion, side, start, end, criterion, strength, dynamics_of_activation, seen, zero
                 )
                 if not whole:
                     found = _within(found, start, end)
@@ -332,6 +335,7 @@ def _share_span(
     strength: Mapping[str, float] | float,
     dynamics_of_activation: bool,
     recorded: RecordedActivation | None,
+    zero: float,
 ) -> MuscleForces:
     time = motion.dynamics.time
     every = max(1, round(1.0 / (RATE * float(np.median(np.diff(time))))))
@@ -351,6 +355,7 @@ def _share_span(
         recorded=None if recorded is None else {side: recorded},
         assist=None if motion.assist is None else motion.assist[rows],
         knees=motion.knees,
+        pelvis_zero=zero,
     )
 
 
