@@ -290,7 +290,7 @@ def cost(given: claims.Given) -> list[Claim]:
     from scipy.stats import spearmanr
 
     from claims.metabolic import _measured, _middle
-    from gaitval.apps.devices.costs import model_band
+    from gaitval.apps.devices.costs import person_band
 
     names = {
         "level": "sildbw0", "load_10": "sild10w0", "load_20": "sild20w0", "load_30": "sild30w0",
@@ -316,7 +316,7 @@ def cost(given: claims.Given) -> list[Claim]:
                 )
                 for m in walks[TEN[0]]["level"]["gross"]
             ]
-            low, high = model_band(changes)
+            low, high = person_band(changes)
             inside.append(bool(low <= measured[i] - measured[0] <= high))
             print(name, f"{low:.2f} to {high:.2f}, measured {measured[i] - measured[0]:.2f}")
     rows.append(

@@ -136,12 +136,14 @@ class MuscleForces:
     mass_kg : of the body.
     criterion : what was kept small.
     legs : by side; a leg that is missing is left out.
+    dynamics_of_activation : whether activations changed no faster than muscles can.
     """
 
     time: Array
     mass_kg: float
     criterion: Criterion
     legs: Mapping[Side, LegForces]
+    dynamics_of_activation: bool = False
 
     @property
     def body_weight(self) -> float:
@@ -264,7 +266,7 @@ def share(
             dynamics_of_activation=dynamics_of_activation,
             recorded=None if recorded is None else recorded.get(side),
         )
-    return MuscleForces(dynamics.time, model.mass, chosen, legs)
+    return MuscleForces(dynamics.time, model.mass, chosen, legs, dynamics_of_activation)
 
 
 def _check_moments(dynamics: InverseDynamics) -> None:
