@@ -238,33 +238,40 @@ def _edge_landings(
     """The frames of `landings`; of one within `EDGE_SECONDS` of the frame `end`, the last that is
     known, where the `height` (T,) of the middle of the foot came down until then as it did before
     the landings `sunk`, in the mean over these.
+
+    A foot whose markers are lost while it swings falls fastest at their end. It has not landed:
+    before its other landings it came down so more than `LANDING_ERROR` earlier, and the landing is
+    left out.
     """
     inside = [
         at
         for at in sunk
         if end - at > EDGE_SECONDS * rate and at > (APPROACH_SECONDS + NEAR_LANDING) * rate
     ]
-    return [
-        float(np.mean([_as_before(height, each, at, end, rate) for each in inside]))
-        if inside and end - at <= EDGE_SECONDS * rate
-        else at
-        for at in landings
-    ]
+    found = []
+    for at in landings:
+        if not inside or end - at > EDGE_SECONDS * rate:
+            found.append(at)
+            continue
+        placed = float(np.mean([_as_before(height, each, at, end, rate) for each in inside]))
+        if placed <= end + LANDING_ERROR * rate:
+            found.append(min(placed, float(end)))
+    return found
 
 
 def _as_before(height: Array, landing: float, near: float, end: int, rate: float) -> float:
-    """The frame, up to `NEAR_LANDING` from `near`, from which back the `height` (T,), known up to
-    the frame `end`, goes down as it does before a `landing`; at most `end`.
+    """The frame from which back the `height` (T,), known up to the frame `end`, goes down as it
+    does before a `landing`: from `NEAR_LANDING` before `near` to `APPROACH_SECONDS` after the end.
     """
-    frames, most = np.arange(len(height)), NEAR_LANDING * rate
+    frames = np.arange(len(height))
     shown = np.arange(int(near - APPROACH_SECONDS * rate), end + 1)
-    tried = near + np.arange(-most, most + 0.05, 0.1)
+    tried = np.arange(near - NEAR_LANDING * rate, end + APPROACH_SECONDS * rate, 0.1)
 
     def differs(at: float) -> float:
         before = np.interp(landing + shown - at, frames, height)
         return float(np.var(height[shown] - before))
 
-    return min(float(tried[np.argmin([differs(at) for at in tried])]), float(end))
+    return float(tried[np.argmin([differs(at) for at in tried])])
 
 
 def _other_methods(paths: Array, rate: float, apart: int) -> dict[EventKind, tuple[Array, ...]]:

@@ -195,11 +195,25 @@ def test_events_in_a_gap_are_not_made_up() -> None:
     assert len(of(events, "right", "heel_strike")) == len(strikes("right", 6.0)) - 1
 
 
+def test_a_foot_that_is_lost_in_swing_has_not_landed() -> None:
+    recording = walk(marker_rate=250.0)
+    whole = of(marker_events(recording, landmarks=LANDMARKS), "right", "heel_strike")
+    for before in (0.06, 0.09, 0.12, 0.15, 0.18):
+        markers = recording.markers.copy()
+        lost = round(250.0 * (whole[-1] - before))
+        markers[lost:, recording.names.index("R.Heel")] = np.nan
+        seen = recording.with_markers(recording.names, markers)
+        found = of(marker_events(seen, landmarks=LANDMARKS), "right", "heel_strike")
+        assert found == pytest.approx(whole[:-1], abs=0.01), before
+
+
 def test_a_landing_at_the_very_end_is_as_far_down_the_path_as_those_before() -> None:
     frames = np.arange(272)  # a foot comes down every 110 frames: at 50, 160 and 270
     height = 0.02 * (1.0 + np.cos(2.0 * np.pi * (frames - 50) / 110 - 1.2)) + 1e-4 * frames
     landings = _edge_landings([50.0, 160.0, 265.0], [50.0, 160.0], height, 271, 100.0)
     assert landings == pytest.approx([50.0, 160.0, 270.0], abs=0.1)
+    # a foot whose markers are lost 120 ms before it lands has not landed where they end
+    assert _edge_landings([50.0, 160.0, 256.0], [50.0, 160.0], height, 258, 100.0) == [50.0, 160.0]
     # with nothing to go by it stays
     assert _edge_landings([265.0], [265.0], height, 271, 100.0) == [265.0]
 
