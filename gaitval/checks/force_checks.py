@@ -204,8 +204,9 @@ def force_warnings(
     for name, members in by_plate.items():
         sides = [side for side in SIDES if any(stance.side == side for stance, _ in members)]
         where = f"plate {name} ({' and '.join(sides)} foot, {count_of(len(members), 'stance')})"
-        found += _horizontal(name, where, [figures for _, figures in members])
-        found += _free_moment(name, where, [figures for _, figures in members])
+        horizontal = [*_horizontal(name, where, [figures for _, figures in members])]
+        # the free moment is what horizontal forces leave of the vertical moment
+        found += horizontal or _free_moment(name, where, [figures for _, figures in members])
     return tuple(found)
 
 

@@ -17,7 +17,7 @@ from gaitval.datasets.plausible import unusual_build
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.foot_forces import LIGHTEST, of_weight
-from gaitval.gait.quality_flags import QualityFlag, refuse_certain
+from gaitval.gait.quality_flags import QualityFlag, refuse_certain, told_once
 from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.session.average import check_mass, drift_warnings, mean_angles, mean_kinetics
 from gaitval.session.incline import ground_of
@@ -91,10 +91,10 @@ class Import:
 
     @property
     def warnings(self) -> tuple[tuple[str, QualityFlag], ...]:
-        """All warnings, each with its trial."""
+        """All warnings, each with its trial; what several trials show alike is one."""
         of_trials = ((walk.name, warning) for walk in self.trials for warning in walk.warnings)
         of_means = (("all trials", warning) for warning in self.of_means)
-        return *self.session.warnings, *of_trials, *of_means
+        return told_once((*self.session.warnings, *of_trials, *of_means))
 
 
 @dataclass

@@ -23,7 +23,7 @@ from gaitval.importing.summary import trial_residuals
 from gaitval.importing.write import write_subject
 from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.session import session
-from gaitval.session.average import drift_warnings, largest_drift
+from gaitval.session.average import drift_warnings, largest_drift, usual_drift
 from gaitval.session.one_side import completed_sides
 from gaitval.session.one_side_warnings import one_side_warnings, refuse_without_forces
 from gaitval.session.subject import subject_of
@@ -327,12 +327,24 @@ def test_an_angle_about_a_limb_may_drift_more_than_one_that_shows_a_steady_walk(
 
 
 def test_several_curves_that_do_not_close_are_one_warning(found):
-    part = drifting(drifting(found, "knee_angle_l", 7.0), "hip_rotation_l", -9.0)
+    part = drifting(drifting(found, "knee_angle_l", 7.0), "hip_rotation_l", -12.0)
     (warning,) = drift_warnings(part.angles, {})
     assert set(warning.where.split(", ")) == {"knee_angle_l", "hip_rotation_l"}
-    assert warning.value == pytest.approx(9.0, abs=1.5)  # the largest
+    assert warning.value == pytest.approx(12.0, abs=1.5)  # the largest, beside what is usual
     assert "knee_angle_l +" in warning.message
     assert "hip_rotation_l -" in warning.message
+
+
+def test_a_mean_of_more_strides_drifts_less_and_a_turned_foot_more(found):
+    one, two, hundred = (usual_drift("knee_angle_r", "angle", n) for n in (1, 2, 100))
+    assert one == pytest.approx(np.sqrt(2.0) * two)
+    assert hundred == pytest.approx(np.radians(4.0))
+    assert usual_drift("foot_list_l", "angle", 1) == pytest.approx(2.0 * one)
+    curve = found.angles["knee_angle_l"]
+    for cycles, told in ((1, 0), (2, 1)):
+        drift = np.radians(5.0) * np.linspace(-0.5, 0.5, 101) + 0.0 * curve.mean
+        part = replace(curve, mean=drift, curves=np.tile(drift, (cycles, 1)))
+        assert len(list(drift_warnings({"knee_angle_l": part}, {}))) == told
 
 
 def test_a_moment_that_does_not_close_is_told(found):
