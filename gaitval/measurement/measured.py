@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.checks.force_checks import SATURATED
+from gaitval.checks.force_checks import HORIZONTAL, SATURATED
 from gaitval.checks.laboratory_checks import FLOOR_TILTED
 from gaitval.checks.motion_checks import WEIGHT
 from gaitval.coordinates import Side, split_side
@@ -19,7 +19,7 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.measurement.bands import AXES, Bands, bands
 from gaitval.measurement.correct import corrected, wanted
 from gaitval.measurement.estimate import Examined, examined
-from gaitval.measurement.fault_text import OF_WEIGHT, FaultRow, rows, unused, warnings
+from gaitval.measurement.fault_text import OF_A_PLATE, OF_WEIGHT, FaultRow, rows, unused, warnings
 from gaitval.measurement.knee_markers import knee_warnings
 from gaitval.measurement.knee_places import knee_place_warnings, knee_places
 from gaitval.measurement.page import (
@@ -215,7 +215,9 @@ def unexplained(flags: Iterable[QualityFlag], checks: Set[str]) -> Iterator[Qual
         tilted = FLOOR_TILTED in checks and flag.check.endswith(LIKE_TILT)
         # with a wrong mass or unit, a plate with the right forces looks wrong by as much
         heavier = WEIGHT in checks and flag.check.endswith(OF_WEIGHT)
-        if not tilted and not heavier:
+        # a horizontal force of the wrong sign looks like each of these on every plate
+        reversed_force = checks & HORIZONTAL and flag.check.endswith(OF_A_PLATE)
+        if not tilted and not heavier and not reversed_force:
             yield flag
 
 

@@ -86,7 +86,7 @@ def test_who_stands_with_one_knee_bent_has_no_marker_beside_the_knee(imported):
     assert list(knee_place_warnings(KneePlaces(places.forward, places.sound), landmarks))
 
 
-def test_what_a_wrong_mass_or_a_tilted_floor_explains_is_no_fault_of_a_plate():
+def test_what_something_found_before_explains_is_no_fault_of_a_plate():
     flags = [
         QualityFlag(f"{CHECK}: {kind}", "plate 1", 1.0, 0.5, "1", "is wrong")
         for kind in ("gain", "offset", "place", "delay")
@@ -98,6 +98,7 @@ def test_what_a_wrong_mass_or_a_tilted_floor_explains_is_no_fault_of_a_plate():
     assert left() == ["gain", "offset", "place", "delay"]
     assert left("weight") == ["place", "delay"]
     assert left(FLOOR_TILTED) == ["gain", "delay"]
+    assert left("push towards the middle line") == ["delay"]
 
 
 @pytest.mark.parametrize(
