@@ -254,9 +254,28 @@ def _odd_lengths(scaled: ScaledBody) -> Iterator[QualityFlag]:
                 "of bare feet: the shoes have thick soles, or the floor is not at z = 0 (--floor "
                 "0.02 says that the person stands 2 cm higher)",
             )  # fmt: skip
+    longer = {
+        row.segment: row.right_m - row.left_m
+        for row in scaled.table
+        if row.segment in ("thigh", "shank") and row.right_m is not None and row.left_m is not None
+    }
+    thigh, shank = longer.get("thigh", 0.0), longer.get("shank", 0.0)
+    knees = min(abs(thigh), abs(shank)) > USUAL_ASYMMETRY > abs(thigh + shank)
+    if knees:
+        # a knee's centre that is too high makes its thigh shorter by what its shank is longer
+        yield QualityFlag(
+            "legs that differ", "knee", abs(thigh - shank) / 2.0, USUAL_ASYMMETRY, "m",
+            f"the right thigh is {1000 * abs(thigh):.0f} mm {'longer' if thigh > 0 else 'shorter'} "
+            f"than the left one and its shank as much {'shorter' if thigh > 0 else 'longer'}: the "
+            "legs are alike, and the markers of a knee are too high on one side or too low on the "
+            "other. Look at them in standing; both sides get the mean",
+        )  # fmt: skip
+    for row in scaled.table:
         if row.right_m is None or row.left_m is None or row.segment in ("upper arm", "forearm"):
             continue
-        if abs(row.right_m - row.left_m) > USUAL_ASYMMETRY:
+        if abs(row.right_m - row.left_m) > USUAL_ASYMMETRY and not (
+            knees and row.segment in longer
+        ):
             yield QualityFlag(
                 "legs that differ", row.segment, abs(row.right_m - row.left_m), USUAL_ASYMMETRY,
                 "m", f"right {row.right_m:.3f} m and left {row.left_m:.3f} m: a marker is off, or "
