@@ -20,10 +20,12 @@ from gaitval.model.body import BodyModel
 from gaitval.model.ground import Ground
 from gaitval.model.markers import ModelMarker
 from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.markers.spines import SPINES
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import scale_by_pairs
 from gaitval.scaling.scaling import HIGHEST_BARE_ANKLE, USUAL_ASYMMETRY, ScaledBody, build_body
 from gaitval.session.odd_sides import odd_sides
+from gaitval.session.pelvis_markers import FROM_CRESTS
 from gaitval.session.read import SessionRecordings, about_file, of_trial
 from gaitval.session.request import Notify, Request, silent
 from gaitval.session.standing import standing_places
@@ -152,6 +154,8 @@ def _by_standing(
     """The body by the landmarks of the standing trial."""
     places, marker_set = standing_places(session.standing), session.marker_set
     on_landmarks = marker_set.on_landmarks({name: at.tolist() for name, at in places.items()})
+    by_crests = any(warning.check == FROM_CRESTS for _, warning in session.warnings)
+    estimated = SPINES if by_crests else ()
     with about_file(str(request.static)):
         measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
         measured = replace(measured, symmetric=symmetric)
@@ -162,7 +166,7 @@ def _by_standing(
             *_odd_lengths(scaled),
             *_odd_stature(scaled, request),
             *_odd_widths(request),
-            *odd_sides(on_landmarks),
+            *odd_sides(on_landmarks, estimated),
         )
         for warning in odd:
             notify("warnings", str(warning))

@@ -296,6 +296,13 @@ def made_up(**changes):
 ADULT = SimpleNamespace(identifier="made up", sex="M", age_years=30.0, mass_kg=70.0, height_m=1.70)
 
 
+@pytest.mark.parametrize(("tilt", "crests"), [(-0.46, True), (0.8, False)])
+def test_front_markers_of_a_pelvis_that_are_too_high_may_be_on_its_crests(tilt, crests):
+    with pytest.raises(ScalingError, match=f"tilted forward by {np.degrees(tilt):.0f} ") as caught:
+        build_body(ADULT, replace(made_up(), pelvic_tilt=tilt))
+    assert ("R.Crest" in str(caught.value)) == crests
+
+
 def test_toes_are_an_ellipsoid_from_between_the_heads_to_the_tip():
     """By hand: the joint is at (0.12, -0.02) m, half as high as the heads' 0.025 m; the tip at
     0.24 - 0.05 = 0.19 m. The toes are 0.07 m long, 0.10 m wide and 0.025 m high."""
