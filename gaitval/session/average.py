@@ -100,9 +100,9 @@ in 99 % all of nine angles end nearer than this to where they began (WBDS, Fukuc
 Front Neurosci 17:992585; Hood 2020, Sci Data 7:150): one angle by itself does in 99 % within 4.2
 degrees, and then every twelfth stride has one that is beyond. So do the moments of all of 52 single
 cycles of 13 people, most of them children."""
-OF_PITCH: Final = float(np.radians(7.3))
-"""rad. The foot's pitch adds up tilt, hip, knee and ankle; it turns by 250 degrees a second when
-the foot lands, so that a strike 10 ms late is 2.5 degrees. The largest of the same 208 strides."""
+TIMING: Final = 2.0
+"""% of a cycle by which the one strike of a foot may be timed unlike the other (99 % of 20 ms in a
+stride of 1 s, `events.FOOT_SPREAD`): what an angle that changes fast there drifts by of itself."""
 ABOUT: Final = ("hip_rotation", "subtalar", "foot_list", "foot_progression", "pelvis_rotation")
 """Angles that a foot changes which is put down a little elsewhere. As in `largest_drift` they may
 drift by twice as much: at most 10.6 degrees in 64 single strides of three boys of 10 to 15 years,
@@ -111,19 +111,18 @@ LEAST_DRIFT: Final = float(np.radians(4.0))
 """rad. Closing it moves no point by more than 2 degrees, which nobody minds (McGinley 2009)."""
 
 
-def usual_drift(name: str, kind: str, cycles: int) -> float:
-    """By how much (rad, Nm/kg) the mean curve of this `name` and `kind` over so many `cycles`
-    differs between its ends in nearly everybody: single strides of people are not alike, and their
-    mean drifts the less the more there are.
+def usual_drift(name: str, kind: str, curve: AverageCurve) -> float:
+    """By how much (rad, Nm/kg) the mean `curve` of this `name` and `kind` differs between its ends
+    in nearly everybody: single strides of people are not alike, nor is the time of a strike exact,
+    and their mean drifts the less the more there are.
     """
     usual = USUAL_DRIFT[kind]
     if kind == "moment":
         return usual
-    if name.startswith("foot_pitch"):
-        usual = OF_PITCH
-    elif name.startswith(ABOUT):
+    if name.startswith(ABOUT):
         usual *= 2.0
-    return max(LEAST_DRIFT, usual / float(np.sqrt(cycles)))
+    fast = float(np.mean(np.abs(np.diff(curve.mean)[[0, -1]])))  # a % of the cycle
+    return max(LEAST_DRIFT, float(np.hypot(usual, TIMING * fast) / np.sqrt(len(curve.curves))))
 
 
 def left_open(name: str, curve: Array) -> bool:
@@ -149,7 +148,7 @@ def drift_warnings(
     ):
         for name, curve in curves.items():
             gap = float(curve.mean[-1] - curve.mean[0])
-            usual = usual_drift(name, kind, len(curve.curves))
+            usual = usual_drift(name, kind, curve)
             if abs(gap) <= usual:
                 continue
             out = kind == "angle" and left_open(name, curve.mean)
