@@ -261,6 +261,7 @@ def _usable_walks(
     # What cannot be right in one trial is no chance in another, nor on another plate: a wrong sign
     # is the laboratory's.
     wrong = {warning.check for walk in known.trials for warning in walk.warnings if warning.certain}
+    refused: list[tuple[str, QualityFlag]] = []
     for walk in known.trials:
         warnings = [
             replace(warning, certain=True) for warning in walk.warnings if warning.check in wrong
@@ -270,6 +271,14 @@ def _usable_walks(
             walks.append(walk)
         except RecordError as error:
             failed.append((walk.name, error))
+            refused += [(walk.name, warning) for warning in warnings]
+    if not walks and len(known.trials) > 1:
+        last = known.trials[-1].recording
+        refuse_certain(
+            ", ".join(dict.fromkeys(name for name, _ in refused)),
+            [warning for _, warning in told_once(refused, by_plate=True)],
+            len(last.plates),
+        )
     if not walks:
         raise failed[-1][1]
     for name, why in failed:
