@@ -163,7 +163,7 @@ def _by_standing(
             notify("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
         scaled = build_body(request, measured)
         odd = (
-            *_odd_lengths(scaled),
+            *_odd_lengths(scaled, stood=not request.stands_in_walk),
             *_odd_stature(scaled, request),
             *_odd_widths(request),
             *odd_sides(on_landmarks, estimated),
@@ -248,8 +248,10 @@ def _by_pairs(
     return factors, (model, place_markers(model, by_pairs, places, marker_set, **request.widths))
 
 
-def _odd_lengths(scaled: ScaledBody) -> Iterator[QualityFlag]:
-    """Warnings about lengths that are possible, and rare."""
+def _odd_lengths(scaled: ScaledBody, *, stood: bool = True) -> Iterator[QualityFlag]:
+    """Warnings about lengths that are possible, and rare. A pose that was put together from the
+    walk (not `stood`) has its feet at unlike heights.
+    """
     for row in scaled.table:
         if row.segment == "ankle height" and row.factor > HIGHEST_BARE_ANKLE:
             yield QualityFlag(
@@ -276,6 +278,8 @@ def _odd_lengths(scaled: ScaledBody) -> Iterator[QualityFlag]:
         )  # fmt: skip
     for row in scaled.table:
         if row.right_m is None or row.left_m is None or row.segment in ("upper arm", "forearm"):
+            continue
+        if row.segment == "ankle height" and not stood:
             continue
         if abs(row.right_m - row.left_m) > USUAL_ASYMMETRY and not (
             knees and row.segment in longer
