@@ -4,8 +4,8 @@ laboratories differ from what the built-in people have one expect.
     python -m experiments.forces_elsewhere ../public          # the file
     python -m experiments.forces_elsewhere ../public --check  # fails if it is another
 
-Reads the recordings of `claims.elsewhere`, with plates. Of all together, every laboratory as heavy as
-another, the second moment is kept in its `COMPONENTS` largest directions: no person's own curve.
+Reads the recordings of `claims.elsewhere`, with plates. Of all together, every laboratory as heavy
+as another, the second moment is kept in its `COMPONENTS` largest directions: no person's own curve.
 """
 
 from json import dumps
@@ -23,8 +23,8 @@ COMPONENTS = 12
 """Of 34. What is left out is less than the roughness that is added."""
 SOURCE = (
     "Pooled statistics of ground reaction forces of 17 people of five laboratories (Arnold 2013; "
-    "Gait2354 and Rajagopal 2016 of OpenSim; McGill and Shriners, Montreal; Plug-in Gait samples of "
-    "BTKData), computed by experiments/forces_elsewhere.py. No recording is kept."
+    "Gait2354 and Rajagopal 2016 of OpenSim; McGill and Shriners, Montreal; Plug-in Gait samples "
+    "of BTKData), computed by experiments/forces_elsewhere.py. No recording is kept."
 )
 
 

@@ -209,8 +209,9 @@ def _foot_events(
     both = bridged(columns[:, :2], known)
     middle = both.mean(axis=1)
     cutoff = min(LANDING_CUTOFF_HZ, 0.4 * rate)
-    low = low_pass(np.stack([both[:, 0], middle], axis=1), rate=rate, cutoff_hz=cutoff).T
-    sunk = [_timed_landing(*low, each, rate) for each in heel_first if each is not None]
+    pair = np.stack([both[:, 0], middle], axis=1)
+    low_heel, low = low_pass(pair, rate=rate, cutoff_hz=cutoff).T
+    sunk = [_timed_landing(low_heel, low, each, rate) for each in heel_first if each is not None]
     timed = dict(zip((each for each in heel_first if each is not None), sunk, strict=True))
     for sinking, swing in zip(heel_first, swings, strict=True):
         agreed = _agreed(others["heel_strike"], *swing, rate)

@@ -1,16 +1,15 @@
 """Forces of both feet by their total, which the motion of the centre of mass gives (Newton's law).
 
-What is expected of anybody is moved to the total, each foot by what people's forces do together. A
-person whose total falls and rises less between the peaks, for example, pushes off less and loads the
-other foot later. So the total, which alone says nothing of how two feet share it, says most of it
-through other people: it is the mean of a Gaussian process, given the total (Rasmussen & Williams
-2006, Gaussian processes for machine learning, section 2.2), whose covariance is the mean of two:
+What is expected of anybody is moved to the total, each foot by what people's forces do together. So
+the total, which alone says nothing of how two feet share it, says most of it through other people:
+forces are the mean of a Gaussian process, given the total (Rasmussen & Williams 2006, Gaussian
+processes for machine learning, chapters 2 and 5: from memory), whose covariance is the mean of two:
 
 * how forces of the built-in people differ from what the others are expected to do, each at its own
   contacts;
-* how forces of people of five other laboratories differ from it (`STORE`, pooled): shod or barefoot,
-  on a belt or over ground, adults and children. The forces of the built-in people alone begin to rise
-  alike.
+* how forces of people of five other laboratories differ from it (`STORE`, pooled): shod or
+  barefoot, on a belt or over ground, adults and children. The forces of the built-in people alone
+  begin to rise alike.
 
 The zero moment point of the whole body, which moves from one foot to the other as the load does,
 knows it less well, so it is not used (docs/notebook/estimate.md).
@@ -26,7 +25,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import GaitRecord
@@ -39,19 +38,23 @@ UNIT: Final = 1e-4
 CONTACT_TIMES: Final = np.concatenate(
     [np.arange(16) / 16, 1.0 + np.arange(28) / 28, 2.0 + np.arange(16) / 15]
 )
-"""(m,) instants of a stance: from landing (0) to the other foot's leaving (1), its landing (2) and the
-own foot's leaving (3)."""
+"""(m,) instants of a stance: from landing (0) to the other foot's leaving (1), its landing (2) and
+the own foot's leaving (3)."""
 _TO_MIDLINE: Final = {"right": np.array([1.0, 1.0, 1.0]), "left": np.array([1.0, -1.0, 1.0])}
 ELSEWHERE: Final = 0.5
 """What other laboratories count in the covariance: as much as the built-in people. Convention."""
 ROUGH: Final = np.array([0.008, 0.006, 0.02])
 """Body weights (forward, sideways, up) by which a force differs beside what people have shown, as a
-few people have not shown all; over `ROUGH_OVER` of the time between contacts. Half or twice of it is
-the same within 2 %."""
+few people have not shown all; over `ROUGH_OVER` of the time between contacts. Convention; with half
+or one and a half of it forces are as near within 2 %."""
 ROUGH_OVER: Final = 0.25
 NOISE: Final = np.array([0.009, 0.006, 0.013])
 """Body weights (forward, left, up) by which each harmonic of the total is off in markers of five
 laboratories."""
+NOISE_SCALES: Final = (0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 4.0)
+"""Of which a recording's own noise takes one: the one with which its total is likeliest."""
+NOISE_SPREAD: Final = 1.2
+"""Standard deviation of the logarithm of that scale, before the total is seen. Convention."""
 MEAN_NOISE: Final = 0.01
 """Body weights by which the mean is off: that of the mass."""
 HIGHEST_HZ: Final = 8.0
@@ -61,8 +64,8 @@ CORNER_HZ: Final = HIGHEST_HZ / (np.sqrt(2.0) - 1.0) ** 0.25
 
 
 class _Leg(NamedTuple):
-    """Of a foot over the right cycle: (`SAMPLES`, m) force at each phase by those at `CONTACT_TIMES`,
-    and signs (3,) that make it the force in the world.
+    """Of a foot over the right cycle: (`SAMPLES`, m) force at each phase by those at
+    `CONTACT_TIMES`, and signs (3,) that make it the force in the world.
     """
 
     spread: Array
@@ -75,21 +78,26 @@ def at_contacts(record: GaitRecord) -> Array:
     """
     found = []
     for side in SIDES:
-        phase = np.interp(CONTACT_TIMES, np.arange(4), contacts(record, side)[:4])
+        phase = np.interp(CONTACT_TIMES, np.arange(4), _of_stance(record, side))
         found.append(record.ground_reaction(side, phase) * _TO_MIDLINE[side])
     return np.array(found)
 
 
+def _of_stance(record: GaitRecord, side: Side) -> Array:
+    """Phases (4,) of `CONTACT_TIMES` 0 to 3; where there is no double support it takes no time."""
+    return np.maximum.accumulate(np.maximum(contacts(record, side)[:4], 0.0))
+
+
 def difference(record: GaitRecord, expected: GaitRecord) -> Array:
-    """(2, m, 3) by which the forces of a `record` differ from what is `expected` of anybody, each at
-    its own contacts.
+    """(2, m, 3) by which the forces of a `record` differ from what is `expected` of anybody, each
+    at its own contacts.
     """
     return at_contacts(record) - at_contacts(replace(expected, left_phase=0.5))
 
 
 def together(differences: Sequence[Array], weights: Iterable[float]) -> Array:
-    """(6m, 6m) second moment of `differences` (2, m, 3), n with weights; a person and its mirror image
-    count alike.
+    """(6m, 6m) second moment of `differences` (2, m, 3), n with weights; a person and the mirror
+    image count alike.
     """
     each = np.array(differences)
     both = np.concatenate([each, each[:, ::-1]]).reshape(2 * len(each), -1)
@@ -155,9 +163,9 @@ def with_total(record: GaitRecord, subject: Subject, others: Array | None = None
     return replace(record, forces=curves)
 
 
-def _leg(record: GaitRecord, side: Any) -> _Leg:
+def _leg(record: GaitRecord, side: Side) -> _Leg:
     own = PHASES if side == "right" else (PHASES - record.left_phase) % 1.0
-    on = contacts(record, side)[:4]
+    on = _of_stance(record, side)
     when = np.interp(own, on, np.arange(4))
     hats = np.array([np.interp(when, CONTACT_TIMES, one) for one in np.eye(len(CONTACT_TIMES))]).T
     return _Leg(hats * (own <= on[-1])[:, None], _TO_MIDLINE[side])
@@ -193,7 +201,22 @@ def _given_total(
         noise.append(np.append(MEAN_NOISE, np.full(2 * kept, NOISE[c])) ** 2)
     saw = np.concatenate(seen)
     common = spread @ saw.T
-    inside = saw @ common + np.diag(np.concatenate(noise))
-    moved = forces + flat @ (common @ np.linalg.solve(inside, np.concatenate(lacks)))
+    weights = _likeliest(saw @ common, np.concatenate(noise), np.concatenate(lacks))
+    moved = forces + flat @ (common @ weights)
     moved[..., 2] = np.maximum(moved[..., 2], 0.0)
     return np.asarray(moved)
+
+
+def _likeliest(signal: Array, noise: Array, lacks: Array) -> Array:
+    """(k,) C⁻¹ y of what is lacking, y (k,), with C = `signal` (k, k) + the variances `noise` (k,)
+    times the square of the scale of `NOISE_SCALES` that y is likeliest with.
+    """
+    best, found = -np.inf, lacks
+    for scale in NOISE_SCALES:
+        inside = signal + np.diag(scale**2 * noise)
+        solved: Array = np.linalg.solve(inside, lacks).astype(float)
+        likely = -0.5 * float(np.linalg.slogdet(inside)[1] + lacks @ solved)
+        likely -= 0.5 * (np.log(scale) / NOISE_SPREAD) ** 2
+        if likely > best:
+            best, found = likely, solved
+    return found

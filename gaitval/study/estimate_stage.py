@@ -37,7 +37,14 @@ from gaitval.prediction.deviations import (
     trial_of,
     units,
 )
-from gaitval.prediction.estimate import OFFSETS, Estimate, elsewhere, estimate
+from gaitval.prediction.estimate import (
+    OFFSETS,
+    WIDER_ELSEWHERE,
+    WIDER_WITH_TOTAL,
+    Estimate,
+    elsewhere,
+    estimate,
+)
 from gaitval.prediction.force_split import with_total
 from gaitval.prediction.known import KINEMATIC_ACCURACY, KnownRecord, is_predicted
 from gaitval.prediction.normal_form import normal_form, record_from
@@ -120,8 +127,8 @@ def of_known(
     laboratories: Array | None = None,
 ) -> Estimate:
     """The estimate of the kinetics of `subject`, of whom `known` has the angles and what kinetics
-    are expected of anybody; the scaled `model` walks on the ground of `contact`. `laboratories`: how
-    forces differ in others, else as the package has it (`force_split.covariance`).
+    are expected of anybody; the scaled `model` walks on the ground of `contact`. `laboratories`:
+    how forces differ in others, else as the package has it (`force_split.covariance`).
     """
     (record, accuracy), others = known, builtin_subjects()
     own = with_total(at_own_contacts(record, subject), subject, laboratories)
@@ -141,7 +148,13 @@ def _seen(
     there = with_kinetics(record, subject, found.expected + found.regressed)
     there = with_total(at_own_contacts(there, subject), subject, laboratories)
     kinetics = kinetics_of(normal_form(there, subject.leg_length_m))
-    return replace(found, kinetics=kinetics + found.weights[:, None] * found.own)
+    weights, wide = found.weights.copy(), found.half_width
+    if knows_total(subject):  # is what mechanics says of the forces
+        weights[[kind == "forces" for kind, _ in KINETICS]] = 0.0
+        if not found.looked_at_angles:
+            wide = wide / WIDER_ELSEWHERE * WIDER_WITH_TOTAL
+    kinetics = kinetics + weights[:, None] * found.own
+    return replace(found, kinetics=kinetics, weights=weights, half_width=wide)
 
 
 def target_record(run: Run, model: BodyModel | None = None) -> KnownRecord:
