@@ -10,6 +10,8 @@ from gaitval.datasets.stored_gait import StanceFraction
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import FittedCurve, Force, GaitRecord
+from gaitval.prediction.deviations import KINETICS, kinetics_of
+from gaitval.prediction.estimate import WIDER_ELSEWHERE, WIDER_WITH_TOTAL, Estimate
 from gaitval.prediction.force_split import (
     CONTACT_TIMES,
     HIGHEST_HZ,
@@ -20,8 +22,10 @@ from gaitval.prediction.force_split import (
     elsewhere,
     with_total,
 )
+from gaitval.prediction.normal_form import SAMPLES, normal_form
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.prediction.seen import at_own_contacts, contacts, knows_contacts, speeds_beyond
+from gaitval.study.estimate_stage import _seen
 
 PHASE = np.arange(400) / 400
 
@@ -190,6 +194,31 @@ def test_the_total_says_how_people_s_feet_share_it(usual: GaitRecord, known: Sub
         errors.append(off)
     before, after = np.mean(errors, axis=0)
     assert after < 0.66 * before
+
+
+@pytest.mark.parametrize("total", [TOTAL, None])
+def test_where_the_total_is_known_mechanics_adds_nothing_to_forces(
+    usual: GaitRecord, known: Subject, total: Force | None
+) -> None:
+    subject = moved(known, total)
+    expected = kinetics_of(normal_form(usual, subject.leg_length_m))
+    none, wide = np.zeros_like(expected), np.ones((len(KINETICS), SAMPLES))
+    bare, found = (
+        _seen(
+            Estimate(expected, expected, wide, np.full(7, share), none, none + 0.1, False, {}),
+            usual,
+            subject,
+            None,
+        )
+        for share in (0.0, 0.5)
+    )
+    adds = (found.kinetics - bare.kinetics).mean(axis=(0, 2))
+    for added, width, (kind, _), less, more in zip(
+        adds, found.half_width[:, 0], KINETICS, WIDER_WITH_TOTAL, WIDER_ELSEWHERE, strict=True
+    ):
+        knows = total is not None
+        assert added == pytest.approx(0.0 if knows and kind == "forces" else 0.05, abs=1e-9)
+        assert width == pytest.approx(less[0] / more[0] if knows else 1.0)
 
 
 def test_other_laboratories_right_and_left_differ_alike() -> None:
