@@ -148,13 +148,14 @@ def _seen(
     there = with_kinetics(record, subject, found.expected + found.regressed)
     there = with_total(at_own_contacts(there, subject), subject, laboratories)
     kinetics = kinetics_of(normal_form(there, subject.leg_length_m))
-    weights, wide = found.weights.copy(), found.half_width
+    weights, wide, more = found.weights.copy(), found.half_width, dict(found.left_over)
     if knows_total(subject):  # is what mechanics says of the forces
         weights[[kind == "forces" for kind, _ in KINETICS]] = 0.0
+        more["total"] = np.ones(len(KINETICS))  # known, if less exactly than by a plate
         if not found.looked_at_angles:
             wide = wide / WIDER_ELSEWHERE * WIDER_WITH_TOTAL
     kinetics = kinetics + weights[:, None] * found.own
-    return replace(found, kinetics=kinetics, weights=weights, half_width=wide)
+    return replace(found, kinetics=kinetics, weights=weights, half_width=wide, left_over=more)
 
 
 def target_record(run: Run, model: BodyModel | None = None) -> KnownRecord:
