@@ -215,12 +215,13 @@ def test_a_body_on_it_carries_itself_without_a_policy(name, start):
 
 def test_it_stays_within_the_aims_of_the_project(fitted):
     """Goals and limits of the walks bound what they imitate. Adduction of the hip gives way to its
-    moment, where they contradict each other; the correction of the walk takes it back within 3°."""
+    moment, where they contradict each other; the correction of the walk takes it back within 3°.
+    Its rotation gives way to the foot on the ground."""
     limits = {"angle": 3.0, "moment": 0.15}
     forces = {"forward": 1.5, "sideways": 1.2, "vertical": 2.5}
     for (kind, name), value in departures(*fitted).items():
         limit = limits[kind] if kind != "force" else forces[name[:-2]]
-        if kind == "angle" and name.startswith("hip_adduction"):
+        if kind == "angle" and name.startswith(("hip_adduction", "hip_rotation")):
             limit = 5.0  # of the walks
         assert value < limit, (kind, name, value)
 
@@ -239,6 +240,18 @@ def test_the_foot_on_the_ground_does_not_slide(fitted):
         drift = ankle[flat] - ankle[flat].mean(axis=0)
         assert np.abs(drift).max() < 0.04
         assert np.sqrt((drift**2).sum(axis=1).mean()) < 0.02
+
+
+def test_a_flat_foot_hardly_turns_on_the_ground(fitted):
+    """The model's leg turns about its axis at the hip alone. Feet of S05 that kept her recorded hip
+    rotation within a degree turned by 3.5 and 4.5 degrees, hers as recorded by 2.8."""
+    model, record, reference = fitted
+    frames = segment_frames(model, reference.positions)
+    for i, side in enumerate(SIDES):
+        forward = frames[:, SEGMENTS.index(f"foot_{side[0]}"), :2, 0]
+        own = own_phases(record, reference)[i]
+        flat = (own > 0.12) & (own < 0.42)
+        assert np.rad2deg(np.ptp(np.arctan2(forward[flat, 1], forward[flat, 0]))) < 3.2
 
 
 def test_the_swinging_foot_clears_the_ground_and_the_standing_one_touches_it(fitted):
