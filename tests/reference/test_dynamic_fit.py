@@ -243,15 +243,15 @@ def test_the_foot_on_the_ground_does_not_slide(fitted):
 
 
 def test_a_flat_foot_hardly_turns_on_the_ground(fitted):
-    """The model's leg turns about its axis at the hip alone. Feet of S05 that kept her recorded hip
-    rotation within a degree turned by 3.5 and 4.5 degrees, hers as recorded by 2.8."""
+    """The model's leg turns about its axis at the hip alone. With hips held to the recorded rotation
+    within a degree, feet of S05 turned by 3.7 and 4.6 degrees; hers as recorded turn by 2.8."""
     model, record, reference = fitted
     frames = segment_frames(model, reference.positions)
     for i, side in enumerate(SIDES):
         forward = frames[:, SEGMENTS.index(f"foot_{side[0]}"), :2, 0]
         own = own_phases(record, reference)[i]
         flat = (own > 0.12) & (own < 0.42)
-        assert np.rad2deg(np.ptp(np.arctan2(forward[flat, 1], forward[flat, 0]))) < 3.2
+        assert np.rad2deg(np.ptp(np.arctan2(forward[flat, 1], forward[flat, 0]))) < 3.5
 
 
 def test_the_swinging_foot_clears_the_ground_and_the_standing_one_touches_it(fitted):
