@@ -243,8 +243,8 @@ def test_the_foot_on_the_ground_does_not_slide(fitted):
 
 
 def test_a_flat_foot_hardly_turns_on_the_ground(fitted):
-    """The model's leg turns about its axis at the hip alone. With hips held to the recorded rotation
-    within a degree, feet of S05 turned by 3.7 and 4.6 degrees; hers as recorded turn by 2.8."""
+    """The model's leg turns about its axis at the hip alone. With hips held to the recorded
+    rotation within a degree, feet of S05 turned by 3.7 and 4.6 degrees; as recorded by 2.8."""
     model, record, reference = fitted
     frames = segment_frames(model, reference.positions)
     for i, side in enumerate(SIDES):
