@@ -42,8 +42,8 @@ MISSED = {"S01": 0.10}
 which DART puts on the hip's adduction, peaks at 0.096 in one stance of S01."""
 
 MISSED_FORCE = {("S08", "vertical_l"): 2.6}
-"""% of body weight. A known miss of the limit of 2.5: this fit ends at 2.52, one with slightly other
-weights in another minimum at 2.25."""
+"""% of body weight. A known miss of the limit of 2.5: this fit ends at 2.52, one with slightly
+other weights in another minimum, at 2.25."""
 
 FITTED = ("S05",)
 """Of the built-in subjects, those whose references every run of the tests fits; CI fits all."""
