@@ -67,6 +67,7 @@ _Row = tuple[object, ...]
 ESTIMATE_ACCURACY: Final = KINEMATIC_ACCURACY._replace(
     sagittal=1.5 * KINEMATIC_ACCURACY.sagittal,
     frontal=1.5 * KINEMATIC_ACCURACY.frontal,
+    rotation=1.5 * KINEMATIC_ACCURACY.rotation,
     pelvis=1.5 * KINEMATIC_ACCURACY.pelvis,
     moment=0.02,
     adduction_moment=0.03,
