@@ -24,7 +24,9 @@ COMPONENTS = 12
 SOURCE = (
     "Pooled statistics of ground reaction forces of 17 people of five laboratories (Arnold 2013; "
     "Gait2354 and Rajagopal 2016 of OpenSim; McGill and Shriners, Montreal; Plug-in Gait samples "
-    "of BTKData), computed by experiments/forces_elsewhere.py. No recording is kept."
+    "of BTKData), computed by experiments/forces_elsewhere.py. No recording is kept. Licences: of "
+    "Montreal's MIT, of BTKData BSD-3-Clause; the others name none, and nothing of theirs but this "
+    "pool is here."
 )
 
 
