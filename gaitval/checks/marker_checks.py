@@ -46,10 +46,10 @@ LARGEST_HEIGHT_CHANGE: Final = 0.02
 """m. When a foot is flat, each of its markers is as high as in standing, but for what the floor of
 the two trials differs by: within 8 mm."""
 LARGEST_ASYMMETRY: Final = 0.014
-"""m, by which such a change of one foot's marker, beside the rest of the foot, may differ from that
-of the other foot: at most 5 mm in 21 public recordings, 8 mm in the walk of Rajagopal et al. 2016
-and in a natural walk of the OpenCap validation (10 mm with trunk sway). A head of a metatarsal that
-is 12 mm lower in standing turns the subtalar joint by 3 degrees."""
+"""m, by which such a change of one foot's marker, beside the foot's other markers, may differ from
+that of the other foot: at most 5 mm in 21 public recordings, 11 mm in the walk of Rajagopal et al.
+2016 and 8 mm in a natural walk of the OpenCap validation. A head of a metatarsal that is 12 mm
+lower in standing turns the subtalar joint by 3 degrees."""
 SPINES: Final = ("R.ASIS", "L.ASIS", "R.PSIS", "L.PSIS")
 LARGEST_TWIST: Final = 0.005
 """m, change of the right rear spine's distance from the plane of the other three: at most 1.8 mm in
@@ -296,10 +296,13 @@ def _height_changes(
 
 def _asymmetry(changes: Mapping[str, float], landmarks: Mapping[str, str]) -> Iterator[QualityFlag]:
     """The landmark whose height changes most differently in the two feet, if that is too much."""
-    # Keys without the side, so that the feet compare; each foot's own median takes out the floor.
+    # Keys without the side, so that the feet compare; the median of a foot's other markers takes
+    # out the floor. With the marker itself among them, one of two would hide half of its change.
     beside = {
         side: {
-            mark[2:]: change - float(np.median(list(own.values()))) for mark, change in own.items()
+            mark[2:]: change - float(np.median([own[other] for other in own if other != mark]))
+            for mark, change in own.items()
+            if len(own) > 1
         }
         for side in "RL"
         for own in [{mark: change for mark, change in changes.items() if mark[0] == side}]
