@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array, runs
+from gaitval.arrays import Array, Flags, runs
 from gaitval.checks.marker_checks import STUCK_TRAVEL
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Recording
@@ -32,40 +32,39 @@ LONG: Final = 0.25
 
 
 def filled_warnings(recording: Recording, segments: Mapping[str, str]) -> Iterator[QualityFlag]:
-    """A warning for each marker of a `recording`, as read, with a gap that was filled wrongly;
+    """A warning for all markers of a `recording`, as read, with a gap that was filled wrongly;
     `segments` has the segment of each marker.
     """
+    found: dict[str, tuple[float, str]] = {}
     for name in recording.names:
         filled = _filled(recording, name)
-        if not filled.any():
-            continue
+        seconds = float(filled.sum() / recording.marker_rate)
         others = [
             other
             for other in recording.names
             if other != name and segments.get(other) == segments.get(name, "torso") != "torso"
         ]
-        seconds = float(filled.sum() / recording.marker_rate)
         away = max((_away(recording, name, other, filled) for other in others), default=np.nan)
-        if away > AWAY or (not others and seconds > LONG):
-            off = (
-                f"and is up to {1000 * away:.0f} mm farther from its place beside the other "
-                "markers of its segment than in the rest of the trial"
-                if others
-                else "and no other marker shows its segment"
-            )
-            yield QualityFlag(
-                "filled gap", name, seconds, 0.0, "s",
-                f"its path is an exact polynomial for {seconds:.2f} s in all, {off}: a gap was "
-                "filled by a spline before the file was written, and the angles of its segment are "
-                "wrong there. Export the trial with the gaps left open, or fill them by the other "
-                "markers of the segment",
-            )  # fmt: skip
+        if away > AWAY:
+            found[name] = (seconds, f"by up to {1000 * away:.0f} mm")
+        elif not others and seconds > LONG:
+            found[name] = (seconds, "that nothing else shows, for it is alone on its segment")
+    if found:
+        parts = [f"{name} for {seconds:.2f} s, {off}" for name, (seconds, off) in found.items()]
+        yield QualityFlag(
+            "filled gap", ", ".join(found), max(seconds for seconds, _ in found.values()), 0.0, "s",
+            "paths that are exact polynomials, and farther from their places beside the other "
+            f"markers of their segments than in the rest of the trial: {'; '.join(parts)}. Gaps "
+            "were filled by splines before the file was written, and the angles of these segments "
+            "are wrong there. Export the trial with the gaps left open, or fill them by the other "
+            "markers of the segment",
+        )  # fmt: skip
 
 
-def _filled(recording: Recording, name: str) -> Array:
+def _filled(recording: Recording, name: str) -> Flags:
     """(T,) whether the path of a marker is an exact polynomial around a frame."""
     path, rate = recording.marker(name), recording.marker_rate
-    found = np.zeros(len(path), dtype=bool)
+    found: Flags = np.zeros(len(path), dtype=bool)
     for order, rounding in ORDERS.items():
         size = np.linalg.norm(np.diff(path, n=order, axis=0), axis=1)
         seen = size[np.isfinite(size)]
@@ -80,11 +79,11 @@ def _filled(recording: Recording, name: str) -> Array:
     return found
 
 
-def _away(recording: Recording, name: str, other: str, filled: Array) -> float:
+def _away(recording: Recording, name: str, other: str, filled: Flags) -> float:
     """m; NaN where the two are not seen together."""
     apart: Array = np.linalg.norm(recording.marker(name) - recording.marker(other), axis=1)
     seen = np.isfinite(apart)
-    inside, outside = apart[seen & filled.astype(bool)], apart[seen & ~filled.astype(bool)]
+    inside, outside = apart[seen & filled], apart[seen & ~filled]
     if not len(inside) or not len(outside):
         return float("nan")
     middle = np.median(outside)

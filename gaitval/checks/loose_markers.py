@@ -35,22 +35,24 @@ def loose_warnings(recording: Recording, segments: Mapping[str, str]) -> Iterato
             of.setdefault(segments[name], []).append(name)
     for names in of.values():
         shakes = {pair: _shake(recording, *pair) for pair in combinations(names, 2)}
-        found = {
-            name: float(np.median(own))
+        own = {
+            name: [s for pair, s in shakes.items() if name in pair and np.isfinite(s)]
             for name in names
-            if (own := [s for pair, s in shakes.items() if name in pair and np.isfinite(s)])
         }
-        worst = max(found.values(), default=0.0)
+        found = {name: float(np.median(own[name])) for name in names if own[name]}
+        worst = max(found, key=lambda name: found[name], default="")
+        if not worst or found[worst] <= LARGEST_SHAKE:
+            continue
         # What shakes moves its distances to all others; theirs to each other stay.
-        loose = [name for name in found if found[name] > max(LARGEST_SHAKE, 0.7 * worst)]
-        if loose:
-            yield QualityFlag(
-                "loose marker", " or ".join(loose), worst, LARGEST_SHAKE, "m",
-                f"above {SHAKES_HZ:g} Hz its distance to the other markers of its segment changes "
-                f"by {1000 * worst:.1f} mm (SD; elsewhere below 1 mm): it is loose and shakes, or "
-                "the cameras lose it. Moments, and angles of its segment, shake with it; fix it, "
-                "or leave it out of the file",
-            )  # fmt: skip
+        every = [name for name in found if min(own[name]) > LARGEST_SHAKE]
+        loose = every if worst in every else [worst]
+        yield QualityFlag(
+            "loose marker", " or ".join(loose), found[worst], LARGEST_SHAKE, "m",
+            f"above {SHAKES_HZ:g} Hz its distance to the other markers of its segment changes by "
+            f"{1000 * found[worst]:.1f} mm (SD; elsewhere below 1 mm): it is loose and shakes, or "
+            "the cameras lose it. Moments, and angles of its segment, shake with it; fix it, or "
+            "leave it out of the file",
+        )  # fmt: skip
 
 
 def _shake(recording: Recording, one: str, other: str) -> float:

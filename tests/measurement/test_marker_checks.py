@@ -97,6 +97,18 @@ def test_a_marker_that_is_lower_in_standing_than_its_other_side():
     assert "rise by 16 and 0 mm" in warning.message
 
 
+def test_of_two_markers_of_a_foot_neither_hides_the_other():
+    few = [name for name in NAMES if name.endswith(("Heel", "MT5"))]
+    columns = [NAMES.index(name) for name in few]
+    standing, walking = (
+        replace(each, names=tuple(few), markers=each.markers[:, columns])
+        for each in (stood(R_Heel=0.018), walked())
+    )
+    (warning,) = foot_marker_warnings(standing, walking, {name: name for name in few})
+    assert "R." in warning.where
+    assert warning.value == pytest.approx(0.018, abs=1e-4)
+
+
 def test_feet_on_another_floor_are_not_asymmetric():
     higher = stood(**{name.replace(".", "_"): 0.015 for name in NAMES if name[0] == "R"})
     assert not list(foot_marker_warnings(higher, walked(), LANDMARKS))
