@@ -25,6 +25,7 @@ from gaitval.checks.motion_checks import (
     weight_warnings,
 )
 from gaitval.checks.pelvis_checks import pelvis_level_warnings
+from gaitval.checks.unloaded_plates import unloaded_warnings
 from gaitval.gait.events import marker_events
 from gaitval.gait.plate_contacts import OUTSIDE
 from gaitval.gait.quality_flags import QualityFlag
@@ -107,6 +108,8 @@ def trial_warnings(
         )
         used = sum(stance.plate == plate.name for stance in stances)
         of_plates += place_warnings(plate, outside, used)
+        if used:
+            of_plates += unloaded_warnings(plate, recording.force_rate)
     of_motion = motion_warnings(needed, loads, stances, forces.rate, mass_kg)
     contacts = [*contact_warnings(forces, marker_events(recording, landmarks=landmarks))]
     # What was lost, not a plate, makes events differ; looking for it takes a while.

@@ -1,15 +1,21 @@
 """Markers that are too high, loose or wrongly filled in are said; sound ones are not."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from known_walk import known_walk
 from scipy.interpolate import CubicSpline
 
 from gaitval.checks.filled_markers import filled_warnings
 from gaitval.checks.loose_markers import loose_warnings
 from gaitval.checks.pelvis_checks import pelvis_level_warnings
+from gaitval.measurement.moved_markers import MOVED, moved_warnings
 from gaitval.mocap.recording import Recording
+from gaitval.model.body import SEGMENTS
+from gaitval.model.markers import ModelMarker
+from gaitval.model.tree import segment_frames
 
 SPINES = {
     "R.ASIS": (0.1, -0.125, 0.95), "L.ASIS": (0.1, 0.125, 0.95),
@@ -71,7 +77,7 @@ def test_a_front_spine_that_is_far_from_the_sacrum():
     assert level(wide, wide) == []
 
 
-SEGMENTS = {"a": "foot_r", "b": "foot_r", "c": "foot_r", "d": "torso", "e": "torso"}
+SET = {"a": "foot_r", "b": "foot_r", "c": "foot_r", "d": "torso", "e": "torso"}
 
 
 def foot():
@@ -91,14 +97,14 @@ def test_a_marker_that_shakes_on_its_segment(size, number, found):
     recording = foot()
     shake = size * np.sin(2 * np.pi * 9.0 * recording.time)
     recording.markers[:, number] += shake[:, None] * [1.0, 0.5, 0.5]
-    assert [flag.where for flag in loose_warnings(recording, SEGMENTS)] == found
+    assert [flag.where for flag in loose_warnings(recording, SET)] == found
 
 
 def test_of_two_markers_either_may_shake():
     recording = foot()
     recording.markers[:, 1, 0] += 0.006 * np.sin(2 * np.pi * 9.0 * recording.time)
     alone = replace(recording, names=("a", "b"), markers=recording.markers[:, :2])
-    assert [flag.where for flag in loose_warnings(alone, SEGMENTS)] == ["a or b"]
+    assert [flag.where for flag in loose_warnings(alone, SET)] == ["a or b"]
 
 
 def filled(frames, number=1):
@@ -114,15 +120,56 @@ def filled(frames, number=1):
 @pytest.mark.parametrize(("frames", "found"), [(40, ["b"]), (20, []), (8, [])])
 def test_a_spline_that_left_its_segment(frames, found):
     """A short one is near the path that it replaces."""
-    assert [flag.where for flag in filled_warnings(filled(frames), SEGMENTS)] == found
+    assert [flag.where for flag in filled_warnings(filled(frames), SET)] == found
 
 
 def test_the_only_marker_of_a_segment_is_said_if_its_fill_is_long():
-    assert [f.where for f in filled_warnings(filled(40, 3), SEGMENTS | {"d": "pelvis"})] == ["d"]
-    assert not [*filled_warnings(filled(20, 3), SEGMENTS | {"d": "pelvis"})]
+    assert [f.where for f in filled_warnings(filled(40, 3), SET | {"d": "pelvis"})] == ["d"]
+    assert not [*filled_warnings(filled(20, 3), SET | {"d": "pelvis"})]
 
 
 def test_paths_that_were_seen_are_no_fills():
     recording = foot()
     recording.markers[100:150] = recording.markers[100]  # at rest
-    assert not [*filled_warnings(recording, SEGMENTS)]
+    assert not [*filled_warnings(recording, SET)]
+
+
+OF = {"ASIS": "pelvis", "Knee": "thigh", "Ankle": "shank", "Heel": "foot", "MT5": "foot"}
+
+
+def carried(**moved):
+    """The known walk with markers on its landmarks, some moved (m) on their segments, by name."""
+    walk = known_walk()
+    positions = walk.positions[:120]
+    frames = segment_frames(walk.model, positions)
+    markers, paths = [], []
+    for side in "RL":
+        for part, segment in OF.items():
+            on = segment if segment == "pelvis" else f"{segment}_{side.lower()}"
+            place = np.array([0.05, -0.05 if side == "R" else 0.05, -0.02])
+            markers.append(ModelMarker(f"{side}.{part}", on, place))
+            frame = frames[:, SEGMENTS.index(on)]
+            at = place + moved.get(f"{side}_{part}", np.zeros(3))
+            paths.append(frame[:, :3, :3] @ at + frame[:, :3, 3])
+    names = tuple(marker.name for marker in markers)
+    recording = Recording("walk", "project", names, np.stack(paths, axis=1), 100.0)
+    kinematics = SimpleNamespace(positions=positions, converged=np.ones(len(positions), dtype=bool))
+    trial = SimpleNamespace(name="walk", recording=recording, kinematics=kinematics)
+    landmarks = {name: name for name in names}
+    return [*moved_warnings(walk.model, markers, [trial], landmarks)]
+
+
+@pytest.mark.parametrize("part", [*OF])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_marker_beside_its_place_in_the_walk(part, axis):
+    limit = MOVED[part][axis]
+    (found,) = carried(**{f"R_{part}": 1.5 * limit * np.eye(3)[axis]})
+    assert found.where == f"R.{part} and L.{part}"
+    assert found.value == pytest.approx(1.5 * limit)
+    assert ("forward", "inward", "up")[axis] in found.message  # the right's left is inwards
+    assert not carried(**{f"R_{part}": 0.7 * limit * np.eye(3)[axis]})
+
+
+def test_skin_that_moves_both_sides_alike_is_no_moved_marker():
+    outward = {"R_Knee": np.array([0.01, -0.02, 0.01]), "L_Knee": np.array([0.01, 0.02, 0.01])}
+    assert not carried(**outward)
