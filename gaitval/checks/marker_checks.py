@@ -313,9 +313,12 @@ def _asymmetry(changes: Mapping[str, float], landmarks: Mapping[str, str]) -> It
     part = max(sorted(both), key=lambda part: abs(beside["R"][part] - beside["L"][part]))
     right, left = (beside[side][part] for side in "RL")
     if abs(right - left) > LARGEST_ASYMMETRY:
+        # Of two markers each is beside the other, and either may have moved.
+        either = sorted(both) if len(both) == 2 else [part]
+        where = [" and ".join(landmarks[f"{side}.{part}"] for side in "RL") for part in either]
         yield QualityFlag(
-            "height of a foot's marker", " and ".join(landmarks[f"{side}.{part}"] for side in "RL"),
-            abs(right - left), LARGEST_ASYMMETRY, "m",
+            "height of a foot's marker", ", or ".join(where), abs(right - left),
+            LARGEST_ASYMMETRY, "m",
             "from standing to the flat foot of the walk they rise by "
             f"{round(1000 * right)} and {round(1000 * left)} mm beside the rest of their feet "
             f"(elsewhere within {1000 * LARGEST_ASYMMETRY:.0f} mm of each other): one of them has "

@@ -268,8 +268,8 @@ def _odd_lengths(scaled: ScaledBody) -> Iterator[QualityFlag]:
 UNUSUAL_LEGS: Final = 0.09
 """Thighs and shanks that are longer or shorter than a stature's by more are those of another one:
 they vary by 2 to 3 % (SD) among adults, and children's are up to 5 % shorter."""
-KNEE_OVER_ANKLE: Final = 1.15
-"""Knees are 1.3 to 1.7 times as wide as ankles."""
+KNEE_OVER_ANKLE: Final = (1.15, 2.15)
+"""Knees are 1.3 to 1.9 times as wide as ankles: 15 people of McGill and Plug-in Gait's samples."""
 NARROWEST_KNEE: Final = 0.047
 """Of stature; knees are 0.055 to 0.07 of it, ankles 0.035 to 0.046."""
 WIDEST_KNEE: Final = 0.09
@@ -302,10 +302,12 @@ def _odd_widths(request: Request) -> Iterator[QualityFlag]:
         None if width is None else float(np.mean(width))
         for width in (request.knee_width, request.ankle_width)
     )
-    if knee is not None and ankle is not None and knee < KNEE_OVER_ANKLE * ankle:
+    low, high = KNEE_OVER_ANKLE
+    if knee is not None and ankle is not None and not low <= knee / ankle <= high:
+        limit = low if knee < low * ankle else high
         yield QualityFlag(
-            "widths", "knee and ankle width", knee / ankle, KNEE_OVER_ANKLE, "1",
-            f"knees of {knee:.3f} m and ankles of {ankle:.3f} m: knees are 1.3 to 1.7 times as "
+            "widths", "knee and ankle width", knee / ankle, limit, "1",
+            f"knees of {knee:.3f} m and ankles of {ankle:.3f} m: knees are 1.3 to 1.9 times as "
             "wide as ankles. One of them is another joint's, or they are exchanged: measure again",
         )  # fmt: skip
         return
