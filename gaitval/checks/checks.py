@@ -65,7 +65,7 @@ def marker_warnings(
     yield from twisted or pelvis_level_warnings(standing, walking, landmarks)
     # Noise from frame to frame is said of all markers together.
     if not any(flag.check == "noise" for flag in of_paths):
-        yield from loose_warnings(walking, segments)
+        yield from loose_warnings(walking, segments, landmarks)
     yield from scale_warnings(standing, walking, landmarks)
 
 

@@ -27,8 +27,9 @@ LEAST_FRAMES: Final = 6
 AWAY: Final = 0.006
 """m, by which the distance to another marker of the segment is farther from its median than in the
 rest of the trial: skin moves by less than it does there."""
-LONG: Final = 0.25
-"""s, of a fill of a segment's only marker, which nothing else shows."""
+LONG: Final = 0.3
+"""s, filled in all, of a segment that fewer than two other markers show: a distance to one of them
+does not show where a marker is."""
 
 
 def filled_warnings(recording: Recording, segments: Mapping[str, str]) -> Iterator[QualityFlag]:
@@ -47,15 +48,15 @@ def filled_warnings(recording: Recording, segments: Mapping[str, str]) -> Iterat
         away = max((_away(recording, name, other, filled) for other in others), default=np.nan)
         if away > AWAY:
             found[name] = (seconds, f"by up to {1000 * away:.0f} mm")
-        elif not others and seconds > LONG:
-            found[name] = (seconds, "that nothing else shows, for it is alone on its segment")
+        elif len(others) < 2 and seconds > LONG:
+            found[name] = (seconds, "where too few other markers show its segment")
     if found:
         parts = [f"{name} for {seconds:.2f} s, {off}" for name, (seconds, off) in found.items()]
         yield QualityFlag(
             "filled gap", ", ".join(found), max(seconds for seconds, _ in found.values()), 0.0, "s",
-            "paths that are exact polynomials, and farther from their places beside the other "
-            f"markers of their segments than in the rest of the trial: {'; '.join(parts)}. Gaps "
-            "were filled by splines before the file was written, and the angles of these segments "
+            "paths that are exact polynomials, and farther from the other markers of their "
+            f"segments than in the rest of the trial, or not held by them: {'; '.join(parts)}. "
+            "Gaps were filled by splines before the file was written, and the angles of these segments "
             "are wrong there. Export the trial with the gaps left open, or fill them by the other "
             "markers of the segment",
         )  # fmt: skip

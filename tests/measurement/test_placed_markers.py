@@ -97,14 +97,26 @@ def test_a_marker_that_shakes_on_its_segment(size, number, found):
     recording = foot()
     shake = size * np.sin(2 * np.pi * 9.0 * recording.time)
     recording.markers[:, number] += shake[:, None] * [1.0, 0.5, 0.5]
-    assert [flag.where for flag in loose_warnings(recording, SET)] == found
+    assert [flag.where for flag in loose_warnings(recording, SET, {})] == found
 
 
 def test_of_two_markers_either_may_shake():
     recording = foot()
     recording.markers[:, 1, 0] += 0.006 * np.sin(2 * np.pi * 9.0 * recording.time)
     alone = replace(recording, names=("a", "b"), markers=recording.markers[:, :2])
-    assert [flag.where for flag in loose_warnings(alone, SET)] == ["a or b"]
+    assert [flag.where for flag in loose_warnings(alone, SET, {})] == ["a or b"]
+
+
+@pytest.mark.parametrize(("size", "found"), [(0.009, ["a"]), (0.002, [])])
+def test_a_marker_that_shakes_across_the_line_to_the_only_other(size, found):
+    """Its own path shows it, beside the other side's."""
+    recording = foot()
+    recording.markers[:, 0, 1] += size * np.sin(2 * np.pi * 9.0 * recording.time)
+    names, columns = ("a", "b", "left"), [0, 1, 2]
+    three = replace(recording, names=names, markers=recording.markers[:, columns])
+    sides = {"a": "foot_r", "b": "foot_r", "left": "foot_l"}
+    warnings = loose_warnings(three, sides, {"R.Heel": "a", "L.Heel": "left"})
+    assert [flag.where for flag in warnings] == found
 
 
 def filled(frames, number=1):
@@ -126,6 +138,8 @@ def test_a_spline_that_left_its_segment(frames, found):
 def test_the_only_marker_of_a_segment_is_said_if_its_fill_is_long():
     assert [f.where for f in filled_warnings(filled(40, 3), SET | {"d": "pelvis"})] == ["d"]
     assert not [*filled_warnings(filled(20, 3), SET | {"d": "pelvis"})]
+    pair = {"d": "pelvis", "e": "pelvis"}
+    assert [f.where for f in filled_warnings(filled(40, 3), SET | pair)] == ["d"]
 
 
 def test_paths_that_were_seen_are_no_fills():
