@@ -45,11 +45,14 @@ def marker_warnings(
     landmarks: Mapping[str, str],
     moved: Iterable[MarkerDistance],
     segments: Mapping[str, str],
+    *,
+    stood: bool = True,
 ) -> Iterator[QualityFlag]:
     """All warnings about the markers of a trial, `as_read` in the axes of its file. `standing` and
     `walking` are both trials, cleaned, in the project's axes, and `landmarks` names their markers;
     `moved` are distances on a segment that differ between them (`same_person.displaced`);
-    `segments` has the segment of each marker.
+    `segments` has the segment of each marker. Of a pose that was put together from the walk (not
+    `stood`) the heights of the feet say nothing.
     """
     of_paths = [*trajectory_warnings(as_read), *filled_warnings(as_read, segments)]
     yield from of_paths
@@ -59,7 +62,7 @@ def marker_warnings(
             f"{1000 * one.standing:.0f} mm in standing, {1000 * one.walking:.0f} mm in walking: "
             "one of the two has moved, or is not the same marker; left as it is: check the labels",
         )  # fmt: skip
-    if standing.source != walking.source:  # a pose that is put together of the walk is no other
+    if stood:
         yield from foot_marker_warnings(standing, walking, landmarks)
     twisted = [*pelvis_marker_warnings(standing, walking, landmarks)]
     yield from twisted or pelvis_level_warnings(standing, walking, landmarks)

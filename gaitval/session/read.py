@@ -177,7 +177,9 @@ def _doubts_beside(
     )
     moved = displaced(distances, marker_set)
     segments = {name: marker.segment for name, marker in marker_set.markers.items()}
-    return marker_warnings(as_recorded, standing, walk, marker_set.landmarks, moved, segments)
+    stood = not request.stands_in_walk
+    marks = marker_set.landmarks, moved, segments
+    return marker_warnings(as_recorded, standing, walk, *marks, stood=stood)
 
 
 def _check_plates(request: Request, recording: Recording) -> None:
