@@ -56,8 +56,8 @@ def filled_warnings(recording: Recording, segments: Mapping[str, str]) -> Iterat
             "filled gap", ", ".join(found), max(seconds for seconds, _ in found.values()), 0.0, "s",
             "paths that are exact polynomials, and farther from the other markers of their "
             f"segments than in the rest of the trial, or not held by them: {'; '.join(parts)}. "
-            "Gaps were filled by splines before the file was written, and the angles of these segments "
-            "are wrong there. Export the trial with the gaps left open, or fill them by the other "
+            "Gaps were filled by splines before the file was written, and the angles of these "
+            "segments are wrong there. Export the trial with the gaps left open, or fill them by the other "
             "markers of the segment",
         )  # fmt: skip
 
