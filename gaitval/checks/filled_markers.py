@@ -57,8 +57,8 @@ def filled_warnings(recording: Recording, segments: Mapping[str, str]) -> Iterat
             "paths that are exact polynomials, and farther from the other markers of their "
             f"segments than in the rest of the trial, or not held by them: {'; '.join(parts)}. "
             "Gaps were filled by splines before the file was written, and the angles of these "
-            "segments are wrong there. Export the trial with the gaps left open, or fill them by the other "
-            "markers of the segment",
+            "segments are wrong there. Export the trial with the gaps left open, or fill them by "
+            "the other markers of the segment",
         )  # fmt: skip
 
 
