@@ -4,12 +4,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
 from gaitval.checks.event_checks import contact_warnings
+from gaitval.checks.filled_markers import filled_warnings
 from gaitval.checks.force_checks import (
     channel_warnings,
     force_warnings,
     place_warnings,
     whole_stances,
 )
+from gaitval.checks.loose_markers import loose_warnings
 from gaitval.checks.marker_checks import (
     foot_marker_warnings,
     pelvis_marker_warnings,
@@ -22,6 +24,8 @@ from gaitval.checks.motion_checks import (
     swing_warnings,
     weight_warnings,
 )
+from gaitval.checks.pelvis_checks import pelvis_level_warnings
+from gaitval.checks.unloaded_plates import unloaded_warnings
 from gaitval.gait.events import marker_events
 from gaitval.gait.plate_contacts import OUTSIDE
 from gaitval.gait.quality_flags import QualityFlag
@@ -40,15 +44,18 @@ def marker_warnings(
     walking: Recording,
     landmarks: Mapping[str, str],
     moved: Iterable[MarkerDistance],
+    segments: Mapping[str, str],
     *,
     stood: bool = True,
 ) -> Iterator[QualityFlag]:
     """All warnings about the markers of a trial, `as_read` in the axes of its file. `standing` and
     `walking` are both trials, cleaned, in the project's axes, and `landmarks` names their markers;
-    `moved` are distances on a segment that differ between them (`same_person.displaced`). Of a
-    pose that was put together from the walk (not `stood`) the heights of the feet say nothing.
+    `moved` are distances on a segment that differ between them (`same_person.displaced`);
+    `segments` has the segment of each marker. Of a pose that was put together from the walk (not
+    `stood`) the heights of the feet say nothing.
     """
-    yield from trajectory_warnings(as_read)
+    of_paths = [*trajectory_warnings(as_read), *filled_warnings(as_read, segments)]
+    yield from of_paths
     for one in moved:
         yield QualityFlag(
             "displaced marker", " to ".join(one.markers), abs(one.change), one.limit, "m",
@@ -57,7 +64,11 @@ def marker_warnings(
         )  # fmt: skip
     if stood:
         yield from foot_marker_warnings(standing, walking, landmarks)
-    yield from pelvis_marker_warnings(standing, walking, landmarks)
+    twisted = [*pelvis_marker_warnings(standing, walking, landmarks)]
+    yield from twisted or pelvis_level_warnings(standing, walking, landmarks)
+    # Noise from frame to frame is said of all markers together.
+    if not any(flag.check == "noise" for flag in of_paths):
+        yield from loose_warnings(walking, segments, landmarks)
     yield from scale_warnings(standing, walking, landmarks)
 
 
@@ -100,6 +111,8 @@ def trial_warnings(
         )
         used = sum(stance.plate == plate.name for stance in stances)
         of_plates += place_warnings(plate, outside, used)
+        if used:
+            of_plates += unloaded_warnings(plate, recording.force_rate)
     of_motion = motion_warnings(needed, loads, stances, forces.rate, mass_kg)
     contacts = [*contact_warnings(forces, marker_events(recording, landmarks=landmarks))]
     # What was lost, not a plate, makes events differ; looking for it takes a while.

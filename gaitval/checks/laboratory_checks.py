@@ -32,6 +32,10 @@ LEAST_WAY: Final = 0.6
 """m between the first and the last place of a marker, below which their heights show no slope."""
 LEAST_STANCES: Final = 3
 """On a belt: one flat foot shows it to a degree only."""
+LIES: Final = 0.05
+ROLLING: Final = 0.03
+"""Of the belt's speed, and m/s, by which a marker that it carries may move otherwise than the
+others: one that does is not down, or its stance was cut off."""
 USUAL_RATES: Final = (
     24.0, 48.0, 64.0, 72.0, 83.333, 96.0, 128.0, 144.0, 166.667, 256.0, 333.333, 512.0,
 )  # fmt: skip
@@ -79,6 +83,11 @@ def floor_slope(
     if len(along) < (2 * LEAST_STANCES if belt else 2):
         return None
     x, y = np.array(along), np.array(up)
+    if belt:
+        down = np.abs(x - np.median(x)) <= max(LIES * belt, ROLLING)
+        if down.sum() < 2 * LEAST_STANCES:
+            return None
+        x, y = x[down], y[down]
     slope = float(x @ y / (x @ x))
     error = float(np.sqrt(np.mean((y - slope * x) ** 2) / (x @ x) * len(x) / (len(x) - 1)))
     return FloorSlope(float(np.arctan(slope)), error)

@@ -34,6 +34,12 @@ LARGEST_MOMENT = 5.0  # Nm/kg
 LARGEST_FORCE = 3.0  # body weights
 
 
+STATURE_AGES: Final = (2.0, 5.0, 7.0, 9.0, 12.0)
+SHORTEST_CHILD: Final = (0.783, 0.987, 1.092, 1.183, 1.32)
+TALLEST_CHILD: Final = (0.995, 1.247, 1.396, 1.533, 1.75)
+"""m, three SD from the mean stature of boys of these ages (years), read up to nine years from a
+table of growth (biohygene.com, "Standard Deviation of Height and Weight (Boy)") and continued at
+the same rate to twelve, after which people grow at unlike ages. Girls are within 2 cm."""
 ADULT: Final = 18.0
 """Years of age from which a person is held against adults, where there are any."""
 
@@ -79,6 +85,18 @@ def unusual_build(mass: float, height: float, age: float | None) -> Iterator[Qua
             f"{height:g} m tall, and {age_text}: the masses of the segments are those of an adult. "
             "Give the age in years, if this is a child",
         )  # fmt: skip
+    if age is not None and age <= STATURE_AGES[-1]:
+        low, high = (
+            float(np.interp(age, STATURE_AGES, limits))
+            for limits in (SHORTEST_CHILD, TALLEST_CHILD)
+        )
+        if not low <= height <= high:
+            yield QualityFlag(
+                "build", "the person", height, high if height > high else low, "m",
+                f"{height:g} m at {age:g} years: nearly all children of this age are {low:.2f} to "
+                f"{high:.2f} m tall, and the masses of the segments are those of a child of this "
+                "age. Check the age and the stature",
+            )  # fmt: skip
 
 
 def _range_problem(

@@ -22,6 +22,7 @@ from gaitval.measurement.estimate import Examined, examined
 from gaitval.measurement.fault_text import OF_A_PLATE, OF_WEIGHT, FaultRow, rows, unused, warnings
 from gaitval.measurement.knee_markers import knee_warnings
 from gaitval.measurement.knee_places import knee_place_warnings, knee_places
+from gaitval.measurement.moved_markers import KNOWN_BY, moved_warnings
 from gaitval.measurement.page import (
     SHOWN,
     TITLES,
@@ -196,15 +197,23 @@ def measurement_of(found: Import) -> Measurement | None:
     return found.measurement
 
 
-def _of_knees(found: Import) -> list[QualityFlag]:
-    """What the walk says of the places of the knees' markers."""
+def _of_places(found: Import) -> list[QualityFlag]:
+    """What the walk says of the places of the markers: of the knees', else of all that are in
+    standing, too.
+    """
     marker_set, body = found.session.marker_set, found.body
     stood = standing_places(found.session.standing)
     points = marker_set.on_landmarks({name: at.tolist() for name, at in stood.items()})
     places = knee_places(body, found.trials, marker_set.landmarks, points)
+    fitted = body.model, body.markers, found.trials, marker_set.landmarks
+    of_knees = knee_warnings(*fitted)
     if places is not None:
-        return [*knee_place_warnings(places, marker_set.landmarks)]
-    return [*knee_warnings(body.model, body.markers, found.trials, marker_set.landmarks)]
+        of_knees = knee_place_warnings(places, marker_set.landmarks)
+    seen = [*of_knees]
+    known = any(warning.check in KNOWN_BY for _, warning in found.warnings)
+    if seen or known or found.request.stands_in_walk:
+        return seen
+    return [*moved_warnings(*fitted)]
 
 
 def unexplained(flags: Iterable[QualityFlag], checks: Set[str]) -> Iterator[QualityFlag]:
@@ -250,7 +259,7 @@ def measured(found: Import, notify: Notify) -> Import:
     flags = [] if seen is None else [*unexplained(warnings(seen, cut_off, kinds), checks)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]
-    flags += _of_knees(found)
+    flags += _of_places(found)
     for flag in flags:
         noted("warnings", str(flag))
     result, uncorrected = found, dict[str, AverageCurve | dict[Side, AverageCurve]]()

@@ -176,8 +176,10 @@ def _doubts_beside(
         names=(str(request.static), walk.source),
     )
     moved = displaced(distances, marker_set)
+    segments = {name: marker.segment for name, marker in marker_set.markers.items()}
     stood = not request.stands_in_walk
-    return marker_warnings(as_recorded, standing, walk, marker_set.landmarks, moved, stood=stood)
+    marks = marker_set.landmarks, moved, segments
+    return marker_warnings(as_recorded, standing, walk, *marks, stood=stood)
 
 
 def _check_plates(request: Request, recording: Recording) -> None:

@@ -295,10 +295,14 @@ def _odd_lengths(scaled: ScaledBody, *, stood: bool = True) -> Iterator[QualityF
 UNUSUAL_LEGS: Final = 0.09
 """Thighs and shanks that are longer or shorter than a stature's by more are those of another one:
 they vary by 2 to 3 % (SD) among adults, and children's are up to 5 % shorter."""
-KNEE_OVER_ANKLE: Final = 1.15
-"""Knees are 1.3 to 1.7 times as wide as ankles."""
+KNEE_OVER_ANKLE: Final = (1.15, 2.15)
+"""Knees are 1.3 to 1.9 times as wide as ankles: 15 people of McGill and Plug-in Gait's samples."""
 NARROWEST_KNEE: Final = 0.047
 """Of stature; knees are 0.055 to 0.07 of it, ankles 0.035 to 0.046."""
+WIDEST_KNEE: Final = 0.09
+"""Of stature; at most 0.077 of twelve children (McGill), heavy ones among them."""
+ANKLES: Final = (0.033, 0.056)
+"""Of stature; 0.0348 to 0.0502 of 6,068 adults (bimalleolar breadth, ANSUR II)."""
 
 
 def _odd_stature(scaled: ScaledBody, request: Request) -> Iterator[QualityFlag]:
@@ -325,17 +329,34 @@ def _odd_widths(request: Request) -> Iterator[QualityFlag]:
         None if width is None else float(np.mean(width))
         for width in (request.knee_width, request.ankle_width)
     )
-    if knee is not None and ankle is not None and knee < KNEE_OVER_ANKLE * ankle:
+    low, high = KNEE_OVER_ANKLE
+    if knee is not None and ankle is not None and not low <= knee / ankle <= high:
+        limit = low if knee < low * ankle else high
         yield QualityFlag(
-            "widths", "knee and ankle width", knee / ankle, KNEE_OVER_ANKLE, "1",
-            f"knees of {knee:.3f} m and ankles of {ankle:.3f} m: knees are 1.3 to 1.7 times as "
+            "widths", "knee and ankle width", knee / ankle, limit, "1",
+            f"knees of {knee:.3f} m and ankles of {ankle:.3f} m: knees are 1.3 to 1.9 times as "
             "wide as ankles. One of them is another joint's, or they are exchanged: measure again",
         )  # fmt: skip
-    elif knee is not None and knee < NARROWEST_KNEE * request.height:
+        return
+    if knee is not None and knee < NARROWEST_KNEE * request.height:
         yield QualityFlag(
             "widths", "knee width", knee, NARROWEST_KNEE * request.height, "m",
             f"{knee:.3f} m is the width of an ankle at {request.height:.2f} m of stature, and not "
             "of a knee: measure again",
+        )  # fmt: skip
+    elif knee is not None and knee > WIDEST_KNEE * request.height:
+        yield QualityFlag(
+            "widths", "knee width", knee, WIDEST_KNEE * request.height, "m",
+            f"{knee:.3f} m is wider than knees are at {request.height:.2f} m of stature: measure "
+            "again, across the epicondyles; the knee's centre is off by half of what is too much",
+        )  # fmt: skip
+    low, high = (share * request.height for share in ANKLES)
+    if ankle is not None and not low <= ankle <= high:
+        yield QualityFlag(
+            "widths", "ankle width", ankle, high if ankle > high else low, "m",
+            f"{ankle:.3f} m is {'wider' if ankle > high else 'narrower'} than ankles are at "
+            f"{request.height:.2f} m of stature ({low:.3f} to {high:.3f} m): measure again, across "
+            "the malleoli; the ankle's centre is off by half of the difference",
         )  # fmt: skip
 
 

@@ -59,6 +59,21 @@ def test_cameras_that_are_not_level_are_named(belt, degrees):
         assert ("falls" if degrees > 0.0 else "rises") in flag.message
 
 
+def test_a_stance_that_was_cut_off_hides_no_tilt():
+    """Its foot, which is no longer down, moves otherwise than the belt."""
+    belt = STRIDE / (2 * STEP)
+    recording, events = walk(belt)
+    turn = Rotation.from_rotvec([0.0, np.radians(1.6), 0.0]).as_matrix()
+    markers = recording.markers.copy()
+    last = recording.time > 3.6
+    markers[last, 1] += (recording.time[last, None] - 3.6) * [0.3, 0.0, -0.4]
+    tilted = replace(recording, markers=markers @ turn.T)
+    slope = floor_slope(tilted, events, LANDMARKS, belt)
+    assert slope is not None
+    assert np.degrees(slope.value) == pytest.approx(-1.6, abs=0.1)
+    assert [*level_warnings(slope, belt)]
+
+
 def test_one_place_shows_no_slope():
     recording, events = walk()
     assert floor_slope(recording, events[:2], LANDMARKS, 0.0) is None

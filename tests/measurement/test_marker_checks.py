@@ -98,6 +98,18 @@ def test_a_marker_that_is_lower_in_standing_than_its_other_side():
     assert "rise by 16 and 0 mm" in warning.message
 
 
+def test_of_two_markers_of_a_foot_neither_hides_the_other():
+    few = [name for name in NAMES if name.endswith(("Heel", "MT5"))]
+    columns = [NAMES.index(name) for name in few]
+    standing, walking = (
+        replace(each, names=tuple(few), markers=each.markers[:, columns])
+        for each in (stood(R_Heel=0.018), walked())
+    )
+    (warning,) = foot_marker_warnings(standing, walking, {name: name for name in few})
+    assert warning.where == "R.Heel and L.Heel, or R.MT5 and L.MT5"
+    assert warning.value == pytest.approx(0.018, abs=1e-4)
+
+
 def test_feet_on_another_floor_are_not_asymmetric():
     higher = stood(**{name.replace(".", "_"): 0.015 for name in NAMES if name[0] == "R"})
     assert not list(foot_marker_warnings(higher, walked(), LANDMARKS))
@@ -224,8 +236,9 @@ def test_legs_of_another_length_than_in_standing_are_of_another_scale(right, lef
 def test_a_pose_put_together_from_the_walk_says_nothing_of_the_height_of_feet():
     """Its feet are where the walk has them, but for how the pose is put together."""
     raised = stood(R_MT1=-0.03)
+    marks = LANDMARKS, (), dict.fromkeys(NAMES, "torso")
     checks = [
-        {each.check for each in marker_warnings(walked(), raised, walked(), LANDMARKS, (), stood=s)}
+        {each.check for each in marker_warnings(walked(), raised, walked(), *marks, stood=s)}
         for s in (True, False)
     ]
     assert "height of a foot's marker" in checks[0]

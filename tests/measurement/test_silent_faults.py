@@ -9,6 +9,7 @@ import pytest
 from gaitval.checks.force_checks import channel_warnings
 from gaitval.checks.marker_checks import trajectory_warnings
 from gaitval.checks.motion_checks import belt_warnings
+from gaitval.checks.unloaded_plates import unloaded_warnings
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.scale import _odd_stature, _odd_widths
 
@@ -29,7 +30,9 @@ def test_a_belt_of_another_speed_is_said_from_five_percent_on(belt, feet, messag
 @pytest.mark.parametrize(
     ("knee", "ankle", "message"),
     [(0.07, 0.07, True), (0.07, 0.105, True), (0.068, None, True), (0.105, 0.07, False),
-     (0.105, None, False), (None, 0.07, False), (None, None, False), ((0.1, 0.102), 0.07, False)],
+     (0.105, None, False), (None, 0.07, False), (None, None, False), ((0.1, 0.102), 0.07, False),
+     (0.17, 0.07, True), (0.105, 0.045, True), (0.125, 0.102, True), (None, 0.05, True),
+     (0.138, 0.06, True), (0.112, 0.06, False)],
 )  # fmt: skip
 def test_a_width_of_another_joint_is_said(knee, ankle, message):
     request = SimpleNamespace(knee_width=knee, ankle_width=ankle, height=1.75)
@@ -66,6 +69,18 @@ def plate(least: float) -> Plate:
 )
 def test_forces_that_were_cut_off_are_said(least, message):
     assert ("forces cut off" in checks(channel_warnings(plate(least), 500.0))) == message
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "message"),
+    [(0.0, 60.0, True), (-40.0, -40.0, True), (0.0, 8.0, False), (0.0, 0.0, False)],
+)
+def test_a_plate_that_shows_a_force_between_the_steps_is_said(first, last, message):
+    one = plate(0.0)
+    one.force[:, 2] += np.linspace(first, last, len(one.force))
+    found = [*unloaded_warnings(one, 500.0)]
+    assert checks(found) == ["unloaded plate"] * message
+    assert all((", and drifts" in str(each)) == (first != last) for each in found)
 
 
 @pytest.mark.parametrize(("least", "message"), [(60.0, True), (12.0, False)])

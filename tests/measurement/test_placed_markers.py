@@ -1,0 +1,189 @@
+"""Markers that are too high, loose or wrongly filled in are said; sound ones are not."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from known_walk import known_walk
+from scipy.interpolate import CubicSpline
+
+from gaitval.checks.filled_markers import filled_warnings
+from gaitval.checks.loose_markers import loose_warnings
+from gaitval.checks.pelvis_checks import pelvis_level_warnings
+from gaitval.measurement.moved_markers import MOVED, moved_warnings
+from gaitval.mocap.recording import Recording
+from gaitval.model.body import SEGMENTS
+from gaitval.model.markers import ModelMarker
+from gaitval.model.tree import segment_frames
+
+SPINES = {
+    "R.ASIS": (0.1, -0.125, 0.95), "L.ASIS": (0.1, 0.125, 0.95),
+    "R.PSIS": (-0.07, -0.045, 0.98), "L.PSIS": (-0.07, 0.045, 0.98),
+    "Sacrum": (-0.07, 0.0, 0.98),
+}  # fmt: skip
+REAR, SACRAL = ("R.PSIS", "L.PSIS"), ("Sacrum",)
+
+
+def pelvis(rear, leans=0.0, **up):
+    """A pelvis that lists by 5 degrees to and fro, and all the time by `leans`; `up` in mm."""
+    names = ("R.ASIS", "L.ASIS", *rear)
+    places = np.array([SPINES[name] for name in names])
+    places[:, 2] += [up.get(name.replace(".", "_"), 0.0) / 1000 for name in names]
+    angle = np.radians(leans + 5.0 * np.sin(np.linspace(0.0, 4 * np.pi, 240)))
+    markers = np.repeat(places[None], 240, axis=0)
+    middle = places.mean(axis=0)
+    y, z = np.moveaxis(markers[..., 1:] - middle[1:], -1, 0)
+    markers[..., 1] = middle[1] + np.cos(angle)[:, None] * y + np.sin(angle)[:, None] * z
+    markers[..., 2] = middle[2] - np.sin(angle)[:, None] * y + np.cos(angle)[:, None] * z
+    return Recording("walk", "project", names, markers, 100.0)
+
+
+def level(standing, walking):
+    names = {name: name for name in SPINES}
+    return [(each.check, each.where) for each in pelvis_level_warnings(standing, walking, names)]
+
+
+FRONT = [("level of the pelvis", "R.ASIS and L.ASIS")]
+
+
+@pytest.mark.parametrize(
+    ("rear", "up", "found"),
+    [(REAR, {}, []), (REAR, {"R_ASIS": 28}, FRONT), (REAR, {"R_ASIS": 8}, []),
+     (REAR, {"L_PSIS": -20}, [("level of the pelvis", "R.PSIS and L.PSIS")]),
+     (REAR, {"L_PSIS": 6}, []), (SACRAL, {}, []), (SACRAL, {"L_ASIS": 25}, FRONT),
+     (SACRAL, {"L_ASIS": 12}, [])],
+)  # fmt: skip
+def test_a_spine_that_is_too_high_or_low_in_all_trials(rear, up, found):
+    assert level(pelvis(rear, **up), pelvis(rear, **up)) == found
+
+
+@pytest.mark.parametrize(("millimetres", "found"), [(25, FRONT), (-25, FRONT), (10, [])])
+def test_a_spine_that_was_moved_between_the_trials(millimetres, found):
+    assert level(pelvis(SACRAL), pelvis(SACRAL, R_ASIS=millimetres)) == found
+
+
+def test_somebody_who_leans_has_no_misplaced_spine():
+    """Both lines list alike; and on the standing leg, only in standing."""
+    assert level(pelvis(REAR, leans=5.0), pelvis(REAR, leans=6.0)) == []
+    assert level(pelvis(SACRAL, leans=9.0), pelvis(SACRAL)) == []
+
+
+def test_a_front_spine_that_is_far_from_the_sacrum():
+    wide = pelvis(SACRAL)
+    wide.markers[:, 1, 1] += 0.03
+    assert level(wide, wide) == [("sides that differ", "R.ASIS, L.ASIS to Sacrum")]
+    wide.markers[:, 1, 1] -= 0.02
+    assert level(wide, wide) == []
+
+
+SET = {"a": "foot_r", "b": "foot_r", "c": "foot_r", "d": "torso", "e": "torso"}
+
+
+def foot():
+    """Three markers of a foot and two of the trunk, with the noise of cameras, at 100 Hz."""
+    time = np.arange(400) / 100.0
+    markers = np.random.default_rng(3).normal(0.0, 1e-4, (400, 5, 3))
+    markers += np.array([[0.0, 0, 0], [0.2, 0, 0], [0.1, 0.1, 0], [0, 0, 1.0], [0, 0.3, 1.0]])
+    markers[..., 0] += (1.2 * time + 0.2 * np.sin(6 * time))[:, None]
+    markers[..., 2] += 0.1 * np.clip(np.sin(6 * time), 0.0, None)[:, None]
+    return Recording("walk", "project", tuple("abcde"), markers, 100.0)
+
+
+@pytest.mark.parametrize(("size", "number", "found"), [
+    (0.006, 1, ["b"]), (0.001, 1, []), (0.02, 3, []),
+])  # fmt: skip
+def test_a_marker_that_shakes_on_its_segment(size, number, found):
+    recording = foot()
+    shake = size * np.sin(2 * np.pi * 9.0 * recording.time)
+    recording.markers[:, number] += shake[:, None] * [1.0, 0.5, 0.5]
+    assert [flag.where for flag in loose_warnings(recording, SET, {})] == found
+
+
+def test_of_two_markers_either_may_shake():
+    recording = foot()
+    recording.markers[:, 1, 0] += 0.006 * np.sin(2 * np.pi * 9.0 * recording.time)
+    alone = replace(recording, names=("a", "b"), markers=recording.markers[:, :2])
+    assert [flag.where for flag in loose_warnings(alone, SET, {})] == ["a or b"]
+
+
+@pytest.mark.parametrize(("size", "found"), [(0.009, ["a"]), (0.002, [])])
+def test_a_marker_that_shakes_across_the_line_to_the_only_other(size, found):
+    """Its own path shows it, beside the other side's."""
+    recording = foot()
+    recording.markers[:, 0, 1] += size * np.sin(2 * np.pi * 9.0 * recording.time)
+    names, columns = ("a", "b", "left"), [0, 1, 2]
+    three = replace(recording, names=names, markers=recording.markers[:, columns])
+    sides = {"a": "foot_r", "b": "foot_r", "left": "foot_l"}
+    warnings = loose_warnings(three, sides, {"R.Heel": "a", "L.Heel": "left"})
+    assert [flag.where for flag in warnings] == found
+
+
+def filled(frames, number=1):
+    """A gap of a marker, filled by a cubic spline of the path before and after it."""
+    recording = foot()
+    time = np.arange(400)
+    known = np.r_[105:110, 110 + frames : 115 + frames]
+    spline = CubicSpline(known, recording.markers[known, number])
+    recording.markers[110 : 110 + frames, number] = spline(time[110 : 110 + frames])
+    return recording
+
+
+@pytest.mark.parametrize(("frames", "found"), [(40, ["b"]), (20, []), (8, [])])
+def test_a_spline_that_left_its_segment(frames, found):
+    """A short one is near the path that it replaces."""
+    assert [flag.where for flag in filled_warnings(filled(frames), SET)] == found
+
+
+def test_the_only_marker_of_a_segment_is_said_if_its_fill_is_long():
+    assert [f.where for f in filled_warnings(filled(40, 3), SET | {"d": "pelvis"})] == ["d"]
+    assert not [*filled_warnings(filled(20, 3), SET | {"d": "pelvis"})]
+    pair = {"d": "pelvis", "e": "pelvis"}
+    assert [f.where for f in filled_warnings(filled(40, 3), SET | pair)] == ["d"]
+
+
+def test_paths_that_were_seen_are_no_fills():
+    recording = foot()
+    recording.markers[100:150] = recording.markers[100]  # at rest
+    assert not [*filled_warnings(recording, SET)]
+
+
+OF = {"ASIS": "pelvis", "Knee": "thigh", "Ankle": "shank", "Heel": "foot", "MT5": "foot"}
+
+
+def carried(**moved):
+    """The known walk with markers on its landmarks, some moved (m) on their segments, by name."""
+    walk = known_walk()
+    positions = walk.positions[:120]
+    frames = segment_frames(walk.model, positions)
+    markers, paths = [], []
+    for side in "RL":
+        for part, segment in OF.items():
+            on = segment if segment == "pelvis" else f"{segment}_{side.lower()}"
+            place = np.array([0.05, -0.05 if side == "R" else 0.05, -0.02])
+            markers.append(ModelMarker(f"{side}.{part}", on, place))
+            frame = frames[:, SEGMENTS.index(on)]
+            at = place + moved.get(f"{side}_{part}", np.zeros(3))
+            paths.append(frame[:, :3, :3] @ at + frame[:, :3, 3])
+    names = tuple(marker.name for marker in markers)
+    recording = Recording("walk", "project", names, np.stack(paths, axis=1), 100.0)
+    kinematics = SimpleNamespace(positions=positions, converged=np.ones(len(positions), dtype=bool))
+    trial = SimpleNamespace(name="walk", recording=recording, kinematics=kinematics)
+    landmarks = {name: name for name in names}
+    return [*moved_warnings(walk.model, markers, [trial], landmarks)]
+
+
+@pytest.mark.parametrize("part", [*OF])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_marker_beside_its_place_in_the_walk(part, axis):
+    limit = MOVED[part][axis]
+    (found,) = carried(**{f"R_{part}": 1.5 * limit * np.eye(3)[axis]})
+    assert found.where == f"R.{part} and L.{part}"
+    assert found.value == pytest.approx(1.5 * limit)
+    assert ("forward", "inward", "up")[axis] in found.message  # the right's left is inwards
+    assert not carried(**{f"R_{part}": 0.7 * limit * np.eye(3)[axis]})
+
+
+def test_skin_that_moves_both_sides_alike_is_no_moved_marker():
+    outward = {"R_Knee": np.array([0.01, -0.02, 0.01]), "L_Knee": np.array([0.01, 0.02, 0.01])}
+    assert not carried(**outward)
