@@ -23,10 +23,11 @@ from gaitval.policy.processes import kept_workers
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.compiled_templates import CompiledTemplates
 from gaitval.reporting.contents import with_contents
-from gaitval.reporting.drawing import Draw, drawn
 from gaitval.reporting.figure_data import write_tables
 from gaitval.reporting.light_figures import light
+from gaitval.reporting.painting import SKETCHED, on_paper
 from gaitval.reporting.printer import printed
+from gaitval.reporting.spoken import Draw, drawn
 from gaitval.reporting.words import SOURCE
 
 
@@ -35,9 +36,9 @@ def _labelled(svg: str, text: str, medium: str) -> Markup:
     sheet, so that dark mode has its own.
     """
     if medium == "print":  # as an image: the page's style sheet need not look at its parts
+        picture = on_paper(svg) if SKETCHED in svg else light(_with_letters(svg))
         return Markup(
-            f'<img src="data:image/svg+xml;base64,{_base64(light(_with_letters(svg)))}" '
-            f'alt="{escape(text)}">'
+            f'<img src="data:image/svg+xml;base64,{_base64(picture)}" alt="{escape(text)}">'
         )
     themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", _in_both_modes, svg)
     return Markup(themed.replace("<svg", f'<svg role="img" aria-label="{escape(text)}"', 1))

@@ -14,10 +14,10 @@ from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.typed import array
 from gaitval.reporting import grids
-from gaitval.reporting.drawing import Draw
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import PERCENT
 from gaitval.reporting.grids import DrawnCurve, Panel
+from gaitval.reporting.spoken import Draw
 
 PANELS: Final = (
     *grids.SAGITTAL,

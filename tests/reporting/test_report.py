@@ -651,7 +651,7 @@ def test_the_poses_stand_side_by_side_with_the_record_behind_them():
     }
     drawn = stick_figures.pose_strip(sticks, np.array([0, 20]))
     root = ElementTree.fromstring(drawn)
-    lines = [each for each in root.iter() if (each.get("id") or "").startswith("poses-line2d")]
+    lines = [each for each in root.iter() if "stroke-linejoin: round" in (each.get("style") or "")]
     assert len(lines) == 2 * 2 * 5 + 1  # poses, figures, lines of each; the ground
 
 
