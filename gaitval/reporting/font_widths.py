@@ -2,13 +2,23 @@
 
 import struct
 from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Final
-
-from gaitval.reporting.printer import fonts_folder
 
 _FONT: Final = "STIXGeneral.ttf"
 _OTHERWISE: Final = 0.5
 """Width of a letter that the font lacks, of its size."""
+
+
+def fonts_folder() -> Path:
+    """Where matplotlib has the fonts of pages and figures. It takes a third of a second to load,
+    so it is looked for and not loaded.
+    """
+    found = find_spec("matplotlib")
+    assert found is not None
+    assert found.origin is not None
+    return Path(found.origin).parent / "mpl-data" / "fonts" / "ttf"
 
 
 @cache

@@ -25,9 +25,9 @@ from gaitval.reporting.compiled_templates import CompiledTemplates
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.figure_data import write_tables
 from gaitval.reporting.light_figures import light
-from gaitval.reporting.painting import SKETCHED, on_paper
 from gaitval.reporting.printer import printed
 from gaitval.reporting.spoken import Draw, drawn
+from gaitval.reporting.style import SKETCHED
 from gaitval.reporting.words import SOURCE
 
 
@@ -36,7 +36,8 @@ def _labelled(svg: str, text: str, medium: str) -> Markup:
     sheet, so that dark mode has its own.
     """
     if medium == "print":  # as an image: the page's style sheet need not look at its parts
-        picture = on_paper(svg) if SKETCHED in svg else light(_with_letters(svg))
+        # what lays out the paper knows how to read a sketch
+        picture = svg if SKETCHED in svg else light(_with_letters(svg))
         return Markup(
             f'<img src="data:image/svg+xml;base64,{_base64(picture)}" alt="{escape(text)}">'
         )

@@ -3,7 +3,6 @@
 Texts are letters, not outlines: on paper of the page's font, on a screen of one with its widths.
 """
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -15,14 +14,10 @@ from gaitval.arrays import Array, Flags, runs
 from gaitval.reporting.font_widths import width
 from gaitval.reporting.sketch import PARTS, X_DATA, Axes, Call, Key, Sketch
 from gaitval.reporting.spoken import said
-from gaitval.reporting.style import FONT, LINE, POINTS, TICK, TITLE
+from gaitval.reporting.style import FONT, LINE, POINTS, SKETCHED, TICK, TITLE
 from gaitval.reporting.ticks import Tick, round_ticks
 
 INK: Final = "#000000"
-SKETCHED: Final = 'class="sketch"'
-"""Of the <svg> elements made here: the style sheet gives them a font with the page's widths."""
-_STYLE: Final = re.compile(r' style="([^"]*)"')
-_KEPT: Final = re.compile(r' textLength="[^"]*" lengthAdjust="[^"]*"')
 _ASCENT, _DESCENT, _DIGIT = 0.69, 0.22, 0.676
 """Of a text, parts of its size: above and below its baseline, and the height of a number."""
 _PAD, _LABEL, _TITLE = 3.5, 4.0, 6.0
@@ -120,19 +115,6 @@ def painted(sketch: Sketch, name: str, speak: Speak) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:g}pt" height="{high:g}pt" '
         f'viewBox="0 0 {wide:g} {high:g}" {SKETCHED}>{"".join([*parts, *legend])}</svg>'
     )
-
-
-def on_paper(svg: str) -> str:
-    """An <svg> element for the PDF: in the page's font, whose widths are known, and with attributes
-    in the place of styles, which WeasyPrint reads ten times as fast.
-    """
-
-    def attributes(found: re.Match[str]) -> str:
-        pairs = (each.split(": ", 1) for each in found[1].split("; "))
-        return "".join(f' {name}="{value}"' for name, value in pairs)
-
-    plain = _STYLE.sub(attributes, _KEPT.sub("", svg))
-    return plain.replace(SKETCHED, 'font-family="Report"', 1)
 
 
 # ---- limits ------------------------------------------------------------------------------------
@@ -334,7 +316,7 @@ def _panel(frame: _Frame, clip: str, name: str, sketch: Sketch, speak: Speak) ->
     if frame.shown:
         parts.append((2.5, _axes(frame, sketch.axes_line)))
     parts.sort(key=lambda part: part[0])
-    box = f"M{frame.left:.2f} {frame.top:.2f}h{frame.wide:.2f}v{frame.high:.2f}h{-frame.wide:.2f}z"
+    box = _box(frame.left, frame.top, frame.wide, frame.high)
     if any(f"#{clip})" in part for _, part in parts):
         yield f'<clipPath id="{clip}"><path d="{box}"/></clipPath>'
     if frame.axes.gid:  # the replay finds the panel by its frame
@@ -361,10 +343,12 @@ def _within(frame: _Frame, call: Call) -> bool:
 def _axes(frame: _Frame, line: float) -> str:
     """Both axes with their marks, as one path."""
     left, right, bottom, mark = frame.left, frame.left + frame.wide, frame.bottom, _mark(frame)
-    path = [f"M{left:.2f} {frame.top:.2f}V{bottom:.2f}H{right:.2f}"]
+    path = [f"M{left:.2f} {frame.top:.2f}L{left:.2f} {bottom:.2f}L{right:.2f} {bottom:.2f}"]
     if mark:
-        path += [f"M{frame.to_x(at):.2f} {bottom:.2f}v{mark:g}" for at, _ in frame.xticks()]
-    path += [f"M{left:.2f} {frame.to_y(at):.2f}h{-TICK:g}" for at, _ in frame.yticks()]
+        ends = [(frame.to_x(at), bottom + mark) for at, _ in frame.xticks()]
+        path += [f"M{x:.2f} {bottom:.2f}L{x:.2f} {end:.2f}" for x, end in ends]
+    heights = [frame.to_y(at) for at, _ in frame.yticks()]
+    path += [f"M{left:.2f} {y:.2f}L{left - TICK:.2f} {y:.2f}" for y in heights]
     look = f"fill: none; stroke: {INK}; stroke-width: {line:g}"
     return f'<path d="{"".join(path)}" style="{look}"/>'
 
@@ -415,9 +399,9 @@ def _painted(frame: _Frame, call: Call, speak: Speak) -> Iterator[str]:
         across = call.name == "axhline"
         at = frame.to_y(given[0]) if across else frame.to_x(given[0])
         path = (
-            f"M{frame.left:.2f} {at:.2f}h{frame.wide:.2f}"
+            f"M{frame.left:.2f} {at:.2f}L{frame.left + frame.wide:.2f} {at:.2f}"
             if across
-            else f"M{at:.2f} {frame.top:.2f}v{frame.high:.2f}"
+            else f"M{at:.2f} {frame.top:.2f}L{at:.2f} {frame.bottom:.2f}"
         )
         yield f'<path d="{path}" style="{_stroke(look)}"/>'
     elif call.name in ("fill_between", "fill_betweenx"):
@@ -474,10 +458,7 @@ def _markers(points: Array, marker: str, look: dict[str, Any]) -> str:
     path = []
     for x, y in points.tolist():
         if marker == "o":
-            path.append(
-                f"M{x - half:.2f} {y:.2f}a{half:g} {half:g} 0 1 0 {2 * half:g} 0"
-                f"a{half:g} {half:g} 0 1 0 {-2 * half:g} 0z"
-            )
+            path.append(_circle(x, y, half))
             continue
         for corners in _SHAPES[marker]:
             pairs = zip(corners[::2], corners[1::2], strict=True)
@@ -524,6 +505,24 @@ def _path(parts: Iterable[Array]) -> str:
     return "".join(
         "M" + "L".join(f"{x:g} {y:g}" for x, y in np.round(part, 2).tolist()) for part in parts
     )
+
+
+def _box(left: float, top: float, wide: float, high: float) -> str:
+    """A rectangle."""
+    right, bottom = left + wide, top + high
+    corners = ((left, top), (right, top), (right, bottom), (left, bottom))
+    return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in corners) + "z"
+
+
+def _circle(x: float, y: float, radius: float) -> str:
+    """A circle of four Bézier curves, which lie on it within a four-thousandth of its radius."""
+    bent = radius * 4.0 / 3.0 * (2.0**0.5 - 1.0)
+    quarter = ((radius, bent), (bent, radius), (0.0, radius))
+    path = [f"M{x + radius:.2f} {y:.2f}"]
+    for right, up in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+        turned = ((i * right - j * up, i * up + j * right) for i, j in quarter)
+        path.append("C" + " ".join(f"{x + i:.2f} {y + j:.2f}" for i, j in turned))
+    return "".join(path) + "z"
 
 
 def _thin(points: Array) -> Array:
@@ -612,7 +611,7 @@ def _sample(x: float, y: float, font: float, key: Key) -> Iterator[str]:
     long = 2.0 * font
     if "facecolor" in key.look:
         half = 0.35 * font
-        box = f"M{x:.2f} {y - half:.2f}h{long:g}v{2 * half:g}h{-long:g}z"
+        box = _box(x, y - half, long, 2.0 * half)
         yield f'<path d="{box}" style="{_fill(dict(key.look))}"/>'
         return
     look = dict(key.look)

@@ -5,20 +5,24 @@ load. Beside this process it loads while results are read, and lays out while th
 are written. What it writes is the same, byte for byte.
 """
 
+import base64
 import os
+import re
 import signal
 import struct
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 from gaitval.artefacts import replacing, scratch
 from gaitval.memory import without_search
+from gaitval.reporting.font_widths import fonts_folder
+from gaitval.reporting.paper_figures import PaperFigure
+from gaitval.reporting.style import SKETCHED
 
 if TYPE_CHECKING:
     import weasyprint
@@ -34,18 +38,10 @@ _PAPERS: Final = {"a4": "A4", "letter": "letter"}
 PDF_VARIANT: Final = "pdf/a-2a"
 """For archives, with tags (ISO 19005-2, level A): what a screen reader needs is in it."""
 _FONT_SCHEME: Final = "gaitval-font:"
+_FIGURE_SCHEME: Final = "gaitval-figure:"
+_PICTURE: Final = re.compile(r'src="data:image/svg\+xml;base64,([^"]*)"')
 _LENGTHS: Final = struct.Struct("<QQQ")
 """Before what the other process is sent: bytes of the paper's name, the folder, and the page."""
-
-
-def fonts_folder() -> Path:
-    """Where matplotlib has the fonts of pages and figures. It takes a third of a second to load,
-    so it is looked for and not loaded.
-    """
-    found = find_spec("matplotlib")
-    assert found is not None
-    assert found.origin is not None
-    return Path(found.origin).parent / "mpl-data" / "fonts" / "ttf"
 
 
 def layouter(paper: str, own: Path) -> "Callable[[str], weasyprint.Document]":
@@ -75,8 +71,20 @@ def layouter(paper: str, own: Path) -> "Callable[[str], weasyprint.Document]":
     ]
 
     def lay_out(page: str) -> weasyprint.Document:
-        whole = weasyprint.HTML(string=page, url_fetcher=fetcher)
-        return whole.render(stylesheets=sheets, font_config=fonts, pdf_variant=PDF_VARIANT)
+        known: dict[str, PaperFigure] = {}
+
+        def sketched(found: re.Match[str]) -> str:
+            svg = base64.b64decode(found[1]).decode()
+            if SKETCHED not in svg:
+                return found[0]
+            name = f"{_FIGURE_SCHEME}{len(known)}"
+            known[name] = PaperFigure(svg, fonts)
+            return f'src="{name}"'
+
+        whole = weasyprint.HTML(string=_PICTURE.sub(sketched, page), url_fetcher=fetcher)
+        return whole.render(
+            stylesheets=sheets, font_config=fonts, pdf_variant=PDF_VARIANT, cache=known
+        )
 
     return lay_out
 

@@ -13,3 +13,5 @@ AXES_LINE: Final = 0.5
 TICK: Final = 2.5
 """Points; the length of a mark."""
 LINE: Final = 1.2
+SKETCHED: Final = 'class="sketch"'
+"""Of the <svg> elements made here: the style sheet gives them a font with the page's widths."""
