@@ -137,7 +137,7 @@ def _look(stream: Any, path: str, style: dict[str, str]) -> None:
 
 def _colour(text: str, opacity: str | None) -> Any:
     """A colour of a PDF."""
-    from tinycss2.color5 import parse_color
+    from tinycss2.color5 import parse_color  # type: ignore[import-untyped]
 
     found = parse_color(text)
     assert found is not None
