@@ -50,12 +50,13 @@ class DrawnMuscles:
         """The figure of contact forces as SVG."""
         return _grid(self.contact, CONTACTS, "contacts", 3)
 
+    def table(self, name: str) -> str:
+        """The curves of the figure "activations" or "contacts" as CSV."""
+        return _table(self.activation if name == "activations" else self.contact)
+
     def tables(self) -> dict[str, str]:
         """The curves of both figures as CSV, by the figure's name."""
-        return {
-            "activations": _table(self.activation),
-            "contacts": _table(self.contact),
-        }
+        return {name: self.table(name) for name in ("activations", "contacts")}
 
 
 def _table(curves: Mapping[str, tuple[Array, Array | None]]) -> str:

@@ -162,6 +162,7 @@ def write_page(
     *,
     scripts: Sequence[str] = (),
     beside: Mapping[str, str] | None = None,
+    later: Callable[[], Mapping[str, Any]] = dict,
 ) -> None:
     """Write `name`.html and `name`.pdf into `folder`, from the values of `context`.
 
@@ -184,6 +185,8 @@ def write_page(
         the template as `scripts`. No other script runs (`security_policy`).
     beside : templates of further pages of the same values, by the name of their HTML: what is for
         a screen alone, because few people read it.
+    later : makes what stands in the place of values of `context` on a screen, while the paper is
+        laid out.
     """
     need("weasyprint")  # before any work
     chosen = settings or ReportSettings()
@@ -195,9 +198,11 @@ def write_page(
         # a screen's pages while another process lays out the paper's, if there is one
         with printed(folder / f"{name}.pdf", paper, chosen.paper):
             write_tables(folder, values["data"])
+            own = later()
+            values |= own
             write_text(folder / f"{name}.html", with_contents(page.render(values, medium="screen")))
             for other, further in (beside or {}).items():
-                second, own_values = _prepared(further, context, chosen, ())
+                second, own_values = _prepared(further, {**context, **own}, chosen, ())
                 own_values["drawings"] = values["drawings"]
                 text = with_contents(second.render(own_values, medium="screen"))
                 write_text(folder / f"{other}.html", text)
