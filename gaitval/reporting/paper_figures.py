@@ -5,29 +5,28 @@ WeasyPrint reads an image number by number, which took half of the time of writi
 letter follows its numbers.
 """
 
+import math
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Final
-from xml.etree import ElementTree
+from html import unescape
+from typing import Any, Final, NamedTuple
 
-from gaitval.reporting.font_widths import width
 from gaitval.reporting.style import POINTS
 
-if TYPE_CHECKING:
-    from weasyprint.images import SVGImage
-
-_FIGURE: Final = re.compile(r'<svg [^>]*?(width="([\d.]+)pt" height="([\d.]+)pt"[^>]*)>(.*)</svg>')
+_FIGURE: Final = re.compile(r'<svg [^>]*?width="([\d.]+)pt" height="([\d.]+)pt"[^>]*>(.*)</svg>')
 _ELEMENT: Final = re.compile(
     r'<clipPath id="(?P<id>[^"]*)"><path d="(?P<area>[^"]*)"/></clipPath>'
     r'|<g clip-path="url\(#(?P<clip>[^"]*)\)">(?P<inside>.*?)</g>'
     r'|<path (?:class="(?P<class>[^"]*)" )?d="(?P<d>[^"]*)" style="(?P<style>[^"]*)"/>'
 )
-_TEXT: Final = re.compile(r"<text .*?</text>")
-_ANCHORED: Final = re.compile(
-    r'(?P<place>x="(?P<x>[^"]*)" y="[^"]*"|transform="[^"]*") font-size="(?P<size>[\d.]+)"'
-    r'(?: textLength="[^"]*" lengthAdjust="[^"]*")? '
-    r'style="fill: (?P<fill>[^;"]*)(?:; text-anchor: (?P<anchor>\w+))?">(?P<text>.*?)<'
+_TEXT: Final = re.compile(
+    r'<text (?:x="(?P<x>[^"]*)" y="(?P<y>[^"]*)"'
+    r'|transform="translate\((?P<right>\S+) (?P<down>\S+)\) rotate\(-90\)") '
+    r'font-size="(?P<size>[\d.]+)"(?: textLength="[^"]*" lengthAdjust="[^"]*")? '
+    r'style="fill: (?P<fill>[^;"]*)(?:; text-anchor: (?P<anchor>\w+))?">(?P<text>[^<]*)</text>'
 )
+_BEFORE: Final = {"middle": 0.5, "end": 1.0}
+"""What part of a text stands before its place."""
 _STEP: Final = re.compile("([MLCz])([^MLCz]*)")
 _LETTERS: Final = str.maketrans("MLCz", "mlch")
 _CAPS: Final = {"square": 2, "butt": 0}
@@ -40,28 +39,33 @@ def operators(path: str) -> bytes:
     return _STEP.sub(r"\2 \1\n", path).translate(_LETTERS).encode("ascii")
 
 
-def letters(text: str) -> str:
-    """A <text> element that begins where it stands: WeasyPrint makes a picture of its own of each
-    that ends there or has its middle there. The widths are those of the page's font.
+class Letters(NamedTuple):
+    """A line of text: where its baseline begins, has its middle or ends, points, by `before`, the
+    part of its width that stands before that; `turned` runs upwards.
     """
 
-    def begun(found: re.Match[str]) -> str:
-        size, place = float(found["size"]), found["place"]
-        part = {"middle": 0.5, "end": 1.0}.get(found["anchor"] or "", 0.0)
-        back = part * width(_plain(found["text"]), size)
-        if found["x"] is not None:
-            place = place.replace(f'x="{found["x"]}"', f'x="{float(found["x"]) - back:.2f}"', 1)
-        elif back:
-            place = f'x="{-back:.2f}" y="0" {place}'
-        return f'{place} font-size="{size:g}" fill="{found["fill"]}">{found["text"]}<'
-
-    return _ANCHORED.sub(begun, text)
+    x: float
+    y: float
+    size: float
+    colour: str
+    before: float
+    turned: bool
+    text: str
 
 
-def _plain(text: str) -> str:
-    for name, letter in (("&lt;", "<"), ("&gt;", ">"), ("&quot;", '"'), ("&#x27;", "'")):
-        text = text.replace(name, letter)
-    return text.replace("&amp;", "&")
+def texts(content: str) -> Iterator[Letters]:
+    """The texts of a painted sketch."""
+    for found in _TEXT.finditer(content):
+        turned = found["x"] is None
+        yield Letters(
+            float(found["right" if turned else "x"]),
+            float(found["down" if turned else "y"]),
+            float(found["size"]),
+            found["fill"],
+            _BEFORE.get(found["anchor"] or "", 0.0),
+            turned,
+            unescape(found["text"]),
+        )
 
 
 class PaperFigure:
@@ -70,12 +74,10 @@ class PaperFigure:
     def __init__(self, svg: str, fonts: Any) -> None:
         found = _FIGURE.match(svg)
         assert found is not None
-        attributes, wide, high, content = found.groups()
+        wide, high, content = found.groups()
         self._size = float(wide), float(high)
         self._elements = list(_elements(content))
-        texts = "".join(letters(each) for each in _TEXT.findall(content))
-        root = f'<svg xmlns="http://www.w3.org/2000/svg" {attributes} font-family="Report">'
-        self._texts = f"{root}{texts}</svg>"
+        self._texts = list(texts(content))
         self._fonts = fonts
 
     def get_intrinsic_size(self, _resolution: float, _font_size: float) -> tuple[float, ...]:
@@ -93,16 +95,39 @@ class PaperFigure:
                 stream.stream.append(operators(clip) + b"W n")
             _look(stream, path, style)
             stream.pop_state()
+        self._write(stream)
         stream.pop_state()
-        self._lettering().draw(stream, wide, high, None)
 
-    def _lettering(self) -> "SVGImage":
-        from types import SimpleNamespace
+    def _write(self, stream: Any) -> None:
+        """Write the texts, each whole: WeasyPrint's own SVG lays out every letter, and makes a
+        picture of its own of each text that ends or has its middle in its place.
+        """
+        from weasyprint.css.properties import INITIAL_VALUES
+        from weasyprint.draw.text import draw_first_line
+        from weasyprint.matrix import Matrix
+        from weasyprint.svg.text import Style, TextBox
+        from weasyprint.text.line_break import split_first_line
 
-        from weasyprint.images import SVGImage
-
-        context = SimpleNamespace(font_config=self._fonts, dictionaries={})
-        return SVGImage(ElementTree.fromstring(self._texts), "", None, context)
+        for each in self._texts:
+            style = Style(INITIAL_VALUES)
+            style.font_config = self._fonts
+            style |= {"font_family": ["Report"], "font_size": each.size}
+            layout, _, _, wide, _, baseline = split_first_line(each.text, style, None, math.inf, 0)
+            back = each.before * wide
+            matrix = (
+                Matrix(0, -1, -1, 0, each.x, each.y + back)
+                if each.turned
+                else Matrix(a=1, d=-1, e=each.x - back, f=each.y)
+            )
+            box = TextBox(layout, style)
+            box.baseline = baseline
+            stream.push_state()
+            stream.set_color(_colour(each.colour, None))
+            stream.begin_text()
+            layout.reactivate(style)
+            draw_first_line(stream, box, "none", "none", matrix)
+            stream.end_text()
+            stream.pop_state()
 
 
 def _elements(content: str) -> Iterator[tuple[str, dict[str, str], str]]:

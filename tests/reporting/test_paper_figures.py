@@ -11,9 +11,8 @@ import pytest
 from html_page import whole_pdf
 
 from gaitval.reporting import printer
-from gaitval.reporting.font_widths import width
 from gaitval.reporting.painting import svg
-from gaitval.reporting.paper_figures import letters, operators
+from gaitval.reporting.paper_figures import Letters, _elements, operators, texts
 from gaitval.reporting.sketch import Sketch, new_sketch
 from gaitval.reporting.style import SKETCHED
 
@@ -26,17 +25,23 @@ def test_a_path_has_its_letters_behind_its_numbers() -> None:
     ]
 
 
-@pytest.mark.parametrize(("anchor", "part"), [("middle", 0.5), ("end", 1.0)])
-@pytest.mark.parametrize("place", ['x="10.00" y="2"', 'transform="translate(1 2) rotate(-90)"'])
-def test_a_text_begins_where_it_stood(anchor: str, part: float, place: str) -> None:
-    style = f"fill: #404040; text-anchor: {anchor}"
-    found = letters(f'<text {place} font-size="8.5" style="{style}">a &lt; b</text>')
-    back = part * width("a < b", 8.5)
-    begins = 10.0 - back if place.startswith("x") else -back
-    assert float(re.search(r'x="([^"]*)"', found)[1]) == pytest.approx(begins, abs=0.006)
-    assert "anchor" not in found
-    assert ">a &lt; b</text>" in found
-    assert ("rotate" in place) == ("rotate" in found)
+@pytest.mark.parametrize(("anchor", "before"), [("start", 0.0), ("middle", 0.5), ("end", 1.0)])
+@pytest.mark.parametrize("place", ['x="1.00" y="2"', 'transform="translate(1 2) rotate(-90)"'])
+def test_a_text_is_read_with_its_place(anchor: str, before: float, place: str) -> None:
+    style = "fill: #404040" + f"; text-anchor: {anchor}" * (anchor != "start")
+    kept = ' textLength="9.0" lengthAdjust="spacingAndGlyphs"'
+    for length in ("", kept):
+        given = f'<text {place} font-size="8.5"{length} style="{style}">a &lt; b</text>'
+        assert list(texts(given)) == [
+            Letters(1.0, 2.0, 8.5, "#404040", before, "rotate" in place, "a < b")
+        ]
+
+
+def test_every_text_and_every_line_of_a_sketch_is_read() -> None:
+    """What is not read would be missing on paper alone."""
+    picture = svg(made(), "a")
+    assert len(list(texts(picture))) == picture.count("<text ") > 10
+    assert len(list(_elements(picture))) == picture.count("<path d=") - picture.count("<clipPath")
 
 
 def made() -> Sketch:
