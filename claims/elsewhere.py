@@ -20,6 +20,7 @@ from claims.prediction import SKILLS
 from claims.skill_interval import skill_interval
 from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings, load_configuration
+from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import GaitvalError
@@ -40,7 +41,6 @@ GAIT2354: Final = "opensim-org+opensim-models/Pipelines/Gait2354_Simbody/subject
 RAJAGOPAL: Final = "data:opensim_rajagopal/ExpData"
 PLUG_IN: Final = "Biomechanical-ToolKit+BTKData/Input/C3DSamples/PiG/PiG_"
 MONTREAL: Final = "mcgillmotionlab+biomechzoo/data/sample_study/raw c3d files"
-GRAVITY: Final = 9.80665
 VERTICAL: Final = KINETICS.index(("forces", "vertical"))
 EDGE_S: Final = 0.2
 """Farther than this from every landing by markers, a landing on a plate is none of theirs."""

@@ -14,7 +14,6 @@ on by reinforcement as the general one was, it stood pushes as well and walked l
 import argparse
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -28,10 +27,7 @@ from experiments.general_policy import (
     SPEEDS,
     VIRTUAL,
     VIRTUAL_SEED,
-    built_in,
-    task_of,
-    virtual,
-    virtual_task_of,
+    all_tasks,
 )
 from experiments.general_policy import TARGET as GENERAL
 from gaitval.artefacts import value_hash, write_json
@@ -210,12 +206,7 @@ def main() -> None:
             *SETTINGS,
         ]
     )
-    known = tuple(BUILTIN)
-    wanted = built_in(arguments.subjects, SPEEDS, configuration, known)
-    drawn = virtual(arguments.subjects, configuration, known)
-    with ProcessPoolExecutor(arguments.workers) as pool:
-        tasks = [*pool.map(task_of, wanted), *pool.map(virtual_task_of, drawn)]
-    print(f"{len(tasks)} references", flush=True)
+    tasks = all_tasks(arguments.subjects, configuration, tuple(BUILTIN), arguments.workers)
     start = load_start(GENERAL, load_configuration().environment)
     # Every other one acts as quickly as a walk that is judged, the others as in training.
     slower = configuration.training.steps_per_action

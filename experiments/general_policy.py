@@ -194,6 +194,18 @@ def printed() -> TrainingProgress:
     return show
 
 
+def all_tasks(
+    subjects: Sequence[str], configuration: Configuration, known: tuple[str, ...], workers: int = 2
+) -> list[WalkingTask]:
+    """Those of `subjects` at all speeds and of the virtual people around them."""
+    wanted = built_in(subjects, SPEEDS, configuration, known)
+    drawn = virtual(subjects, configuration, known)
+    with ProcessPoolExecutor(workers) as pool:
+        tasks = [*pool.map(task_of, wanted), *pool.map(virtual_task_of, drawn)]
+    print(f"{len(tasks)} references", flush=True)
+    return tasks
+
+
 def main() -> None:
     """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -216,12 +228,8 @@ def main() -> None:
             *(PUSHES if arguments.start else ()),
         ]
     )
-    with ProcessPoolExecutor(2) as pool:
-        known = tuple(arguments.subjects if arguments.alone else BUILTIN)
-        wanted = built_in(arguments.subjects, SPEEDS, configuration, known)
-        drawn = virtual(arguments.subjects, configuration, known)
-        tasks = [*pool.map(task_of, wanted), *pool.map(virtual_task_of, drawn)]
-    print(f"{len(tasks)} references", flush=True)
+    known = tuple(arguments.subjects if arguments.alone else BUILTIN)
+    tasks = all_tasks(arguments.subjects, configuration, known)
     start = load_start(arguments.start, configuration.environment) if arguments.start else None
     policy = train_general(
         tasks, arguments.work, samples=arguments.samples, start=start, on_progress=printed()

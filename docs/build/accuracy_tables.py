@@ -28,7 +28,7 @@ from gaitval.metrics.learning_gain import NEEDED, RULE, LearningGain
 from gaitval.metrics.policy_comparison import push_limit
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.validation import EXTERNAL_LOAD
-from gaitval.metrics.verdicts import close_text, spread_text, target_text
+from gaitval.metrics.verdicts import close_text, spread_text, target_text, unit_text
 
 ROOT = Path(__file__).parents[2]
 
@@ -172,8 +172,8 @@ def criteria_table(baselines: Sequence[Stored]) -> str:
         lines.append(
             [
                 first["title"],
-                "" if goal is None else f"{sign} {goal:g} {first['unit']}",
-                f"{sign} {first['tolerance']:g} {first['unit']}",
+                "" if goal is None else f"{sign} {goal:g}{unit_text(first['unit'])}",
+                f"{sign} {first['tolerance']:g}{unit_text(first['unit'])}",
                 "" if goal is None else f"{sum(bool(row['reached']) for row in rows)}",
                 f"{sum(row['passed'] for row in rows)} of {len(rows)}",
                 _guess(rows, "guess_passes"),
@@ -384,7 +384,7 @@ def skill_table(baselines: Sequence[Stored]) -> str:
         better = sum(a < b for a, b in zip(ours, guesses, strict=True))
         lines.append(
             [
-                f"{title}, {unit}",
+                f"{title}, {unit_text(unit).strip()}",
                 f"{statistics.mean(ours):.{digits}f} ± {statistics.stdev(ours):.{digits}f}",
                 f"{statistics.mean(guesses):.{digits}f} ± {statistics.stdev(guesses):.{digits}f}",
                 f"{1.0 - statistics.mean(ours) / statistics.mean(guesses):.2f} "

@@ -19,9 +19,9 @@ from gaitval.gait.record import (
     HARMONICS_CAP,
     FiniteNumber,
     GaitRecord,
-    PeriodicCurve,
     StoredPart,
     periodic_through,
+    weighted_sum,
 )
 
 SHIFT_SIGNS: Final[Mapping[str, float]] = {
@@ -80,14 +80,6 @@ def corrected(record: GaitRecord, plates: PlateCorrection) -> GaitRecord:
             moments[name] = periodic_through(curve(phase) * loaded - lever, HARMONICS_CAP)
     forces = {}
     for side in SIDES:
-        forward, left, up = (_scaled(curve, plates.scale) for curve in record.forces[side])
+        forward, left, up = (weighted_sum([curve], [plates.scale]) for curve in record.forces[side])
         forces[side] = (forward, left, up)
     return replace(record, moments=moments, forces=forces)
-
-
-def _scaled(curve: PeriodicCurve, factor: float) -> PeriodicCurve:
-    return PeriodicCurve(
-        factor * curve.mean,
-        tuple(factor * value for value in curve.cosine),
-        tuple(factor * value for value in curve.sine),
-    )

@@ -5,7 +5,7 @@ have the coordinate's name, and a moment is positive if it would increase its co
 side's curves run over that side's own gait cycle, phase 0 = its heel strike.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal, Self
 
@@ -139,6 +139,17 @@ def periodic_through(samples: Array, harmonics: int) -> PeriodicCurve:
         cosine=tuple((2 * spectrum[1 : harmonics + 1].real).tolist()),
         sine=tuple((-2 * spectrum[1 : harmonics + 1].imag).tolist()),
     )
+
+
+def weighted_sum(curves: Sequence[PeriodicCurve], weights: Sequence[float]) -> PeriodicCurve:
+    """The sum of `curves`, each times one of `weights`, with as many harmonics as the longest."""
+    terms = max(len(curve.cosine) for curve in curves)
+    total = np.zeros((2, terms))
+    for curve, weight in zip(curves, weights, strict=True):
+        for row, part in zip(total, (curve.cosine, curve.sine), strict=True):
+            row[: len(part)] += weight * np.asarray(part)
+    mean = sum(weight * curve.mean for curve, weight in zip(curves, weights, strict=True))
+    return PeriodicCurve(float(mean), tuple(total[0].tolist()), tuple(total[1].tolist()))
 
 
 def fit_periodic(

@@ -166,8 +166,8 @@ def _away(
 ) -> _Away | None:
     """How far a marker is off its distances from the others, as they are `measured`. Where there
     is one other in its segment, it is joined by the marker of another segment whose distance is
-    the steadiest; where there is none, as on toes, the steadiest of other segments stand for it.
-    None without two.
+    the steadiest; where there is none, as on toes, those of the segments that a joint holds to
+    it stand for it. None without two.
     """
     segment = segments.get(names[number])
     if segment is None:

@@ -12,7 +12,7 @@ from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.physics_steps import Account
 from gaitval.simulation.rollout import Travel
-from gaitval.simulation.walker import Walker
+from gaitval.simulation.walker import Walker, put_rows
 
 _PART = 200
 """Actions of `travel_together` after which what is not needed of them is forgotten."""
@@ -72,11 +72,8 @@ class _Path:
 
     def append(self, account: Account, root_force: Array) -> None:
         """Add an action's steps and the external force (6, walkers) on the pelvis during it."""
-        rows = slice(self.rows, self.rows + len(account.phase))
         new = account.positions, account.feet, root_force
-        for kept, each in zip(self._arrays, new, strict=True):
-            kept[rows] = each
-        self.rows = rows.stop
+        self.rows = put_rows(self._arrays, self.rows, new)
 
     def kept(self, walker: int, of: Walker) -> _Kept:
         """Ground reaction (T, 2, 3), centre of mass (T, 3) and external force (T, 6) of the

@@ -9,7 +9,6 @@ for it, so the person is taken to walk as without it, and Newton's law does the 
 """
 
 import csv
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from importlib import resources
@@ -22,7 +21,7 @@ from gaitval.configuration import ContactSettings, RecordSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.gait.accuracy import RecordAccuracy
-from gaitval.gait.record import GaitRecord, PeriodicCurve, periodic_through
+from gaitval.gait.record import GaitRecord, PeriodicCurve, periodic_through, weighted_sum
 from gaitval.model.body import BodyModel
 from gaitval.model.devices.composite import fitted, parallel_axes, part_place
 from gaitval.model.devices.loads import trunk_load
@@ -235,14 +234,3 @@ def on_ground(record: GaitRecord, settings: RecordSettings) -> GaitRecord:
     return replace(
         record, angles=angles, forces=forces, stride_time=record.stride_time * factor, steps=None
     )
-
-
-def weighted_sum(curves: Sequence[PeriodicCurve], weights: Sequence[float]) -> PeriodicCurve:
-    """The sum of `curves`, each times one of `weights`, with as many harmonics as the longest."""
-    terms = max(len(curve.cosine) for curve in curves)
-    total = np.zeros((2, terms))
-    for curve, weight in zip(curves, weights, strict=True):
-        for row, part in zip(total, (curve.cosine, curve.sine), strict=True):
-            row[: len(part)] += weight * np.asarray(part)
-    mean = sum(weight * curve.mean for curve, weight in zip(curves, weights, strict=True))
-    return PeriodicCurve(float(mean), tuple(total[0].tolist()), tuple(total[1].tolist()))

@@ -149,8 +149,12 @@ def _in_language(language: str) -> dict[str, Callable[..., Any]]:
 
 
 def _figures(language: str, value: Any) -> Any:
-    """A float as it is printed, with the decimal mark of the language; all else unchanged."""
-    return words(language).figures(str(value)) if isinstance(value, float) else value
+    """A float as it is printed, with the decimal mark of the language; a unit of degrees by its
+    sign, as in the figures; all else unchanged.
+    """
+    if isinstance(value, float):
+        return words(language).figures(str(value))
+    return "°" if value == "deg" else value
 
 
 def write_page(

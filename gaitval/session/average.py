@@ -212,6 +212,7 @@ def check_mass(request: Request, walks: Sequence[WalkingTrial]) -> float | None:
         raise RecordError(
             f"The force plates carry {weight:.1f} kg over {len(shares)} whole gait cycles, but "
             f"the mass given is {request.mass_kg:.1f} kg. Over whole cycles the two must agree "
-            f"within {100 * MASS_TOLERANCE:.0f} %. {hint}"
+            f"within {100 * MASS_TOLERANCE:.0f} %. {hint} Without the forces the body keeps the "
+            "mass given: only where that one is right."
         ).with_way_on("--kinematics-only")
     return ratio

@@ -38,7 +38,7 @@ class FoundIncline(NamedTuple):
     @property
     def degrees(self) -> float:
         """The slope as an angle."""
-        return float(np.rad2deg(np.arctan(self.slope / 100.0)))
+        return _degrees(self.slope)
 
 
 def found_incline(walks: Sequence[WalkingTrial], mass: float) -> FoundIncline | None:
@@ -84,7 +84,7 @@ def ground_of(request: Request, walks: Sequence[WalkingTrial], notify: Notify) -
             "Say --incline 0 if it was level: the forces are then refused",
         )
         return Ground(found.slope)
-    angle = float(np.rad2deg(np.arctan(said / 100.0)))
+    angle = _degrees(said)
     if found is not None and request.aid is None and abs(found.degrees - angle) > SAME:
         raise RecordError(
             f"--incline {said:g}: a slope of {angle:+.1f} degrees is said, but over {found.cycles} "
@@ -95,3 +95,8 @@ def ground_of(request: Request, walks: Sequence[WalkingTrial], notify: Notify) -
             "belt's axes; if the forces are turned or have a drift, --kinematics-only."
         )
     return Ground(said)
+
+
+def _degrees(slope: float) -> float:
+    """The angle of a `slope` in %."""
+    return float(np.rad2deg(np.arctan(slope / 100.0)))

@@ -12,6 +12,7 @@ all physics steps of an action in one compiled call, and DART. A third, MuJoCo, 
 check: with its own integrator and a shorter step its walks are similar, not equal.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -130,6 +131,16 @@ class Steps(NamedTuple):
     root_force: Array
 
 
+def put_rows(arrays: Sequence[Array], row: int, new: Sequence[Array]) -> int:
+    """Write `new` into `arrays` from a `row` on, each into its own, as many rows as the first has:
+    what has one row is repeated. The row after them.
+    """
+    rows = slice(row, row + len(new[0]))
+    for kept, each in zip(arrays, new, strict=True):
+        kept[rows] = each
+    return rows.stop
+
+
 class Trajectory:
     """Arrays that `Walker.step` fills, one row a physics step.
 
@@ -151,17 +162,11 @@ class Trajectory:
         """Add an action's steps and the external force (6,) on the pelvis during it, both with a
         last axis of the walkers if there are many.
         """
-        rows = slice(self.rows, self.rows + len(account.phase))
-        for kept, new in zip(self._arrays, (*account[:5], root_force), strict=True):
-            kept[rows] = new
-        self.rows = rows.stop
+        self.rows = put_rows(self._arrays, self.rows, (*account[:5], root_force))
 
     def extend(self, steps: Steps) -> None:
         """Add `steps` of another recording."""
-        rows = slice(self.rows, self.rows + len(steps.phase))
-        for kept, new in zip(self._arrays, steps, strict=True):
-            kept[rows] = new
-        self.rows = rows.stop
+        self.rows = put_rows(self._arrays, self.rows, steps)
 
     def steps(self) -> Steps:
         """The steps of the walker."""

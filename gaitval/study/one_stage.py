@@ -6,10 +6,7 @@ from gaitval.errors import ArtefactError
 from gaitval.study.identification_stages import identify_stage, walks_to_identify
 from gaitval.study.learning_stages import need_stage, train_stage
 from gaitval.study.run import choose_start, plan
-from gaitval.study.stage import Run, Stage, run_stage, why_run
-
-FOLLOWING = ("need", "keep", "evaluate", "choose", "repeat", "body")
-"""Short stages without a command: they run automatically before what depends on them."""
+from gaitval.study.stage import SHORT, Run, Stage, run_stage, why_run
 
 
 def finished_rounds(run: Run) -> int:
@@ -51,7 +48,7 @@ def run_one(
     # stage has yet to write is looked at after it.
     for stage in takewhile(lambda each: each.name != wanted, stages):
         there = all((run.folder / each).exists() for each in stage.inputs)
-        if there and stage.name.partition("-")[0] not in FOLLOWING:
+        if there and stage.name.partition("-")[0] not in SHORT:
             _require(run, stage, name)
     for stage in stages:
         if stage.name == "need-1" and wanted == "train-1":
@@ -62,7 +59,7 @@ def run_one(
             stage = train_stage(run, 1) if wanted == "train-1" else stage
             run_stage(stage, run.folder, force=force, observer=run.observer)
             reached = True
-        elif stage.name.partition("-")[0] in FOLLOWING:
+        elif stage.name.partition("-")[0] in SHORT:
             run_stage(stage, run.folder, observer=run.observer)
         elif reached:
             return

@@ -44,8 +44,24 @@ CONFIGURATION = "configuration.toml"
 INTERRUPTED = "was interrupted"
 """The reason to run a stage that can resume."""
 
+SHORT: Final = {
+    "need": "whether the person needs training",
+    "keep": "which policy to keep",
+    "evaluate": "the error epsilon of the walk",
+    "choose": "the best round",
+    "repeat": "walks from every start phase with noise",
+    "body": "what the record says of the body",
+}
+"""Short stages without a command, and what each finds: they run before what depends on them."""
+
 BESIDE = "started beside another"
 """The reason to wait for a stage that another process began earlier."""
+
+
+def in_words(stage: str) -> str:
+    """The name of a `stage`, with what it finds where no command explains it."""
+    about = SHORT.get(stage.partition("-")[0])
+    return f"{stage} ({about})" if about else stage
 
 
 class Observer:

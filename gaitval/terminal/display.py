@@ -26,7 +26,7 @@ from rich.text import Text
 
 from gaitval import file_gate
 from gaitval.errors import ArtefactError
-from gaitval.study.stage import BESIDE, INTERRUPTED, Observer
+from gaitval.study.stage import BESIDE, INTERRUPTED, Observer, in_words
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
@@ -103,7 +103,7 @@ class Live(Observer):
         self._started = self._last_line = monotonic()
         self._first_done = -1.0
         how = {INTERRUPTED: "resumes", BESIDE: "continues"}.get(reason, "starts")
-        self.say(f"{stage}: {how} ({reason})")
+        self.say(f"{in_words(stage)}: {how} ({reason})")
         if self.console.is_terminal:
             self._show_clock()
 

@@ -646,6 +646,12 @@ def test_a_stage_that_does_not_say_how_far_it_is_shows_its_time() -> None:
     assert lines.getvalue() == "reference: starts (not run yet)\n"
 
 
+def test_a_stage_without_a_command_says_what_it_finds() -> None:
+    live, text = observed(terminal=False)
+    live.started("need-1", "not run yet")
+    assert text.getvalue().startswith("need-1 (whether the person needs training): starts")
+
+
 def test_a_stage_that_another_process_began_goes_on() -> None:
     live, text = observed(terminal=False)
     live.started("identify-1", BESIDE)
