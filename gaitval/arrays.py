@@ -47,4 +47,4 @@ def peaks(values: Array) -> Index:
     top = values[begins[inner]]
     higher = (top > values[begins[inner] - 1]) & (top > values[ends[inner] + 1])
     middle: Index = (begins[inner] + ends[inner]) // 2
-    return middle[higher]
+    return np.asarray(middle[higher])
