@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, Final
+from typing import TYPE_CHECKING, BinaryIO, Final
 
 from gaitval.artefacts import replacing, scratch
 from gaitval.memory import without_search
@@ -117,11 +117,6 @@ def _fixed_clock() -> Iterator[None]:
         del os.environ[name]
 
 
-def _print_into(target: Any, page: str, paper: str, own: Path) -> None:
-    with _fixed_clock(), without_search():
-        layouter(paper, own)(page).write_pdf(target, pdf_variant=PDF_VARIANT)
-
-
 _beside: list["_Beside"] = []
 
 
@@ -190,7 +185,8 @@ def printed(path: Path, page: str, paper: str) -> Iterator[None]:
         yield
         made = None if here is None else here.answer()
         if made is None:
-            _print_into(temporary, page, paper, own)
+            with _fixed_clock(), without_search():
+                layouter(paper, own)(page).write_pdf(temporary, pdf_variant=PDF_VARIANT)
         else:
             temporary.write_bytes(made)
 
@@ -208,7 +204,8 @@ def _serve(sent: BinaryIO, answer: BinaryIO) -> int:
         return 1
     paper, own, page = (each.decode() for each in parts)
     made = BytesIO()
-    _print_into(made, page, paper, Path(own))
+    with _fixed_clock(), without_search():
+        layouter(paper, Path(own))(page).write_pdf(made, pdf_variant=PDF_VARIANT)
     answer.write(made.getvalue())
     answer.flush()
     return 0
