@@ -19,7 +19,6 @@ from gaitval.conventions import beside, convention_of
 from gaitval.memory import without_search
 from gaitval.missing_extras import need
 from gaitval.number_text import number, rough
-from gaitval.policy.processes import kept_workers
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.compiled_templates import CompiledTemplates
 from gaitval.reporting.contents import with_contents
@@ -197,7 +196,7 @@ def write_page(
     page, values = _prepared(template, context, chosen, scripts)
     draws: Mapping[str, Draw] = context.get("drawings", {})
     with without_search():
-        values["drawings"] = _drawings(draws, chosen.language)()
+        values["drawings"] = _drawings(draws, chosen.language)
         paper = with_contents(page.render(values, medium="print"))
         # a screen's pages while another process lays out the paper's, if there is one
         with printed(folder / f"{name}.pdf", paper, chosen.paper):
@@ -217,7 +216,7 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
     are those of `write_page`.
     """
     page, values = _prepared(template, context, ReportSettings(), ())
-    values["drawings"] = _drawings(context.get("drawings", {}), SOURCE)()
+    values["drawings"] = _drawings(context.get("drawings", {}), SOURCE)
     path = folder / f"{name}.html"
     write_text(path, with_contents(page.render(values, medium="screen")))
     return path
@@ -246,14 +245,9 @@ def template_of(name: str, language: str) -> jinja2.Template:
     return _environment(language).get_template(name)
 
 
-def _drawings(draws: Mapping[str, Draw], language: str) -> Callable[[], dict[str, Markup]]:
-    """Start drawing figures with their words in a language, in workers if some are kept; the
-    returned function waits for them. They contain no text from outside, so their markup is safe.
-    """
-    workers = kept_workers()
-    each = map if workers is None else workers.map
-    pictures = each(drawn, draws.values(), [language] * len(draws))
-    return lambda: {name: Markup(picture) for name, picture in zip(draws, pictures, strict=True)}
+def _drawings(draws: Mapping[str, Draw], language: str) -> dict[str, Markup]:
+    """Figures with their words in a language, as markup: texts from outside in them are escaped."""
+    return {name: Markup(drawn(draw, language)) for name, draw in draws.items()}
 
 
 def security_policy(scripts: Sequence[str]) -> str:

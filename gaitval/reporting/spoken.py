@@ -8,7 +8,7 @@ from gaitval.reporting.catalogue import words
 from gaitval.reporting.words import SOURCE
 
 Draw = Callable[[], str]
-"""Draws a figure, as SVG. Worker processes may do it, so it must be possible to pickle it."""
+"""Draws a figure, as SVG."""
 
 _language: Final[ContextVar[str]] = ContextVar("language", default=SOURCE)
 
