@@ -40,10 +40,13 @@ def marker_warnings(
     walking: Recording,
     landmarks: Mapping[str, str],
     moved: Iterable[MarkerDistance],
+    *,
+    stood: bool = True,
 ) -> Iterator[QualityFlag]:
     """All warnings about the markers of a trial, `as_read` in the axes of its file. `standing` and
     `walking` are both trials, cleaned, in the project's axes, and `landmarks` names their markers;
-    `moved` are distances on a segment that differ between them (`same_person.displaced`).
+    `moved` are distances on a segment that differ between them (`same_person.displaced`). Of a
+    pose that was put together from the walk (not `stood`) the heights of the feet say nothing.
     """
     yield from trajectory_warnings(as_read)
     for one in moved:
@@ -52,7 +55,8 @@ def marker_warnings(
             f"{1000 * one.standing:.0f} mm in standing, {1000 * one.walking:.0f} mm in walking: "
             "one of the two has moved, or is not the same marker; left as it is: check the labels",
         )  # fmt: skip
-    yield from foot_marker_warnings(standing, walking, landmarks)
+    if stood:
+        yield from foot_marker_warnings(standing, walking, landmarks)
     yield from pelvis_marker_warnings(standing, walking, landmarks)
     yield from scale_warnings(standing, walking, landmarks)
 

@@ -87,6 +87,11 @@ sample."""
 FEWEST_EDGES: Final = 2
 """Beginnings and ends of contacts that show it: over ground a plate has one of each."""
 
+EXCHANGED_AXES: Final = "fore-aft and sideways force"
+BRAKING: Final = "braking before propulsion"
+INWARD: Final = "push towards the middle line"
+HORIZONTAL: Final = frozenset({EXCHANGED_AXES, BRAKING, INWARD})
+"""Checks of the horizontal forces of a plate."""
 SATURATED: Final = "saturated channel"
 """The check of this warning; `said.warnings` names it beside what it looks like."""
 
@@ -204,8 +209,9 @@ def force_warnings(
     for name, members in by_plate.items():
         sides = [side for side in SIDES if any(stance.side == side for stance, _ in members)]
         where = f"plate {name} ({' and '.join(sides)} foot, {count_of(len(members), 'stance')})"
-        found += _horizontal(name, where, [figures for _, figures in members])
-        found += _free_moment(name, where, [figures for _, figures in members])
+        horizontal = [*_horizontal(name, where, [figures for _, figures in members])]
+        # the free moment is what horizontal forces leave of the vertical moment
+        found += horizontal or _free_moment(name, where, [figures for _, figures in members])
     return tuple(found)
 
 
@@ -215,7 +221,7 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
     sideways = float(np.mean([one.sideways for one in figures]))
     if abs(sideways) > max(EXCHANGED, 2.0 * abs(braking)):
         yield QualityFlag(
-            "fore-aft and sideways force", where, abs(sideways), EXCHANGED, "1",
+            EXCHANGED_AXES, where, abs(sideways), EXCHANGED, "1",
             "braking and propulsion are in the sideways force (its impulse changes by "
             f"{100 * abs(sideways):.1f} % of the vertical one from early to late stance, the "
             f"fore-aft one by {100 * braking:.1f} %): the plate's axes are exchanged. Check the "
@@ -233,7 +239,7 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
             "dead or its sensitivity too small, or does the person shuffle?"
         )
         yield QualityFlag(
-            "braking before propulsion", where, braking, LEAST_BRAKING, "1",
+            BRAKING, where, braking, LEAST_BRAKING, "1",
             "a walking foot is pushed back first and forward later, but here the fore-aft impulse "
             f"changes by {100 * braking:.1f} % of the vertical one from early to late stance (at "
             f"least {100 * LEAST_BRAKING:.0f} %): {turned}",
@@ -243,7 +249,7 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
     lean = float(np.mean([one.lean for one in figures]))  # NaN where no marker shows the pelvis
     if inward < LEAST_INWARD - SHARE_OF_LEAN * (lean if lean > 0.0 else 0.0):
         yield QualityFlag(
-            "push towards the middle line", where, inward, LEAST_INWARD, "1",
+            INWARD, where, inward, LEAST_INWARD, "1",
             f"the foot is pushed outwards by {-100 * inward:.1f} % of the vertical impulse, but "
             "the body, which the force carries, is inwards of it: the sideways force has the "
             f"wrong sign or axis. {_fix(name, 'across')}",

@@ -22,6 +22,8 @@ from gaitval.mocap.recording import Event, FootForces
 
 LEAST_SECONDS: Final = 0.3
 """s with both feet's forces known below which nothing is concluded."""
+WEIGHT: Final = "weight"
+"""The check of the warning that the plates carry another weight than the body has."""
 LARGEST_WEIGHT_ERROR: Final = 0.2
 """Of what the plates carry: at most 0.05, and 0.12 in the two trials whose markers jump. Over whole
 cycles `session.average.check_mass` asks for more, and refuses."""
@@ -67,7 +69,7 @@ def weight_warnings(needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
         return
     if abs(ratio - 1.0) > LARGEST_WEIGHT_ERROR:
         yield QualityFlag(
-            "weight", "all plates", ratio, 1.0 + np.copysign(LARGEST_WEIGHT_ERROR, ratio - 1.0),
+            WEIGHT, "all plates", ratio, 1.0 + np.copysign(LARGEST_WEIGHT_ERROR, ratio - 1.0),
             "1", f"the plates carry {ratio:.2f} times what the body weighs: the mass, or the unit "
             "of the forces, is wrong",
         )  # fmt: skip

@@ -11,7 +11,8 @@ toe-offs, and the walk of Rajagopal et al. 2016 over ground, 3 and 3):
 | Zeni et al. 2008 (Gait & Posture 27:710)     | −54, −19         | **+14, −18**       |
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -69,6 +70,14 @@ DRAGGED: Final = 0.1
 the plate in swing (in spastic gait for longer than a scuff)."""
 SAME_EVENT_SECONDS: Final = 0.1
 """An event from force and one from markers that are this close are the same event."""
+
+FOOT_SPREAD: Final[Mapping[EventKind, float]] = {"heel_strike": 0.36, "toe_off": 0.14}
+"""Variance of an event by markers about the plates' from step to step, over that of the mean of a
+foot from foot to foot: of 46 feet of 23 people in nine laboratories the former have SD of 5.4 ms
+(strikes) and 3.8 ms (toe-offs), the latter of 9 and 10 ms, by how a foot lands and where its
+markers are."""
+LIKELY_SECONDS: Final = 0.04
+"""An event by markers that is farther from the plates' is no measure of its foot."""
 
 
 def foot_contacts(loaded: Flags, *, rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -239,33 +248,40 @@ def _edge_landings(
     """The frames of `landings`; of one within `EDGE_SECONDS` of the frame `end`, the last that is
     known, where the `height` (T,) of the middle of the foot came down until then as it did before
     the landings `sunk`, in the mean over these.
+
+    A foot whose markers are lost while it swings falls fastest at their end. It has not landed:
+    before its other landings it came down so more than `LANDING_ERROR` earlier, and the landing is
+    left out.
     """
     inside = [
         at
         for at in sunk
         if end - at > EDGE_SECONDS * rate and at > (APPROACH_SECONDS + NEAR_LANDING) * rate
     ]
-    return [
-        float(np.mean([_as_before(height, each, at, end, rate) for each in inside]))
-        if inside and end - at <= EDGE_SECONDS * rate
-        else at
-        for at in landings
-    ]
+    found = []
+    for at in landings:
+        if not inside or end - at > EDGE_SECONDS * rate:
+            found.append(at)
+            continue
+        placed = float(np.mean([_as_before(height, each, at, end, rate) for each in inside]))
+        if placed <= end + LANDING_ERROR * rate:
+            found.append(min(placed, float(end)))
+    return found
 
 
 def _as_before(height: Array, landing: float, near: float, end: int, rate: float) -> float:
-    """The frame, up to `NEAR_LANDING` from `near`, from which back the `height` (T,), known up to
-    the frame `end`, goes down as it does before a `landing`; at most `end`.
+    """The frame from which back the `height` (T,), known up to the frame `end`, goes down as it
+    does before a `landing`: from `NEAR_LANDING` before `near` to `APPROACH_SECONDS` after the end.
     """
-    frames, most = np.arange(len(height)), NEAR_LANDING * rate
+    frames = np.arange(len(height))
     shown = np.arange(int(near - APPROACH_SECONDS * rate), end + 1)
-    tried = near + np.arange(-most, most + 0.05, 0.1)
+    tried = np.arange(near - NEAR_LANDING * rate, end + APPROACH_SECONDS * rate, 0.1)
 
     def differs(at: float) -> float:
         before = np.interp(landing + shown - at, frames, height)
         return float(np.var(height[shown] - before))
 
-    return min(float(tried[np.argmin([differs(at) for at in tried])]), float(end))
+    return float(tried[np.argmin([differs(at) for at in tried])])
 
 
 def _other_methods(paths: Array, rate: float, apart: int) -> dict[EventKind, tuple[Array, ...]]:
@@ -374,16 +390,16 @@ def find_events(
     possible, else from markers.
 
     An event from force replaces one from markers of the same foot and kind if they are close, or if
-    no event of the other kind lies between them. Where an event is still missing between two of one
-    kind, the file's own is taken. `recording` is cleaned, z up, m; `forces` are those of
-    `assign_forces` at `force_cutoff_hz`, None without plates; `processing` is as for
-    `force_events`, `landmarks` for `foot_markers`. Raises RecordError as `marker_events`.
+    no event of the other kind lies between them. Other events by markers are moved by what those of
+    their foot and kind are off the plates' (`_as_on_plates`): a cycle that begins on a plate and
+    ends beside it would else be too long or short, and its curves would not close. Where an event
+    is still missing between two of one kind, the file's own is taken. `recording` is cleaned, z up,
+    m; `forces` are those of `assign_forces` at `force_cutoff_hz`, None without plates; `processing`
+    is as for `force_events`, `landmarks` for `foot_markers`. Raises RecordError as `marker_events`.
     """
     from_force = set(force_events(forces, processing)) if forces is not None else set()
-    events = sorted(
-        from_force.union(marker_events(recording, landmarks=landmarks)),
-        key=lambda event: event.time,
-    )
+    from_markers = _as_on_plates(marker_events(recording, landmarks=landmarks), from_force)
+    events = sorted(from_force.union(from_markers), key=lambda event: event.time)
     kept = []
     for side in SIDES:
         mine = [event for event in events if event.side == side]
@@ -400,6 +416,25 @@ def find_events(
                 kept.append(event)
         kept += _filling([event for event in kept if event.side == side], recording.events)
     return tuple(sorted(kept, key=lambda event: event.time))
+
+
+def _as_on_plates(events: Sequence[Event], on_plates: Collection[Event]) -> list[Event]:
+    """Events by markers, each moved by the mean by which those of its foot and kind differ from
+    the ones `on_plates`, as far as `FOOT_SPREAD` lets expect it of steps that no plate shows.
+    """
+    shifts: dict[tuple[Side, EventKind], float] = {}
+    for kind in ("heel_strike", "toe_off"):
+        for side in SIDES:
+            shown = [e.time for e in on_plates if (e.side, e.kind) == (side, kind)]
+            seen = np.array([e.time for e in events if (e.side, e.kind) == (side, kind)])
+            off = [time - seen[np.argmin(np.abs(seen - time))] for time in shown if len(seen)]
+            off = [each for each in off if abs(each) < LIKELY_SECONDS]
+            if off:
+                shifts[side, kind] = float(np.sum(off) / (len(off) + FOOT_SPREAD[kind]))
+    return [
+        replace(event, time=event.time + shifts.get((event.side, event.kind), 0.0))
+        for event in events
+    ]
 
 
 def _filling(found: Sequence[Event], stored: Sequence[Event]) -> list[Event]:

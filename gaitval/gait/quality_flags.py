@@ -1,7 +1,8 @@
 """A measurement that physics, or everybody's walking, contradicts."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from shlex import quote
 
 from gaitval.errors import RecordError
@@ -32,6 +33,35 @@ class QualityFlag:
 
     def __str__(self) -> str:
         return f"{self.where}: {self.message}"
+
+
+def told_once(
+    warnings: Iterable[tuple[str, QualityFlag]], *, by_plate: bool = False
+) -> tuple[tuple[str, QualityFlag], ...]:
+    """The `warnings`, each with its trial, but one of those that say the same of several trials or
+    plates (`by_plate`: each plate by itself) but for its figures: what one cause does in every
+    trial is one thing to look at. It is the one farthest beyond its limit, and names the others.
+    """
+    alike: dict[tuple[str, str, str], list[tuple[str, QualityFlag]]] = {}
+    for trial, warning in warnings:
+        # what is wrong at one place of the body is not what is wrong at another
+        where = (warning.plate if by_plate else "") if warning.plate else warning.where
+        words = re.sub(r"[\d.]+", "", warning.message)
+        alike.setdefault((warning.check, where, words), []).append((trial, warning))
+    return tuple(_with_others(members) for members in alike.values())
+
+
+def _with_others(members: Sequence[tuple[str, QualityFlag]]) -> tuple[str, QualityFlag]:
+    """The farthest of `members` beyond its limit, which names the others."""
+    if len(members) == 1:
+        return members[0]
+    trial, worst = max(members, key=lambda each: abs(each[1].value - each[1].limit))
+    others = [
+        f"{warning.where} in {name}" if warning.plate or name == trial else name
+        for name, warning in members
+        if warning is not worst
+    ]
+    return trial, replace(worst, message=f"{worst.message}; so too {', '.join(others)}")
 
 
 def refuse_certain(source: str, warnings: Sequence[QualityFlag], plates: int) -> None:

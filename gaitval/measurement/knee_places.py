@@ -34,6 +34,11 @@ SOUND: Final = 0.0033
 """m, SD of that sum in the same thirteen recordings, each left out once (0.0031 else)."""
 HALF_SEEN: Final = 0.7
 """Of the sum where a medial marker holds the joint's centre half as far back."""
+LEAST_SHARE: Final = 0.25
+"""Of the sum, what the walk itself shows at least of a misplaced marker: 0.36 to 1.0 of one that is
+18 mm forward or back, on either side, of two children, an adult of Luxembourg and one of Stanford.
+Who stands with one knee more bent, as after a stroke or with a contracture, has less (0.1 of 13 mm
+in a boy with cerebral palsy), and no marker is beside its place."""
 LINE: Final = float(np.radians(3.6))
 """rad, SD of what the lines through the epicondyles are turned by, right less left, of the ten
 built-in people."""
@@ -45,12 +50,13 @@ LEAST_FRAMES: Final = 30
 
 
 class KneePlaces(NamedTuple):
-    """How far forward the right knee's marker lies of where it should, less the left one's, and the
-    SD of that in sound recordings, m.
+    """How far forward the right knee's marker lies of where it should, less the left one's, the SD
+    of that in sound recordings, m, and whether more says so than how the person stands.
     """
 
     forward: float
     sound: float
+    shown: bool = True
 
 
 def knee_places(
@@ -71,13 +77,15 @@ def knee_places(
     moved = np.subtract(*(fitted[name] - placed[name] for name in knees))
     right, left = (COORDINATES.index(f"knee_angle_{side}") for side in "rl")
     bent = body.placement.standing[right] - body.placement.standing[left]
-    forward = float(NEARER * np.mean(grows) + FITTED * moved + STRAIGHTER * bent)
+    in_walk = float(NEARER * np.mean(grows) + FITTED * moved)
+    forward = in_walk + float(STRAIGHTER * bent)
+    shown = abs(in_walk) >= LEAST_SHARE * abs(forward) and in_walk * forward >= 0.0
     if not any(f"{side}.Knee.Medial" in points for side in "RL"):
-        return KneePlaces(forward, SOUND)
+        return KneePlaces(forward, SOUND, shown)
     forward, sound = forward / HALF_SEEN, SOUND / HALF_SEEN
     turned = [turned_outwards(points, side) for side in "RL"]
     if turned[0] is None or turned[1] is None:
-        return KneePlaces(forward, sound)
+        return KneePlaces(forward, sound, shown)
     width = np.mean([
         np.linalg.norm(np.subtract(points[f"{side}.Knee"], points[f"{side}.Knee.Medial"]))
         for side in "RL"
@@ -92,7 +100,7 @@ def knee_place_warnings(
     places: KneePlaces | None, landmarks: Mapping[str, str]
 ) -> Iterator[QualityFlag]:
     """Warning about a knee's marker beside the axis that the walk shows: one at most."""
-    if places is None or abs(places.forward) <= BEYOND * places.sound:
+    if places is None or not places.shown or abs(places.forward) <= BEYOND * places.sound:
         return
     right, left = (landmarks[f"{side}.Knee"] for side in "RL")
     back, forward = (right, left) if places.forward < 0.0 else (left, right)

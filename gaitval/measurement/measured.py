@@ -2,7 +2,7 @@
 where the user asks for it.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final
@@ -10,15 +10,16 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.checks.force_checks import SATURATED
+from gaitval.checks.force_checks import HORIZONTAL, SATURATED
 from gaitval.checks.laboratory_checks import FLOOR_TILTED
+from gaitval.checks.motion_checks import WEIGHT
 from gaitval.coordinates import Side, split_side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.measurement.bands import AXES, Bands, bands
 from gaitval.measurement.correct import corrected, wanted
 from gaitval.measurement.estimate import Examined, examined
-from gaitval.measurement.fault_text import FaultRow, rows, unused, warnings
+from gaitval.measurement.fault_text import OF_A_PLATE, OF_WEIGHT, FaultRow, rows, unused, warnings
 from gaitval.measurement.knee_markers import knee_warnings
 from gaitval.measurement.knee_places import knee_place_warnings, knee_places
 from gaitval.measurement.page import (
@@ -206,6 +207,20 @@ def _of_knees(found: Import) -> list[QualityFlag]:
     return [*knee_warnings(body.model, body.markers, found.trials, marker_set.landmarks)]
 
 
+def unexplained(flags: Iterable[QualityFlag], checks: Set[str]) -> Iterator[QualityFlag]:
+    """Those of the `flags` about faults of the plates that what was found before, by its `checks`,
+    does not explain.
+    """
+    for flag in flags:
+        tilted = FLOOR_TILTED in checks and flag.check.endswith(LIKE_TILT)
+        # with a wrong mass or unit, a plate with the right forces looks wrong by as much
+        heavier = WEIGHT in checks and flag.check.endswith(OF_WEIGHT)
+        # a horizontal force of the wrong sign looks like each of these on every plate
+        reversed_force = checks & HORIZONTAL and flag.check.endswith(OF_A_PLATE)
+        if not tilted and not heavier and not reversed_force:
+            yield flag
+
+
 def measured(found: Import, notify: Notify) -> Import:
     """The import `found` with the estimate of its faults, and warnings of those that matter.
 
@@ -231,9 +246,8 @@ def measured(found: Import, notify: Notify) -> Import:
     seen = left = look(found)
     all_flags = (warning for walk in found.trials for warning in walk.warnings)
     cut_off = sorted({warning.plate for warning in all_flags if warning.check == SATURATED})
-    flags = [] if seen is None else [*warnings(seen, cut_off, kinds)]
-    if any(warning.check == FLOOR_TILTED for walk in found.trials for warning in walk.warnings):
-        flags = [flag for flag in flags if not flag.check.endswith(LIKE_TILT)]
+    checks = {warning.check for walk in found.trials for warning in walk.warnings}
+    flags = [] if seen is None else [*unexplained(warnings(seen, cut_off, kinds), checks)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]
     flags += _of_knees(found)

@@ -279,9 +279,9 @@ def turn_to_walking_direction(
     seen = np.isfinite(pelvis).all(axis=1)
     if np.count_nonzero(seen) < 2:
         raise RecordError(
-            f"{where}: no marker of the pelvis (ASIS, PSIS) is seen in more than half of the "
-            "frames, so the direction of walking is unknown. Label the trial, or cut it to the "
-            "part that shows the person, and export it again."
+            f"{where}: the markers of the pelvis (ASIS, PSIS) are not seen at once, each in more "
+            "than half of the frames that show one, so the direction of walking is unknown. Label "
+            "the trial, or take a part of it that shows them with --trial-time BEGIN:END, in s."
         )
     _check_same_axes(recording, landmarks, pelvis)
     _check_straight(recording, landmarks)
@@ -487,8 +487,11 @@ def _check_walks(
 def _path(recording: Recording, landmarks: Mapping[str, str], names: tuple[str, ...]) -> Array:
     """Mean (T, 3) of these landmarks; NaN where any of those used is hidden."""
     used = [landmarks[name] for name in names if landmarks.get(name) in recording.names]
-    # A landmark that is hidden through most of the trial would hide the mean.
-    shown = [name for name in used if np.isfinite(recording.marker(name)).all(axis=1).mean() > 0.5]
+    seen = {name: np.isfinite(recording.marker(name)).all(axis=1) for name in used}
+    # A landmark that is hidden most of the time would hide the mean; before a person comes in and
+    # after they have left, all are.
+    there = np.any([*seen.values()], axis=0).sum() if used else 0
+    shown = [name for name in used if seen[name].sum() > 0.5 * there]
     if not shown:
         return np.full((len(recording.markers), 3), np.nan)
     return np.asarray(np.mean([recording.marker(name) for name in shown], axis=0))

@@ -39,12 +39,12 @@ def read_storage(path: Path) -> StorageTable:
     """Read a MOT or STO file of numbers, of any version of its header.
 
     It understands `nRows=`, `nColumns=`, `inDegrees=` (version 1), `DataRate=`, `DataType=`
-    (version 3) and `name`, `datarows`, `datacolumns`, `range` (SIMM), with or without a name in the
-    first line. As in OpenSim a key ends at a blank or `=`, the time may be in any column, and the
-    `range` of SIMM is that of the times of a file without them. The unit of angles is that of
-    `inDegrees`, else of the words "Angles are in degrees." or radians; a header of neither is in
-    degrees if it has no version, or 0 (OpenSim 1 and SIMM): OpenSim 4 says "assuming rotations in
-    Degrees".
+    (version 3; each number of a cell with several, as of Vec3, is a column) and `name`, `datarows`,
+    `datacolumns`, `range` (SIMM), with or without a name in the first line. As in OpenSim a key
+    ends at a blank or `=`, the time may be in any column, and the `range` of SIMM is that of the
+    times of a file without them. The unit of angles is that of `inDegrees`, else of the words
+    "Angles are in degrees." or radians; a header of neither is in degrees if it has no version, or
+    0 (OpenSim 1 and SIMM): OpenSim 4 says "assuming rotations in Degrees".
 
     Parameters
     ----------
@@ -96,6 +96,10 @@ def read_storage(path: Path) -> StorageTable:
                 rows.pop()
     if not rows:
         raise RecordError(f"{path}: no rows. Export the file again.")
+    count = COMPONENTS[header.get("datatype", "double").lower()]
+    if count > 1:
+        labels, rows = _flattened(labels, rows, count)
+        at = None if at is None else next(i for i, n in enumerate(labels) if n.lower() == "time")
     table = numbers_of(path, [row for _, row in rows], rows[0][0], len(labels), separator=None)
     if at is None:
         times = _range(path, header["range"], len(table))
@@ -120,6 +124,28 @@ KEYS: Final = "name|datacolumns|datarows|ncolumns|nrows|indegrees|version|range|
 """Keys of headers that a blank may part from their value."""
 
 
+COMPONENTS: Final = {"double": 1, "vec3": 3, "quaternion": 4, "spatialvec": 6}
+"""Numbers in a cell by the `DataType` of the header; they are parted by commas."""
+
+
+def _flattened(
+    labels: Sequence[str], rows: Sequence[tuple[int, str]], count: int
+) -> tuple[list[str], list[tuple[int, str]]]:
+    """A table of `count` numbers in each cell but that of the time as one of single numbers, with
+    the names that OpenSim's `flatten` gives them: force_1, force_2, force_3.
+    """
+    names = [
+        name
+        for label in labels
+        for name in (
+            [label]
+            if label.lower() == "time"
+            else [f"{label}_{number}" for number in range(1, count + 1)]
+        )
+    ]
+    return names, [(line, re.sub(r"[(),]", " ", row)) for line, row in rows]
+
+
 def _header(path: Path, lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     """What the `lines` before `endheader` say, by lower-case key, and the units of angles that they
     say in words; refused if it cannot be read.
@@ -142,10 +168,10 @@ def _header(path: Path, lines: Sequence[str]) -> tuple[dict[str, str], list[str]
             f"{VERSIONS[-1]} only; what another means is unknown. Correct the line, or export the "
             "file again."
         )
-    if header.get("datatype", "double").lower() != "double":
+    if header.get("datatype", "double").lower() not in COMPONENTS:
         raise RecordError(
-            f"{path}: DataType is {header['datatype']}, but only tables of numbers (double) can "
-            "be read. Export it with one column for each component."
+            f"{path}: DataType is {header['datatype']}, but only tables of numbers "
+            f"({', '.join(COMPONENTS)}) can be read. Export it with one column for each component."
         )
     return header, words
 

@@ -57,10 +57,17 @@ def text_lines(path: Path) -> list[str]:
     return text.splitlines()
 
 
+NOTHING: Final = re.compile(
+    r"(?<![^\s,;])(?:[+-]?nan\(\w*\)|[+-]?1\.#(?:QNAN|SNAN|IND)\d*|NULL|#N/A)(?![^\s,;])",
+    re.IGNORECASE,
+)
+"""What other programs write where there is no number: C on Windows, databases, spreadsheets."""
+
+
 def numbers_of(
     path: Path, rows: Sequence[str], first_line: int, width: int, separator: str | None
 ) -> Array:
-    """Numbers in lines of text; an empty field is NaN.
+    """Numbers in lines of text; an empty field is NaN, and so is what other programs write for it.
 
     Parameters
     ----------
@@ -98,7 +105,14 @@ def numbers_of(
             )
         wrong = ""
         try:
-            table[i] = [plain_float(wrong := field.strip() or "nan") for field in fields]
+            # what a gap is called costs time to look for, and most rows have none
+            spelled = NOTHING.search(row) is not None
+            table[i] = [
+                plain_float(wrong := NOTHING.sub("nan", field.strip() or "nan"))
+                if spelled
+                else plain_float(wrong := field.strip() or "nan")
+                for field in fields
+            ]
         except ValueError:
             fix = (
                 "It has a decimal comma: set the program, or the region of Windows, to a decimal "

@@ -115,8 +115,8 @@ def landmarks_of(
             "The leg's joint centres cannot be found without them; use a standing trial (--static) "
             "with all of: " + ", ".join(needed) + "."
             if without_medial
-            else "Without the medial markers give the width of the joint, across the bones, in "
-            "metres: "
+            else "Medial markers are often taken off for the walk: give the standing trial that "
+            "has them (--static), or the width of the joint, across the bones, in metres: "
             + " and ".join(
                 _option(f"{joint.lower()}_width")
                 for joint in ("Knee", "Ankle")

@@ -308,6 +308,13 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
         problems.append(
             f"pelvis: tilted forward by {tilt:.0f} degrees in standing (plausible: "
             f"{PLAUSIBLE_TILT[0]:g} to {PLAUSIBLE_TILT[1]:g})"
+            + (
+                ": its front markers are as high above the rear ones as the iliac crests are. If "
+                "they are on the crests, say so in a marker set (landmarks R.Crest and L.Crest), "
+                "and the spines are estimated; else look whether front and rear are exchanged"
+                if tilt < PLAUSIBLE_TILT[0] and "markers" in _origin(measured)
+                else ""
+            )
         )
     if problems:
         raise ScalingError(

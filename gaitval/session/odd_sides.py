@@ -3,7 +3,7 @@
 Such a marker moves joint centres and changes no distance between the trials.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Final
 
 import numpy as np
@@ -34,10 +34,14 @@ the three, by at most 7.0° (SD 3.6°) more on one side than on the other of the
 one in 27 is beyond. A marker 18 mm too far back turns it by 8 to 10°."""
 
 
-def odd_sides(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
+def odd_sides(
+    points: Mapping[str, Place], estimated: Collection[str] = ()
+) -> Iterator[QualityFlag]:
     """Warnings about `points` (3,) m on landmarks of the standing trial whose distances, or the
-    line through the epicondyles, differ between right and left more than people do.
+    line through the epicondyles, differ between right and left more than people do; `estimated`
+    landmarks have no marker that could be misplaced.
     """
+    points = {name: at for name, at in points.items() if name not in estimated}
     for (one, other), limit in SIDES_DIFFER.items():
         names = [(f"{side}.{one}", f"{side}.{other}") for side in "RL"]
         pair = _distances(points, names)

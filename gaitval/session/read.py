@@ -176,7 +176,8 @@ def _doubts_beside(
         names=(str(request.static), walk.source),
     )
     moved = displaced(distances, marker_set)
-    return marker_warnings(as_recorded, standing, walk, marker_set.landmarks, moved)
+    stood = not request.stands_in_walk
+    return marker_warnings(as_recorded, standing, walk, marker_set.landmarks, moved, stood=stood)
 
 
 def _check_plates(request: Request, recording: Recording) -> None:

@@ -20,10 +20,12 @@ from gaitval.model.body import BodyModel
 from gaitval.model.ground import Ground
 from gaitval.model.markers import ModelMarker
 from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.markers.spines import SPINES
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import scale_by_pairs
 from gaitval.scaling.scaling import HIGHEST_BARE_ANKLE, USUAL_ASYMMETRY, ScaledBody, build_body
 from gaitval.session.odd_sides import odd_sides
+from gaitval.session.pelvis_markers import FROM_CRESTS
 from gaitval.session.read import SessionRecordings, about_file, of_trial
 from gaitval.session.request import Notify, Request, silent
 from gaitval.session.standing import standing_places
@@ -152,6 +154,8 @@ def _by_standing(
     """The body by the landmarks of the standing trial."""
     places, marker_set = standing_places(session.standing), session.marker_set
     on_landmarks = marker_set.on_landmarks({name: at.tolist() for name, at in places.items()})
+    by_crests = any(warning.check == FROM_CRESTS for _, warning in session.warnings)
+    estimated = SPINES if by_crests else ()
     with about_file(str(request.static)):
         measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
         measured = replace(measured, symmetric=symmetric)
@@ -159,10 +163,10 @@ def _by_standing(
             notify("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
         scaled = build_body(request, measured)
         odd = (
-            *_odd_lengths(scaled),
+            *_odd_lengths(scaled, stood=not request.stands_in_walk),
             *_odd_stature(scaled, request),
             *_odd_widths(request),
-            *odd_sides(on_landmarks),
+            *odd_sides(on_landmarks, estimated),
         )
         for warning in odd:
             notify("warnings", str(warning))
@@ -244,8 +248,10 @@ def _by_pairs(
     return factors, (model, place_markers(model, by_pairs, places, marker_set, **request.widths))
 
 
-def _odd_lengths(scaled: ScaledBody) -> Iterator[QualityFlag]:
-    """Warnings about lengths that are possible, and rare."""
+def _odd_lengths(scaled: ScaledBody, *, stood: bool = True) -> Iterator[QualityFlag]:
+    """Warnings about lengths that are possible, and rare. A pose that was put together from the
+    walk (not `stood`) has its feet at unlike heights.
+    """
     for row in scaled.table:
         if row.segment == "ankle height" and row.factor > HIGHEST_BARE_ANKLE:
             yield QualityFlag(
@@ -254,9 +260,30 @@ def _odd_lengths(scaled: ScaledBody) -> Iterator[QualityFlag]:
                 "of bare feet: the shoes have thick soles, or the floor is not at z = 0 (--floor "
                 "0.02 says that the person stands 2 cm higher)",
             )  # fmt: skip
+    longer = {
+        row.segment: row.right_m - row.left_m
+        for row in scaled.table
+        if row.segment in ("thigh", "shank") and row.right_m is not None and row.left_m is not None
+    }
+    thigh, shank = longer.get("thigh", 0.0), longer.get("shank", 0.0)
+    knees = min(abs(thigh), abs(shank)) > USUAL_ASYMMETRY > abs(thigh + shank)
+    if knees:
+        # a knee's centre that is too high makes its thigh shorter by what its shank is longer
+        yield QualityFlag(
+            "legs that differ", "knee", abs(thigh - shank) / 2.0, USUAL_ASYMMETRY, "m",
+            f"the right thigh is {1000 * abs(thigh):.0f} mm {'longer' if thigh > 0 else 'shorter'} "
+            f"than the left one and its shank as much {'shorter' if thigh > 0 else 'longer'}: the "
+            "legs are alike, and the markers of a knee are too high on one side or too low on the "
+            "other. Look at them in standing; both sides get the mean",
+        )  # fmt: skip
+    for row in scaled.table:
         if row.right_m is None or row.left_m is None or row.segment in ("upper arm", "forearm"):
             continue
-        if abs(row.right_m - row.left_m) > USUAL_ASYMMETRY:
+        if row.segment == "ankle height" and not stood:
+            continue
+        if abs(row.right_m - row.left_m) > USUAL_ASYMMETRY and not (
+            knees and row.segment in longer
+        ):
             yield QualityFlag(
                 "legs that differ", row.segment, abs(row.right_m - row.left_m), USUAL_ASYMMETRY,
                 "m", f"right {row.right_m:.3f} m and left {row.left_m:.3f} m: a marker is off, or "

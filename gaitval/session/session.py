@@ -17,7 +17,7 @@ from gaitval.datasets.plausible import unusual_build
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.foot_forces import LIGHTEST, of_weight
-from gaitval.gait.quality_flags import QualityFlag, refuse_certain
+from gaitval.gait.quality_flags import QualityFlag, refuse_certain, told_once
 from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.session.average import check_mass, drift_warnings, mean_angles, mean_kinetics
 from gaitval.session.incline import ground_of
@@ -91,10 +91,10 @@ class Import:
 
     @property
     def warnings(self) -> tuple[tuple[str, QualityFlag], ...]:
-        """All warnings, each with its trial."""
+        """All warnings, each with its trial; what several trials show alike is one."""
         of_trials = ((walk.name, warning) for walk in self.trials for warning in walk.warnings)
         of_means = (("all trials", warning) for warning in self.of_means)
-        return *self.session.warnings, *of_trials, *of_means
+        return told_once((*self.session.warnings, *of_trials, *of_means))
 
 
 @dataclass
@@ -261,6 +261,7 @@ def _usable_walks(
     # What cannot be right in one trial is no chance in another, nor on another plate: a wrong sign
     # is the laboratory's.
     wrong = {warning.check for walk in known.trials for warning in walk.warnings if warning.certain}
+    refused: list[tuple[str, QualityFlag]] = []
     for walk in known.trials:
         warnings = [
             replace(warning, certain=True) for warning in walk.warnings if warning.check in wrong
@@ -270,6 +271,14 @@ def _usable_walks(
             walks.append(walk)
         except RecordError as error:
             failed.append((walk.name, error))
+            refused += [(walk.name, warning) for warning in warnings]
+    if not walks and len(known.trials) > 1:
+        last = known.trials[-1].recording
+        refuse_certain(
+            ", ".join(dict.fromkeys(name for name, _ in refused)),
+            [warning for _, warning in told_once(refused, by_plate=True)],
+            len(last.plates),
+        )
     if not walks:
         raise failed[-1][1]
     for name, why in failed:

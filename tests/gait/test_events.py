@@ -23,7 +23,9 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.events import (
+    FOOT_SPREAD,
     _agreed,
+    _as_on_plates,
     _edge_landings,
     _filling,
     _mean_of_near,
@@ -195,11 +197,50 @@ def test_events_in_a_gap_are_not_made_up() -> None:
     assert len(of(events, "right", "heel_strike")) == len(strikes("right", 6.0)) - 1
 
 
+def test_events_beside_the_plates_are_moved_as_those_on_them_differ() -> None:
+    markers = [
+        Event(time, side, kind)
+        for time, side, kind in (
+            (1.0, "right", "heel_strike"), (1.6, "right", "toe_off"), (2.0, "right", "heel_strike"),
+            (0.5, "left", "heel_strike"), (1.5, "left", "heel_strike"),
+        )
+    ]  # fmt: skip
+    plates = {Event(1.015, "right", "heel_strike"), Event(1.57, "right", "toe_off")}
+
+    def moved(shown: set[Event]) -> list[float]:
+        after = _as_on_plates(markers, shown)
+        assert [(e.side, e.kind) for e in after] == [(e.side, e.kind) for e in markers]
+        return [1000.0 * (a.time - b.time) for a, b in zip(after, markers, strict=True)]
+
+    strike = 15.0 / (1.0 + FOOT_SPREAD["heel_strike"])
+    toe_off = -30.0 / (1.0 + FOOT_SPREAD["toe_off"])
+    assert moved(plates) == pytest.approx([strike, toe_off, strike, 0.0, 0.0])
+    # two steps say more than one, and what is far off says nothing
+    second = plates | {Event(2.011, "right", "heel_strike"), Event(0.55, "left", "heel_strike")}
+    both = 26.0 / (2.0 + FOOT_SPREAD["heel_strike"])
+    assert moved(second) == pytest.approx([both, toe_off, both, 0.0, 0.0])
+    assert moved(set()) == [0.0] * 5
+
+
+def test_a_foot_that_is_lost_in_swing_has_not_landed() -> None:
+    recording = walk(marker_rate=250.0)
+    whole = of(marker_events(recording, landmarks=LANDMARKS), "right", "heel_strike")
+    for before in (0.06, 0.09, 0.12, 0.15, 0.18):
+        markers = recording.markers.copy()
+        lost = round(250.0 * (whole[-1] - before))
+        markers[lost:, recording.names.index("R.Heel")] = np.nan
+        seen = recording.with_markers(recording.names, markers)
+        found = of(marker_events(seen, landmarks=LANDMARKS), "right", "heel_strike")
+        assert found == pytest.approx(whole[:-1], abs=0.01), before
+
+
 def test_a_landing_at_the_very_end_is_as_far_down_the_path_as_those_before() -> None:
     frames = np.arange(272)  # a foot comes down every 110 frames: at 50, 160 and 270
     height = 0.02 * (1.0 + np.cos(2.0 * np.pi * (frames - 50) / 110 - 1.2)) + 1e-4 * frames
     landings = _edge_landings([50.0, 160.0, 265.0], [50.0, 160.0], height, 271, 100.0)
     assert landings == pytest.approx([50.0, 160.0, 270.0], abs=0.1)
+    # a foot whose markers are lost 120 ms before it lands has not landed where they end
+    assert _edge_landings([50.0, 160.0, 256.0], [50.0, 160.0], height, 258, 100.0) == [50.0, 160.0]
     # with nothing to go by it stays
     assert _edge_landings([265.0], [265.0], height, 271, 100.0) == [265.0]
 

@@ -95,3 +95,13 @@ def test_computed_points_are_known_and_markers_are_not() -> None:
     ]
     marks = ["RTOE", "LASI", "RFOO", "R.Midfoot.Sup", "RFEA", "Middenvoet_1_rechts", "MidThigh_R"]
     assert computed([*sums, *marks]) == set(sums)
+
+
+def test_two_markers_of_one_name_on_a_joint_are_on_both_sides_of_it():
+    names = ["RKNE#1", "RKNE#2", "LKNE#1", "LKNE#2", "RHEE", "LHEE", "RANK", "LANK"]
+    parsed = dict(zip(names, read_names(names), strict=True))
+    for name in names[:4]:
+        assert parsed[name].side == name[0]
+        assert set(parsed[name].places) == {"Knee", "Knee.Medial"}
+    assert parsed["RHEE"].places == ("Heel",)
+    assert "Ankle.Medial" not in parsed["LANK"].places

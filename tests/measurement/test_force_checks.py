@@ -372,6 +372,14 @@ def test_the_ground_turns_the_foot_inwards_in_late_stance(side, late, warned):
         assert f"outwards ({-1000 * late:.1f} mm" in each.message
 
 
+def test_a_free_moment_is_not_accused_beside_the_force_that_it_is_computed_with():
+    turned = {"twist": 0.04, "late_twist": -0.04}
+    checks = [each.check for each in doubts_of(*stepped(inward=-0.02, where=0.1, **turned))]
+    assert checks == ["push towards the middle line"]
+    checks = [each.check for each in doubts_of(*stepped(inward=0.02, where=0.1, **turned))]
+    assert checks == ["size of the free moment", "direction of the free moment"]
+
+
 def test_stances_of_both_feet_on_a_plate_count_together():
     """A sign is wrong for a plate, not for a foot: one that brakes twice as much makes up for one
     that does not brake."""

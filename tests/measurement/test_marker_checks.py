@@ -7,6 +7,7 @@ import pytest
 from synthetic_recording import LANDMARKS as SYNTHETIC
 from synthetic_recording import walk as synthetic
 
+from gaitval.checks.checks import marker_warnings
 from gaitval.checks.marker_checks import (
     foot_marker_warnings,
     pelvis_marker_warnings,
@@ -218,3 +219,14 @@ def test_legs_of_another_length_than_in_standing_are_of_another_scale(right, lef
     for flag in flags:
         assert words in flag.message
         assert flag.value == pytest.approx(abs(right - 1.0), abs=0.002)
+
+
+def test_a_pose_put_together_from_the_walk_says_nothing_of_the_height_of_feet():
+    """Its feet are where the walk has them, but for how the pose is put together."""
+    raised = stood(R_MT1=-0.03)
+    checks = [
+        {each.check for each in marker_warnings(walked(), raised, walked(), LANDMARKS, (), stood=s)}
+        for s in (True, False)
+    ]
+    assert "height of a foot's marker" in checks[0]
+    assert "height of a foot's marker" not in checks[1]

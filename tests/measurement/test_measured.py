@@ -7,14 +7,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from claims.measurement.planting import faults
+from gaitval.checks.laboratory_checks import FLOOR_TILTED
 from gaitval.configuration import ProcessingSettings
+from gaitval.coordinates import COORDINATES
 from gaitval.errors import ConfigurationError
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.importing.importing import work_out
 from gaitval.importing.write import _record
 from gaitval.measurement import correct
 from gaitval.measurement.correct import wanted
 from gaitval.measurement.estimate import alone, kind_of
 from gaitval.measurement.fault_text import CHECK, rows, title
+from gaitval.measurement.knee_places import KneePlaces, knee_place_warnings, knee_places
+from gaitval.measurement.measured import unexplained
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
 
@@ -66,6 +71,34 @@ def test_a_sound_recording_has_no_warning_and_a_table(imported):
     assert abs(table["body mass"].value) < 4.0  # %
     assert all(row.deviation > 0.0 and row.said == "" for row in table.values())
     assert len(_record(found)["measurement"]) == len(table)
+
+
+def test_who_stands_with_one_knee_bent_has_no_marker_beside_the_knee(imported):
+    found = imported(None)
+    body, landmarks = found.body, found.session.marker_set.landmarks
+    standing = body.placement.standing.copy()
+    standing[COORDINATES.index("knee_angle_r")] += np.radians(15.0)
+    bent = replace(body, placement=replace(body.placement, standing=standing))
+    places = knee_places(bent, found.trials, landmarks, {})
+    assert places.forward > 0.012
+    assert not places.shown
+    assert not list(knee_place_warnings(places, landmarks))
+    assert list(knee_place_warnings(KneePlaces(places.forward, places.sound), landmarks))
+
+
+def test_what_something_found_before_explains_is_no_fault_of_a_plate():
+    flags = [
+        QualityFlag(f"{CHECK}: {kind}", "plate 1", 1.0, 0.5, "1", "is wrong")
+        for kind in ("gain", "offset", "place", "delay")
+    ]
+
+    def left(*checks):
+        return [each.check.removeprefix(f"{CHECK}: ") for each in unexplained(flags, {*checks})]
+
+    assert left() == ["gain", "offset", "place", "delay"]
+    assert left("weight") == ["place", "delay"]
+    assert left(FLOOR_TILTED) == ["gain", "delay"]
+    assert left("push towards the middle line") == ["delay"]
 
 
 @pytest.mark.parametrize(

@@ -288,6 +288,19 @@ class TestWalkingDirection:
         found, _ = turn_to_walking_direction(turned(recording, 90), LANDMARKS)
         np.testing.assert_allclose(found.markers, recording.markers, atol=1e-12)
 
+    def test_a_person_who_is_in_view_for_a_third_of_the_trial(self):
+        """Cameras run before somebody comes in, and after."""
+        recording = walking(1.2, belt=False)
+        recording.markers[:400] = np.nan
+        recording.markers[730:] = np.nan
+        recording.markers[400:600, 0] = np.nan
+        found, _ = turn_to_walking_direction(turned(recording, 90), LANDMARKS)
+        np.testing.assert_allclose(found.markers, recording.markers, atol=1e-12)
+        recording.markers[..., [recording.names.index(LANDMARKS[f"{s}.{p}"]) for s in "RL"
+                                for p in ("ASIS", "PSIS")], :] = np.nan  # fmt: skip
+        with pytest.raises(RecordError, match="--trial-time"):
+            turn_to_walking_direction(recording, LANDMARKS)
+
     def test_walking_backwards(self):
         recording = walking(-1.2, belt=False)
         with pytest.raises(RecordError, match=r"pelvis faces .*backwards"):

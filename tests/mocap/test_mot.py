@@ -117,12 +117,30 @@ class TestStorage:
                 "nRows=3\nendheader\ntime\ta\n0\t1\n1\n",
                 "there are 2 rows, the last of them incomplete",
             ),
-            ("DataType=Vec3\nendheader\ntime\ta\n0\t1,2,3\n", "DataType is Vec3"),
+            ("DataType=Mat33\nendheader\ntime\ta\n0\t1,2,3\n", "DataType is Mat33"),
+            ("DataType=Vec3\nendheader\ntime\ta\n0\t1,2\n", "3 fields, but the header has 4"),
         ],
     )
     def test_refusals(self, tmp_path, text, words):
         (tmp_path / "a.sto").write_text(text)
         refuse(read_storage, tmp_path / "a.sto", "a.sto", words)
+
+    @pytest.mark.parametrize("cell", ["{},{},{}", "({},{},{})"])
+    def test_vectors_are_the_columns_that_opensim_flattens_them_to(self, tmp_path, cell):
+        rows = [[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [0.1, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5]]
+        lines = [f"{r[0]}\t{cell.format(*r[1:4])}\t{cell.format(*r[4:])}" for r in rows]
+        head = "DataType=Vec3\nnColumns=3\nnRows=2\nversion=3\nendheader\ntime\tf1\tp1\n"
+        (tmp_path / "a.sto").write_text(head + "\n".join(lines) + "\n")
+        table = read_storage(tmp_path / "a.sto")
+        assert table.columns == ("f1_1", "f1_2", "f1_3", "p1_1", "p1_2", "p1_3")
+        np.testing.assert_allclose(np.c_[table.time, table.values], rows)
+
+    @pytest.mark.parametrize("gap", ["-nan(ind)", "1.#QNAN", "-1.#IND00", "NULL", "#N/A", "nan"])
+    def test_what_other_programs_write_for_no_number(self, tmp_path, gap):
+        text = f"endheader\ntime\ta\tb\n0\t1\t2\n0.1\t{gap}\t3\n0.2\t4\t5\n"
+        (tmp_path / "a.sto").write_text(text)
+        table = read_storage(tmp_path / "a.sto")
+        np.testing.assert_array_equal(table.values, [[1.0, 2.0], [np.nan, 3.0], [4.0, 5.0]])
 
     @pytest.mark.parametrize(
         ("text", "words"),

@@ -130,7 +130,7 @@ def test_without_wands_the_knee_axis_lies_across_the_pelvis():
 def test_missing_widths_are_asked_for():
     person = standing_person()
     markers = {name: person.landmarks[name] for name in PLUG_IN_GAIT}
-    with pytest.raises(ScalingError, match=r"in metres: --knee-width and --ankle-width of"):
+    with pytest.raises(ScalingError, match=r"--static.*metres: --knee-width and --ankle-width of"):
         measure(markers)
     with pytest.raises(ScalingError, match=r"Ankle\.Medial.*in metres: --ankle-width of"):
         measure(markers, knee_width=0.1)

@@ -240,6 +240,21 @@ def test_two_sets_that_mean_different_places_are_not_guessed():
     assert recognise(names, sets=(one, laboratory("same", "MT2"))) is one
 
 
+def test_medial_markers_of_madison_are_those_of_the_set():
+    """Their standing trials call them Mkn and Man (opensim-jam, Lenhart et al. 2015)."""
+    names = [
+        name
+        for name, marker in load_marker_set("rajagopal").markers.items()
+        if not (marker.landmark or "").endswith(".Medial")
+    ]
+    standing = [*names, "R.Mkn", "R.Man", "L.Mkn", "L.Man"]
+    marker_set = recognise(standing)
+    assert marker_set.name == "rajagopal"
+    renamed = marker_set.renamed(standing)
+    found = {marker_set.markers[renamed[name]].landmark for name in standing[-4:]}
+    assert found == {f"{s}.{joint}.Medial" for s in "RL" for joint in ("Knee", "Ankle")}
+
+
 def test_recorded_trials_are_recognised(gait_data):
     for name, count in (("WBDS01static1.c3d", 28), ("WBDS01walkT01.c3d", 22)):
         names = read_c3d(gait_data / "wbds/raw" / name).names

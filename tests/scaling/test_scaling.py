@@ -1,3 +1,4 @@
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -294,6 +295,13 @@ def made_up(**changes):
 
 
 ADULT = SimpleNamespace(identifier="made up", sex="M", age_years=30.0, mass_kg=70.0, height_m=1.70)
+
+
+@pytest.mark.parametrize(("tilt", "crests"), [(-0.46, True), (0.8, False)])
+def test_front_markers_of_a_pelvis_that_are_too_high_may_be_on_its_crests(tilt, crests):
+    with pytest.raises(ScalingError, match=f"tilted forward by {np.degrees(tilt):.0f} ") as caught:
+        build_body(ADULT, replace(made_up(), pelvic_tilt=tilt))
+    assert ("R.Crest" in str(caught.value)) == crests
 
 
 def test_toes_are_an_ellipsoid_from_between_the_heads_to_the_tip():

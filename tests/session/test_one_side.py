@@ -13,7 +13,7 @@ from gaitval.datasets.subject import make_subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError, SubjectError
 from gaitval.gait.cycle_checks import ODD_SUPPORT, without_odd_support
-from gaitval.gait.cycles import GaitCycle
+from gaitval.gait.cycles import AverageCurve, GaitCycle
 from gaitval.gait.mean_curves import fit_force
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
@@ -23,7 +23,7 @@ from gaitval.importing.summary import trial_residuals
 from gaitval.importing.write import write_subject
 from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.session import session
-from gaitval.session.average import drift_warnings, largest_drift
+from gaitval.session.average import drift_warnings, largest_drift, usual_drift
 from gaitval.session.one_side import completed_sides
 from gaitval.session.one_side_warnings import one_side_warnings, refuse_without_forces
 from gaitval.session.subject import subject_of
@@ -327,12 +327,30 @@ def test_an_angle_about_a_limb_may_drift_more_than_one_that_shows_a_steady_walk(
 
 
 def test_several_curves_that_do_not_close_are_one_warning(found):
-    part = drifting(drifting(found, "knee_angle_l", 7.0), "hip_rotation_l", -9.0)
+    part = drifting(drifting(found, "knee_angle_l", 7.0), "hip_rotation_l", -12.0)
     (warning,) = drift_warnings(part.angles, {})
     assert set(warning.where.split(", ")) == {"knee_angle_l", "hip_rotation_l"}
-    assert warning.value == pytest.approx(9.0, abs=1.5)  # the largest
+    assert warning.value == pytest.approx(12.0, abs=1.5)  # the largest, beside what is usual
     assert "knee_angle_l +" in warning.message
     assert "hip_rotation_l -" in warning.message
+
+
+def test_a_mean_of_more_strides_drifts_less_and_a_turned_foot_or_a_fast_angle_more():
+    def curve(cycles, rate=0.0):
+        """A curve with degrees a % of the cycle at both ends, and no drift."""
+        mean = np.radians(rate) * np.minimum(np.arange(101.0), np.arange(100.0, -1.0, -1.0))
+        return AverageCurve(mean, np.full(101, np.nan), np.tile(mean, (cycles, 1)))
+
+    one, two, hundred = (usual_drift("knee_angle_r", "angle", curve(n)) for n in (1, 2, 100))
+    assert one == pytest.approx(np.sqrt(2.0) * two)
+    assert hundred == pytest.approx(np.radians(4.0))
+    assert usual_drift("foot_list_l", "angle", curve(1)) == pytest.approx(2.0 * one)
+    fast = usual_drift("knee_angle_r", "angle", curve(1, rate=2.5))
+    assert fast == pytest.approx(np.hypot(one, np.radians(5.0)))
+    for cycles, told in ((1, 0), (2, 1)):
+        drift = np.radians(5.0) * np.linspace(-0.5, 0.5, 101)
+        part = AverageCurve(drift, np.full(101, np.nan), np.tile(drift, (cycles, 1)))
+        assert len(list(drift_warnings({"knee_angle_l": part}, {}))) == told
 
 
 def test_a_moment_that_does_not_close_is_told(found):

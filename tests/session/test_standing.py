@@ -155,6 +155,29 @@ def test_rare_lengths_are_told(stood):
     assert "right 0.400 m and left 0.370 m" in legs.message
     assert "scaling.symmetric=false" in legs.message
     assert message("forearm", right_m=0.30, left_m=0.26) == []
+    assert [each.where for each in message("ankle height", right_m=0.06, left_m=0.09)] == [
+        "ankle height"
+    ]
+    of_walk = [
+        replace(row, right_m=0.06, left_m=0.09) if row.segment == "ankle height" else row
+        for row in scaled.table
+    ]
+    assert not [*_odd_lengths(replace(scaled, table=tuple(of_walk)), stood=False)]
+
+    def both(thigh, shank):
+        lengths = {"thigh": (0.45, 0.45 + thigh), "shank": (0.40, 0.40 + shank)}
+        rows = [
+            replace(row, right_m=lengths[row.segment][0], left_m=lengths[row.segment][1])
+            if row.segment in lengths
+            else row
+            for row in scaled.table
+        ]
+        return [*_odd_lengths(replace(scaled, table=tuple(rows)))]
+
+    (knee,) = both(0.032, -0.041)
+    assert (knee.where, knee.value) == ("knee", pytest.approx(0.0365))
+    assert "right thigh is 32 mm shorter" in knee.message
+    assert [each.where for each in both(0.03, 0.03)] == ["thigh", "shank"]
 
 
 @pytest.mark.parametrize("lift", [-15.0, 25.0])

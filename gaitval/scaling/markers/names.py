@@ -10,7 +10,7 @@ import re
 import tomllib
 import unicodedata
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from typing import Final
@@ -86,10 +86,26 @@ def computed(names: Sequence[str]) -> frozenset[str]:
     )
 
 
+NUMBERED: Final = re.compile(r"#\d+$")
+"""The end of a name that more than one marker of a file has (`mocap.reading`)."""
+BOTH_SIDES_OF: Final = ("Knee", "Ankle")
+"""Joints of which both markers may have the one name."""
+
+
 def read_names(names: Sequence[str]) -> list[ParsedName]:
-    """What each of the names of a file says."""
+    """What each of the names of a file says; of two markers with one name on a joint, that either
+    is on either side of it.
+    """
     right, left = _sides_of([plain(name) for name in names])
-    return [_parsed(plain(name), right, left) for name in names]
+    found = []
+    for name in names:
+        own = NUMBERED.sub("", name)
+        parsed = _parsed(plain(own), right, left)
+        if own != name:
+            medial = [f"{place}.Medial" for place in parsed.places if place in BOTH_SIDES_OF]
+            parsed = replace(parsed, places=tuple(dict.fromkeys([*parsed.places, *medial])))
+        found.append(parsed)
+    return found
 
 
 def likelihoods(parsed: Sequence[ParsedName], sites: Sequence[Site]) -> Array:
