@@ -45,6 +45,11 @@ NO_WORK: Final = "jackpower3"
 WORK_RATES: Final = (-0.054, 0.25)
 """W/kg, least and most net work of the exoskeleton on one ankle (their abstract); those between
 are taken to be evenly spaced."""
+ANKLE_SPEED: Final = 1.25
+NEAR: Final = 0.25
+"""m/s: the speed of all of them (their abstract), and how much slower or faster the walks may be
+that are held against it. An exoskeleton that does 0.25 W/kg at that speed would have to do ten
+times what an ankle does in walks of 0.6 m/s, with torques that no leg can hold against."""
 TORQUE: Final = 0.12
 """Nm/kg, its mean torque over the stride in all of them (their abstract)."""
 SPEEDS: Final = tuple(np.arange(0.7, 1.81, 0.1).round(2).tolist())
@@ -221,14 +226,14 @@ def loads(given: claims.Given) -> list[Claim]:
 
 
 def _within(costs: Mapping[int, Mapping[str, Any]], now: str, before: str, change: float) -> bool:
-    """Whether a measured `change` of the mean rate lies in the band of the models."""
-    from gaitval.apps.devices.costs import model_band
+    """Whether a measured `change` of the mean rate lies in the band of a person's change."""
+    from gaitval.apps.devices.costs import person_band
 
     changes = [
         float(np.mean([each[now][model] - each[before][model] for each in costs.values()]))
-        for model in costs[TEN[0]][now]
+        for model in next(iter(costs.values()))[now]
     ]
-    low, high = model_band(changes)
+    low, high = person_band(changes)
     print(now, "against", before, f"{low:.2f} to {high:.2f}, measured {change:.2f}", flush=True)
     return low <= change <= high
 
@@ -268,9 +273,11 @@ def carried(given: claims.Given) -> list[Claim]:
 
 @claims.measured("data")
 def ankle(given: claims.Given) -> list[Claim]:
-    """A powered ankle of five sizes, the motion kept: pairs whose order is that measured."""
+    """A powered ankle of five sizes, the motion kept, of those who walk about as fast as its
+    wearers: pairs whose order is that measured.
+    """
     measured = _measured(given.data, "jackson", ANKLE)
-    costs = _all(given)
+    costs = {n: each for n, each in _all(given).items() if abs(each["speed"] - ANKLE_SPEED) < NEAR}
     rows = []
     for name, read in _models(costs).items():
         means = [np.mean([read(each[key]) for each in costs.values()]) for key in ANKLE]

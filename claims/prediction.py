@@ -36,7 +36,7 @@ from gaitval.prediction.deviations import (
     trial_of,
     units,
 )
-from gaitval.prediction.estimate import WIDER_ELSEWHERE, Estimate, estimate
+from gaitval.prediction.estimate import WIDER_WITH_TOTAL, Estimate, estimate
 from gaitval.prediction.known import known_record
 from gaitval.prediction.normal_form import normal_form
 from gaitval.scaling.scaling import scale_subject
@@ -153,7 +153,7 @@ def seen(given: claims.Given) -> list[Claim]:
         for subject, errors in ((_without_markers_say(known), before), (known, after)):
             found = of_known(usual, subject, model, contact)
             errors.append(units(known.leg_length_m) * (found.kinetics - truth))
-        widths.append(units(known.leg_length_m) * found.half_width / WIDER_ELSEWHERE)
+        widths.append(units(known.leg_length_m) * found.half_width / WIDER_WITH_TOTAL)
         laboratories.append(laboratory)
     rows, count = [], len(laboratories)
     size = [np.sqrt(np.mean(np.square(each), axis=3)).mean(axis=1) for each in (before, after)]
@@ -170,7 +170,7 @@ def seen(given: claims.Given) -> list[Claim]:
         rows.append(Claim(of, least, "1", count))
     # (recordings, quantities): how much wider a band has to be to hold 90 of 100 points
     off = np.abs(np.array(after)) / np.maximum(np.array(widths)[:, None], 1e-9)
-    print("wider:", np.round(_wider(off), 2).tolist(), "shipped:", WIDER_ELSEWHERE[:, 0].tolist())
+    print("wider:", np.round(_wider(off), 2).tolist(), "shipped:", WIDER_WITH_TOTAL[:, 0].tolist())
     inside = []
     for laboratory in dict.fromkeys(laboratories):
         here = np.array([each == laboratory for each in laboratories])

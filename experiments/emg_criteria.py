@@ -1,6 +1,6 @@
 """Which criterion shares moments as people's own electromyograms say.
 
-    python -m experiments.emg_criteria
+    python -m experiments.emg_criteria [--no-activation-dynamics]
 
 Five people with moments and electromyograms of their own, none of whom has an implant or is one of
 the ten: the three of `claims.muscles.measured_people`, imported; and two whose angles, moments and
@@ -12,6 +12,7 @@ Printed are, by criterion, the correlation of activations with the electromyogra
 mean over each person's muscles, and hips of the imported ones as implants say. Minutes.
 """
 
+import argparse
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -176,12 +177,15 @@ def treadmill_walk(public: Path, start: float = 9.5, end: float = 17.0) -> Publi
     return PublishedLeg(time, loads, mass, height, tuple(channels), slice(None))
 
 
-def correlation(person: PublishedLeg, criterion: Criterion) -> float:
-    """Mean over the channels."""
+def correlation(person: PublishedLeg, criterion: Criterion, dynamics: bool = True) -> float:
+    """Mean over the channels; `dynamics` is whether activations rise and fall as muscles can."""
     sizes = BoneSizes(np.full(4, person.height / STATURE))
     muscles = leg_muscles(sizes, mass=person.mass, height=person.height)
     paths = geometry(person.loads.angles)
-    leg = share_leg(person.time, person.loads, paths, muscles, criterion, person.mass)
+    leg = share_leg(
+        person.time, person.loads, paths, muscles, criterion, person.mass,
+        dynamics_of_activation=dynamics,
+    )  # fmt: skip
     found = []
     for names, envelope in person.channels:
         which = [table().names.index(name) for name in names]
@@ -204,6 +208,9 @@ def criteria() -> Iterator[Criterion]:
 
 def main() -> None:
     """Print a row for each criterion."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--no-activation-dynamics", dest="dynamics", action="store_false")
+    dynamics = parser.parse_args().dynamics
     given = Given()
     imported = [(motion, read_electromyograms(emg, "right")) for motion, emg in _recorded(given)]
     published = [treadmill_walk(given.public), mean_walk(given.public)]
@@ -211,11 +218,11 @@ def main() -> None:
     for criterion in criteria():
         found, hips = [], []
         for motion, emg in imported:
-            gait = muscles_of([motion], criterion=criterion)
+            gait = muscles_of([motion], criterion=criterion, dynamics_of_activation=dynamics)
             seen = seen_activations(gait, {motion.name: emg})
             found.append(float(np.nanmean([each.correlation for each in seen])))
             hips.append(float(np.median(_hips(motion, gait))))
-        found += [correlation(person, criterion) for person in published]
+        found += [correlation(person, criterion, dynamics) for person in published]
         print(
             f"{criterion.name}: {' '.join(f'{r:.3f}' for r in found)} ({np.mean(found):.3f}); "
             f"{np.mean(hips):.2f}",

@@ -1,4 +1,4 @@
-"""Two numbers of the joints' metabolic model, from another laboratory's people.
+"""Three numbers of the joints' metabolic model, from another laboratory's people.
 
     python -m experiments.joint_metabolics Bovi2011.csv Bovi2011_parameters.csv
 
@@ -28,8 +28,8 @@ POWERS: Final = ("Hip", "Knee", "Ankle")
 
 
 def conditions(curves: Path, parameters: Path) -> tuple[list[str], Array, Array]:
-    """Names, (N, 2) mean size of the moments Nm/kg and positive power W/kg of both legs, and (N,)
-    net rate W/kg that is expected.
+    """Names, (N, 3) mean size of the moments Nm/kg, positive and negative power W/kg (the latter as
+    it is) of both legs, and (N,) net rate W/kg that is expected.
     """
     means: dict[tuple[str, str, str], Array] = {}
     with curves.open(newline="") as file:
@@ -49,30 +49,41 @@ def conditions(curves: Path, parameters: Path) -> tuple[list[str], Array, Array]
                 continue
             at = f"{speed_name} {group}"
             moment = sum(np.nanmean(np.abs(means["joint_moments", each, at])) for each in MOMENTS)
-            power = sum(
-                np.nanmean(np.clip(means["joint_power", each, at], 0.0, None)) for each in POWERS
+            positive, negative = (
+                sum(np.nanmean(np.clip(means["joint_power", each, at], *to)) for each in POWERS)
+                for to in ((0.0, None), (None, 0.0))
             )
             names.append(f"{at}, {speed:.2f} m/s")
-            seen.append([2.0 * moment, 2.0 * power])
+            seen.append([2.0 * moment, 2.0 * positive, 2.0 * negative])
             wanted.append(float(np.mean(list(expected.values()))) - REST)
     return names, np.array(seen), np.array(wanted)
 
 
 def main() -> None:
-    """Print both numbers, and what is left."""
+    """Print the numbers, and what is left."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("curves", type=Path)
     parser.add_argument("parameters", type=Path)
     given = parser.parse_args()
     names, seen, wanted = conditions(given.curves, given.parameters)
     found, left = nnls(seen, wanted)
-    print(f"heat {found[0]:.3f} W/Nm, work {found[1]:.3f}; RMS {left / np.sqrt(len(wanted)):.3f}")
+    print(
+        f"heat {found[0]:.3f} W/Nm, work {found[1]:.3f}, returned {found[2] / found[1]:.3f}; "
+        f"RMS {left / np.sqrt(len(wanted)):.3f}"
+    )
+    heat, work = nnls(seen[:, :2], wanted)[0]
+    alone = seen[:, :2] @ [heat, work] - wanted
+    print(f"nothing returned: heat {heat:.3f}, work {work:.3f}; RMS {_rms(alone):.3f}")
     out = []
     for i, name in enumerate(names):
         others = np.arange(len(names)) != i
         out.append(float(seen[i] @ nnls(seen[others], wanted[others])[0] - wanted[i]))
         print(f"{name}: expected {wanted[i] + REST:.2f}, left out {out[-1]:+.2f} W/kg")
-    print(f"left out: RMS {np.sqrt(np.mean(np.square(out))):.3f} W/kg")
+    print(f"left out: RMS {_rms(np.array(out)):.3f} W/kg")
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
 
 
 if __name__ == "__main__":

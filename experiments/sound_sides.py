@@ -1,5 +1,6 @@
 """Shipped: writes what amputees' sides do, and how far their ankle moments are off, into
-gaitval/apps/patients: sound_sides.csv, sound_rests.csv, prosthetic_sides.csv, ankle_errors.csv.
+gaitval/apps/patients: sound_sides.csv, sound_rests.csv, prosthetic_sides.csv, prosthetic_rests.csv
+and ankle_errors.csv.
 
     python -m experiments.sound_sides ../shared/data          # the files
     python -m experiments.sound_sides ../shared/data --check  # fails if one is another
@@ -9,9 +10,10 @@ where the moment has fallen to `ENDED` of its peak, less where the angles have t
 ground, less the mean of the same in the ten built-in people. `larger`: with the foot leaving so
 late, the factor of healthy people's moment in the time of this foot (`told.rolled_ankle`) that is
 nearest to the measured one by least squares. `sound_rests`: what of the measured one is left, with
-the others' figures and what the ankle's angle says (`known_record.sound_ankle`). Errors are of the
-moments that are expected before any walk, each person's with the others' figures alone; they need
-the other files, so these are written first.
+the others' figures and what the ankle's angle says (`known_record.sound_ankle`);
+`prosthetic_rests`: the same without `passive_foot.with_passive_foot`, and the angle. Errors are of
+the moments that are expected before any walk, each person's with the others' figures alone; they
+need the other files, so these are written first.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,14 +27,16 @@ from gaitval.apps.patients.ankle_errors import ERRORS
 from gaitval.apps.patients.cohort import found_patients
 from gaitval.apps.patients.known_record import (
     expected_record,
+    known_record,
     over_stance,
     rolled_ankle,
     sound_ankle,
 )
-from gaitval.apps.patients.passive_foot import expected_ankles
+from gaitval.apps.patients.passive_foot import expected_ankles, with_passive_foot
 from gaitval.apps.patients.records import Patient, two_sided
 from gaitval.apps.patients.rolling_foot import feet
 from gaitval.apps.patients.sound_side import (
+    PROSTHETIC_RESTS,
     PROSTHETIC_TABLE,
     RESTS,
     TABLE,
@@ -63,6 +67,10 @@ ABOUT = {
     RESTS: """\
 # Sound ankles of {people} above-knee amputees on a treadmill at 0.8 m/s (TF02: 0.7): the moment at
 # each percent of the cycle, Nm/kg, dorsiflexion positive, less the expected one. """,
+    PROSTHETIC_RESTS: """\
+# Prosthetic ankles of {people} above-knee amputees on a treadmill at 0.8 m/s (TF02: 0.7): the
+# angle, rad, and the moment, Nm/kg, dorsiflexion positive, less the mean of healthy people's and of
+# two springs', at each percent of the cycle. """,
     ERRORS: """\
 # Errors of the ankle moments expected of {people} above-knee amputees before any walk, at 0.8 m/s
 # (TF02: 0.7), RMS over the people in Nm/kg: of whole curves (mean), and at each percent of the
@@ -165,6 +173,22 @@ def prosthetic_sides(data: Path) -> str:
     return _file(PROSTHETIC_TABLE, len(rows), [("person", "later"), *rows])
 
 
+def prosthetic_rests(data: Path) -> str:
+    """The file of that name."""
+    others, rows = builtin_subjects(), []
+    for each, side, moment in _amputees(data, "prosthetic"):
+        model = scale_subject(each.subject, symmetric=not two_sided(each.person)).model
+        record = known_record(each.subject, others, model, side)
+        found, name = with_passive_foot(record, model, side), f"ankle_angle_{side[0]}"
+        for curve, values in (
+            ("angle", record.angles[name](PHASE)),
+            ("rest", moment - found.moments[name](PHASE)),
+        ):
+            rows.append((each.subject.identifier, curve, *(f"{value:.4f}" for value in values)))
+    columns = ("person", "curve", *(f"p{each}" for each in range(101)))
+    return _file(PROSTHETIC_RESTS, len(rows) // 2, [columns, *rows])
+
+
 def ankle_errors(data: Path) -> str:
     """The file of that name."""
     others, rows, people = builtin_subjects(), [], 0
@@ -190,6 +214,7 @@ def main() -> None:
         (TABLE, sound_sides),
         (PROSTHETIC_TABLE, prosthetic_sides),
         (RESTS, sound_rests),
+        (PROSTHETIC_RESTS, prosthetic_rests),
         (ERRORS, ankle_errors),
     ):
         ship({FOLDER / name: make}, arguments, "sound_sides")

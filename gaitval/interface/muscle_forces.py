@@ -26,7 +26,7 @@ def muscles(
     strength: float | Mapping[str, float] = 1.0,
     side: Side | None = None,
     bands: bool = False,
-    activation_dynamics: bool = False,
+    activation_dynamics: bool = True,
     emg: str | Path | Sequence[str | Path] = (),
     emg_side: Side | None = None,
     emg_weight: float = 0.0,

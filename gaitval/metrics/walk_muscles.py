@@ -1,6 +1,7 @@
 """A simulated walk as a motion whose moments are known, for its muscles."""
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -62,7 +63,7 @@ def walk_motion(
         assist = given[_thinned(step_of(rollout))]
     return LoadedMotion(
         name=name,
-        model=model,
+        model=model if laden is None else replace(model, ground=laden.ground),
         height=height,
         positions=positions,
         dynamics=dynamics,

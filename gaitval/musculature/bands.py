@@ -16,10 +16,17 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.musculature.contact import Contact, contact, knee_middle
-from gaitval.musculature.forces import LegForces, MuscleForces, capacity_shares, rate
+from gaitval.musculature.forces import (
+    LegForces,
+    MuscleForces,
+    capacity_shares,
+    change_limits,
+    rate,
+)
 from gaitval.musculature.leg_metabolics import muscle_rates
 from gaitval.musculature.mapping import LegLoads
 from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry
+from gaitval.musculature.pelvis_zero import SHAPES
 from gaitval.musculature.person import LegMuscles
 from gaitval.musculature.sharing import CRITERIA, Criterion
 
@@ -71,7 +78,7 @@ class Spreads:
     hip: float = 0.010
     moment: float = 0.06
     moment_time: float = 0.10
-    pelvis_zero: float = 0.087
+    pelvis_zero: float = SHAPES
     mass: float = 0.01
     weights: float = 1.0
     knee: float = 0.005
@@ -154,6 +161,7 @@ def draw(
     metabolic: dict[str, list[float]] = {}
     order = [criteria[i % len(criteria)] for i in range(draws)]
     speed = rate(found.time, leg.length)
+    limits = change_limits(found.time) if found.dynamics_of_activation else (1.0, 1.0)
     for name in order:
         drawn = _drawn_leg(found, leg, published, speed, spreads, random)
         muscles, loads, paths = drawn.muscles, drawn.loads, drawn.paths
@@ -167,6 +175,7 @@ def draw(
             _drawn_weights(CRITERIA[name], spreads.weights, random),
             weight,
             lowest=min(spreads.tone * random.exponential(), 0.1),
+            limits=limits,
         )
         doubt = spreads.knee_unseen if loads.knee_aside is None else spreads.knee
         aside = knee_middle(loads, muscles.sizes) + doubt * random.normal()
@@ -180,7 +189,7 @@ def draw(
         parts.append((shared.activation, shared.force, carried))
         rates = muscle_rates(
             found.time, muscles, shared.activation, shared.force, shared.able.passive,
-            shared.able.fibre,
+            shared.able.fibre, dynamics_of_activation=found.dynamics_of_activation,
         )  # fmt: skip
         for model, each in rates.items():
             metabolic.setdefault(model, []).append(float(each.total.sum(axis=1).mean()))

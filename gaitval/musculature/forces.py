@@ -135,12 +135,14 @@ class MuscleForces:
     mass_kg : of the body.
     criterion : what was kept small.
     legs : by side; a leg that is missing is left out.
+    dynamics_of_activation : whether activations changed no faster than muscles can.
     """
 
     time: Array
     mass_kg: float
     criterion: Criterion
     legs: Mapping[Side, LegForces]
+    dynamics_of_activation: bool = False
 
     @property
     def body_weight(self) -> float:
@@ -207,6 +209,7 @@ def share(
     recorded: Mapping[Side, RecordedActivation] | None = None,
     assist: Array | None = None,
     knees: Mapping[Side, float] | None = None,
+    pelvis_zero: float = 0.0,
 ) -> MuscleForces:
     """Share the moments of a motion out to the muscles.
 
@@ -227,6 +230,7 @@ def share(
     assist : (T, 25) Nm that devices make at the joints (`coordinates.ACTUATED`), which muscles need
         not.
     knees : `mapping.LegLoads.knee_aside` by side, m.
+    pelvis_zero : as for `mapping.leg_loads`, rad.
 
     Raises
     ------
@@ -239,7 +243,9 @@ def share(
     legs: dict[Side, LegForces] = {}
     for side in sides:
         aside = None if knees is None else knees.get(side)
-        loads = leg_loads(model, positions, dynamics, side[0], knee_aside=aside)
+        loads = leg_loads(
+            model, positions, dynamics, side[0], knee_aside=aside, pelvis_zero=pelvis_zero
+        )
         _check_angles(dynamics.time, loads, side)
         if assist is not None:
             loads = loads.assisted(
@@ -259,7 +265,7 @@ def share(
             dynamics_of_activation=dynamics_of_activation,
             recorded=None if recorded is None else recorded.get(side),
         )
-    return MuscleForces(dynamics.time, model.mass, chosen, legs)
+    return MuscleForces(dynamics.time, model.mass, chosen, legs, dynamics_of_activation)
 
 
 def _check_moments(dynamics: InverseDynamics) -> None:

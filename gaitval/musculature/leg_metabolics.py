@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.musculature.curves import active_length
-from gaitval.musculature.forces import LegForces, rate
+from gaitval.musculature.forces import LegForces, change_limits, rate
 from gaitval.musculature.metabolics import (
     DENSITY,
     MODELS,
@@ -33,18 +33,25 @@ def fibres_of(muscles: LegMuscles) -> Fibres:
 
 
 def fibre_states(
-    time: Array, muscles: LegMuscles, activation: Array, force: Array, passive: Array, fibre: Array
+    time: Array,
+    muscles: LegMuscles,
+    activation: Array,
+    force: Array,
+    passive: Array,
+    fibre: Array,
+    *,
+    dynamics_of_activation: bool = False,
 ) -> FibreStates:
     """What the fibres of a leg do at `time` (T,) s. `force` and `passive` (T, 40) N are along the
-    tendons, `fibre` in optimal lengths. Excitation is taken to be `activation`: static optimisation
-    knows no delay between them.
+    tendons, `fibre` in optimal lengths. Excitation is taken to be `activation`, unless this rose
+    and fell with `dynamics_of_activation`: then it is what makes it do so.
 
     Speeds are of the solved fibre lengths, also where a tendon stretches, so that fibres and
     tendons together do the work of the whole muscle.
     """
     along = np.sqrt(np.maximum(1.0 - (np.sin(muscles.pennation) / fibre) ** 2, _STEEPEST**2))
     return FibreStates(
-        excitation=activation,
+        excitation=excitations(time, activation) if dynamics_of_activation else activation,
         activation=activation,
         length=fibre,
         speed=rate(time, fibre) * muscles.optimal_fibre,
@@ -55,20 +62,46 @@ def fibre_states(
 
 
 def muscle_rates(
-    time: Array, muscles: LegMuscles, activation: Array, force: Array, passive: Array, fibre: Array
+    time: Array,
+    muscles: LegMuscles,
+    activation: Array,
+    force: Array,
+    passive: Array,
+    fibre: Array,
+    *,
+    dynamics_of_activation: bool = False,
 ) -> dict[str, MuscleRates]:
     """W of each muscle of a leg, (T, 40), by the name of the model (`metabolics.MODELS`);
     arguments as of `fibre_states`.
     """
-    states = fibre_states(time, muscles, activation, force, passive, fibre)
+    states = fibre_states(
+        time, muscles, activation, force, passive, fibre,
+        dynamics_of_activation=dynamics_of_activation,
+    )  # fmt: skip
     fibres = fibres_of(muscles)
     return {name: model(states, fibres) for name, model in MODELS.items()}
 
 
-def leg_rates(time: Array, leg: LegForces) -> dict[str, Array]:
-    """(T,) W of all muscles of a `leg` together, by the name of the model."""
-    rates = muscle_rates(time, leg.muscles, leg.activation, leg.force, leg.passive, leg.fibre)
+def excitations(time: Array, activation: Array) -> Array:
+    """(T, 40) 0 to 1, that make an `activation` (T, 40) go from frame to frame as muscles do: the
+    steps are of `forces.change_limits`.
+    """
+    fall, rise = change_limits(time)
+    change = np.diff(activation, axis=0, append=activation[-1:])
+    return np.asarray(np.clip(activation + change / np.where(change > 0.0, rise, fall), 0.0, 1.0))
+
+
+def leg_rates(
+    time: Array, leg: LegForces, *, dynamics_of_activation: bool = False
+) -> dict[str, Array]:
+    """(T,) W of all muscles of a `leg` together, by the name of the model; `dynamics_of_activation`
+    as for `fibre_states`.
+    """
+    rates = muscle_rates(
+        time, leg.muscles, leg.activation, leg.force, leg.passive, leg.fibre,
+        dynamics_of_activation=dynamics_of_activation,
+    )  # fmt: skip
     return {name: each.total.sum(axis=1) for name, each in rates.items()}
 
 
-__all__ = ["fibre_states", "fibres_of", "leg_rates", "muscle_rates"]
+__all__ = ["excitations", "fibre_states", "fibres_of", "leg_rates", "muscle_rates"]

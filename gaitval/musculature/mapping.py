@@ -3,7 +3,8 @@
 The model that the muscles are of (`paths`) has another zero, a knee whose tibia moves along the
 femur as it bends, and oblique axes of ankle and subtalar joint:
 
-* pelvis and knee: gaitval's zero is at `MuscleSkeleton.hip_zero` and `knee_zero` of the model;
+* pelvis and knee: gaitval's zero is at `MuscleSkeleton.hip_zero` and `knee_zero` of the model; of
+  the pelvis, a person's own is expected beside it (`pelvis_zero`);
 * hips: same axes. Moments are about the centre about which the muscles have their arms, which on
   the published pelvis is 15 mm nearer to the middle than where gaitval's regression puts it: with
   arms about one point and moments about another the forces would be wrong;
@@ -136,9 +137,11 @@ def leg_loads(
     side: str,
     *,
     knee_aside: float | None = None,
+    pelvis_zero: float = 0.0,
 ) -> LegLoads:
     """Loads of the leg `side` ("r" or "l") of a motion `positions` (T, 31) with its `dynamics`.
-    `knee_aside` m as in `LegLoads`.
+    `knee_aside` m as in `LegLoads`; `pelvis_zero` rad, how much further forward the pelvis lies
+    than its ASIS and PSIS say (`gaitval.musculature.pelvis_zero`).
     """
     bones, own, index = table().skeleton, sizes(model, side), "rl".index(side)
     frames = segment_frames(model, positions)[..., :3, :3]
@@ -146,7 +149,8 @@ def leg_loads(
     to_leg = mirror @ _TO_OPENSIM
     # Turns of the published bones' axes against those of gaitval's segments, which lie the same
     # way in the pelvis and in the shank but for their zero.
-    pelvis = _about_z(bones.hip_zero)
+    hip_zero = bones.hip_zero + pelvis_zero
+    pelvis = _about_z(hip_zero)
     shank = _least_turn(np.array([0.0, -1.0, 0.0]), bones.shank_axis)
     turned = {
         "pelvis": _seen(frames, "pelvis", to_leg) @ pelvis.T,
@@ -164,7 +168,7 @@ def leg_loads(
         force[:, place] = np.einsum("tji,tj->ti", turned[at], world_force[:, bone])
         moment[:, place] = np.einsum("tji,tj->ti", turned[at], world_moment[:, bone])
 
-    angles, unturned = _angles(positions, turned, side, bones)
+    angles, unturned = _angles(positions, turned, side, hip_zero, bones)
     moments, per_shift = _moments(angles, force, moment, own, bones)
     shift = own.pelvis * bones.hip_from_regression
     return LegLoads(
@@ -185,12 +189,12 @@ def knee_aside(model: BodyModel, side: str, markers: Sequence[ModelMarker]) -> f
 
 
 def _angles(
-    positions: Array, turned: dict[str, Array], side: str, bones: MuscleSkeleton
+    positions: Array, turned: dict[str, Array], side: str, hip_zero: float, bones: MuscleSkeleton
 ) -> tuple[Array, Array]:
     found = np.empty((len(positions), 6))
     for i, name in enumerate(("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle")):
         found[:, i] = positions[:, ALL.index(f"{name}_{side}")]
-    found[:, 0] += bones.hip_zero
+    found[:, 0] += hip_zero
     found[:, KNEE] += bones.knee_zero
     found[:, 4:], unturned = _foot_angles(
         np.einsum("tji,tjk->tik", turned["tibia"], turned["foot"]), bones

@@ -97,13 +97,13 @@ implant (`experiments/muscle_criteria.py`): of 0, 0.01, 0.03, 0.1, 0.3 and 1, th
 are nearest to Perry's EMG of 27 muscles with it.
 
 That muscles count by volume, five people with EMG of their own chose, with neither an implant nor a
-place among the ten (`experiments/emg_criteria.py`). Their mean correlation is 0.66 with `contact by
-volume`, 0.62 with `contact`, more in each of the five, and 0.64 with `squares`. EMG alone would ask
-for no weight of contact forces at all (`volume`: 0.69); but the hips of those three who were
+place among the ten (`experiments/emg_criteria.py`). Their mean correlation is 0.67 with `contact by
+volume`, 0.64 with `contact`, more in each of the five, and 0.64 with `squares`. EMG alone would ask
+for no weight of contact forces at all (`volume`: 0.68); but the hips of those three who were
 imported would then be 4.0 body weights, counted as those of ten people with implants were, 2.47,
-where with `contact by volume` they are 3.5, and knees would be far off what any implant measured.
+where with `contact by volume` they are 3.6, and knees would be far off what any implant measured.
 So the weight stayed. The figures of the man with the instrumented knee by both criteria were known
-when this was decided, and spoke against it: 0.36 body weights off (RMS), 0.34 with `contact`."""
+when this was decided, and spoke against it: 0.34 body weights off (RMS), 0.32 with `contact`."""
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,10 @@ BAND: Final = 0.9
 """Share of people whose curve the band around an estimate is to contain, at each percent."""
 WIDER_ELSEWHERE: Final = np.array([[1.9], [1.6], [1.7], [1.6], [1.3], [1.4], [1.2]])
 """By how much the bands of `KINETICS` are wider for people of another laboratory: recordings of
-others with plates, imported without them, need it (`python -m claims elsewhere.laboratories`)."""
+others with plates, imported without them, needed it when the total of both feet was shared out by
+the vertical force that is expected."""
+WIDER_WITH_TOTAL: Final = np.array([[2.0], [1.5], [1.6], [1.4], [1.2], [1.0], [0.9]])
+"""The same, of people whose markers say the total (`python -m claims elsewhere.laboratories`)."""
 
 OFFSETS: Final = {"hip_flexion": 0.029, "knee_angle": -0.015}
 """Arms of the vertical force, m, that moments (flexion positive) of people whom `gaitval import`

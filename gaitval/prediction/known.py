@@ -33,12 +33,14 @@ KINEMATIC: Final[tuple[RecordedQuantity, ...]] = ("angles", "timing")
 KINEMATIC_ACCURACY: Final = RecordAccuracy(
     sagittal=np.deg2rad(1.2),
     frontal=np.deg2rad(1.0),
+    rotation=np.deg2rad(1.0),
     pelvis=np.deg2rad(1.5),
     moment=0.05,
     adduction_moment=0.05,
     forward_force=0.0045,
     sideways_force=0.0035,
     vertical_force=0.015,
+    free_moment=0.004,
     hip_centre=0.0,
 )
 """A third of the error of the expected forces and half of that of the moments: the forces that the
@@ -49,12 +51,14 @@ so these are not looked for: with them the hip's moments were 0.005 Nm/kg worse.
 PREDICTED_ACCURACY: Final = RecordAccuracy(
     sagittal=np.deg2rad(0.3),
     frontal=np.deg2rad(1.2),
+    rotation=np.deg2rad(0.3),
     pelvis=np.deg2rad(1.6),
     moment=0.015,
     adduction_moment=0.02,
     forward_force=0.0035,
     sideways_force=0.0025,
     vertical_force=0.006,
+    free_moment=0.004,
 )
 """Of a record that is predicted from other trials: a quarter to a half of the prediction's own
 errors near a walked speed, in all that the walk is compared in, so that the fit adds the same share

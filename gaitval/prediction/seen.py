@@ -1,9 +1,8 @@
-"""What markers say of the forces: when each foot carries, and how much both carry together.
+"""What markers say of the forces: when each foot carries, and whether they say how much both carry.
 
 What is expected of anybody has the double support of anybody. Of a person without plates the import
 knows when the feet land and leave; and the total of both forces is the acceleration of the centre
-of mass (Newton's law), for which no law of load transfer is needed. What both are worth:
-`python -m claims prediction.seen`.
+of mass (`gaitval.prediction.force_split`). What both are worth: `python -m claims prediction.seen`.
 """
 
 from dataclasses import replace
@@ -28,15 +27,9 @@ from gaitval.prediction.population import other_people
 from gaitval.prediction.speed_line import dimensionless_speed
 
 SAMPLES: Final = 200
-_PHASES: Final = np.arange(SAMPLES) / SAMPLES
+PHASES: Final = np.arange(SAMPLES) / SAMPLES
 SHORTEST: Final = 0.02
 """Of the cycle, of a double support or a swing that is stretched to."""
-HIGHEST_HZ: Final = 5.0
-"""Of what is taken from the motion of the centre of mass: above it the low-pass of the markers
-leaves less than the whole."""
-DIRECTIONS: Final = np.array([0.5, 1.0, 1.0])
-"""Forward, left, up: the share that is taken from it. The fore-aft force that is expected of
-anybody is as near, and off for other reasons, so that both count half."""
 
 
 def knows_contacts(subject: Subject) -> bool:
@@ -84,10 +77,10 @@ def at_own_contacts(record: GaitRecord, subject: Subject) -> GaitRecord:
     even = replace(record, left_phase=0.5)  # what is expected is symmetric
     moments, forces = {}, {}
     for side in SIDES:
-        at = np.interp(_PHASES, contacts(own, side), contacts(even, side))
+        at = np.interp(PHASES, contacts(own, side), contacts(even, side))
         for name in (each for each in record.moments if each.endswith(f"_{side[0]}")):
             moments[name] = periodic_through(record.moments[name](at), HARMONICS_CAP)
-        forces[side] = _fitted(record.ground_reaction(side, at), own.stance_fraction[side])
+        forces[side] = stance_curves(record.ground_reaction(side, at), own.stance_fraction[side])
     return replace(own, moments=moments, forces=forces)
 
 
@@ -100,47 +93,9 @@ def contacts(record: GaitRecord, side: Side) -> list[float]:
     return [0.0, leaves, lands, record.stance_fraction[side], 1.0]
 
 
-def _fitted(rows: Array, stance: float) -> tuple[PeriodicCurve, PeriodicCurve, PeriodicCurve]:
+def stance_curves(rows: Array, stance: float) -> tuple[PeriodicCurve, PeriodicCurve, PeriodicCurve]:
     """Curves through the forces (200, 3) of a stance."""
-    on = np.append(np.flatnonzero(stance >= _PHASES), SAMPLES)
+    on = np.append(np.flatnonzero(stance >= PHASES), SAMPLES)
     closed = np.vstack([rows, rows[:1]])[on]
     forward, left, up = (fit_periodic(on / SAMPLES, each, FORCE_TOLERANCE)[0] for each in closed.T)
     return forward, left, up
-
-
-def with_total(record: GaitRecord, subject: Subject) -> GaitRecord:
-    """The `record` with forces whose total is what the motion of the centre of mass of `subject`
-    needs, if that is known: of what it lacks, each foot carries its share of the vertical force.
-    """
-    total = subject.gait.total_force
-    if total is None or not knows_total(subject):
-        return record
-    own = {"right": _PHASES, "left": _PHASES - record.left_phase}
-    forces = np.array([record.ground_reaction(side, own[side] % 1.0) for side in SIDES])
-    needed = np.stack([each.periodic()(_PHASES) for each in (total.forward, total.left, total.up)])
-    lacks = needed.T - forces.sum(axis=0)
-    lacks = DIRECTIONS * _slow(lacks, record.stride_time)
-    moved = {}
-    for side, force in zip(SIDES, shared(forces, lacks), strict=True):
-        later = record.left_phase if side == "left" else 0.0
-        x = np.append(_PHASES, 1.0)
-        rows = np.stack(
-            [np.interp((_PHASES + later) % 1.0, x, np.append(f, f[0])) for f in force.T], axis=1
-        )
-        moved[side] = _fitted(rows, record.stance_fraction[side])
-    return replace(record, forces=moved)
-
-
-def shared(forces: Array, lacks: Array) -> Array:
-    """Forces of both feet (2, n, 3) with what both together lack (n, 3), by vertical share."""
-    weight = np.maximum(forces[..., 2:], 0.0)
-    # Where nobody is expected to carry, nothing is shared out.
-    return np.asarray(forces + lacks * weight / np.maximum(weight.sum(axis=0), 0.01))
-
-
-def _slow(values: Array, stride_time: float) -> Array:
-    """What of a cycle (200, 3) is slower than `HIGHEST_HZ`, without its mean."""
-    spectrum = np.fft.rfft(values, axis=0)
-    spectrum[0] = 0.0
-    spectrum[int(HIGHEST_HZ * stride_time) + 1 :] = 0.0
-    return np.asarray(np.fft.irfft(spectrum, SAMPLES, axis=0))

@@ -49,6 +49,7 @@ FRANZ_SLOPES: Final = (-9.0, -6.0, -3.0, 0.0, 3.0, 6.0, 9.0)
 ON_A_SLOPE: Final = RecordAccuracy(
     sagittal=np.deg2rad(1.5),
     frontal=np.deg2rad(1.2),
+    rotation=np.deg2rad(1.2),
     pelvis=np.deg2rad(1.6),
     moment=0.05,
     flexion_moments=1.0,
@@ -56,6 +57,7 @@ ON_A_SLOPE: Final = RecordAccuracy(
     forward_force=0.03,
     sideways_force=0.008,
     vertical_force=0.04,
+    free_moment=0.004,
     ankle_power=np.inf,
     hip_centre=0.0,
 )

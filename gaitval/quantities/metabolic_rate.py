@@ -3,8 +3,8 @@
 Two models side by side, for nobody's muscles are measured. That of the muscles
 (`gaitval.musculature.metabolics`) has heat and work of forty muscles a leg; that of the joints has
 heat by the size of their moments and work by their power, as Kim and Roberts (2015) Int J Numer
-Meth Biomed Eng e02721 and Roberts et al. (2016) PLoS ONE 11:e0168070 have it, with two numbers of
-our own (`HEAT`, `WORK`): their tables could not be read.
+Meth Biomed Eng e02721 and Roberts et al. (2016) PLoS ONE 11:e0168070 have it, with three numbers of
+our own (`HEAT`, `WORK`, `RETURNED`): their tables could not be read.
 
 Each side's figures are those of a person both of whose legs are like that one; the person's are the
 mean of both sides.
@@ -29,17 +29,22 @@ from gaitval.quantities.quantity import (
     StrideTimes,
 )
 
-HEAT: Final = 0.601
+HEAT: Final = 0.983
 """W/kg for each Nm/kg of the size of the moments of hip, knee and ankle, sagittal."""
-WORK: Final = 1.762
-"""W for each W of their positive power: less than the 1 / 0.25 of a muscle's work, for tendons
-return work and muscles of two joints pass it on.
+WORK: Final = 2.300
+"""W for each W of their positive power that no negative power has paid for."""
+RETURNED: Final = 0.601
+"""Of their negative power, what comes back as positive: tendons give it back, and muscles of two
+joints pass it on. Work that lifts the body or a load, or that a device does, was never stored; so
+it costs, or saves, more than the same positive power of level walking. A leg cannot give back more
+than its positive power in a cycle.
 
-Both are of forty people of another laboratory, of whom no figure is shipped (Bovi et al. 2011, Gait
-Posture 33:6, twenty adults and twenty young people, nine conditions of 0.84 to 1.59 m/s), whose
-rates are taken to be the mean of `expected_rates`: RMS of the nine 0.098 W/kg, and 0.123 where each
-is left out (`experiments/joint_metabolics.py`). So the level of this model says nothing new about
-level walking; what it says of a load or a device is a prediction."""
+The three are of forty people of another laboratory, of whom no figure is shipped (Bovi et al. 2011,
+Gait Posture 33:6, twenty adults and twenty young people, nine conditions of 0.84 to 1.59 m/s),
+whose rates are taken to be the mean of `expected_rates`: RMS of the nine 0.033 W/kg, and 0.049
+where each is left out (`experiments/joint_metabolics.py`). Without what is returned they were 0.098
+and 0.123. So the level of this model says nothing new about level walking; what it says of a slope,
+a load or a device is a prediction."""
 
 CENTRAL: Final = "bhargava"
 """The model of muscles that stands for them: of seven, it and one more followed measured rates of
@@ -85,6 +90,15 @@ def _figures(rates: Mapping[str, float]) -> Figures:
     }
 
 
+def leg_rate(size: Array, positive: Array, negative: Array) -> Array:
+    """Metabolic rate (T,) W/kg or W of a leg over whole cycles, of the sizes of its joints' moments
+    and their positive and negative power (the latter not negative), summed over its joints.
+    """
+    returned, own = RETURNED * float(np.mean(negative)), float(np.mean(positive))
+    share = min(1.0, own / returned) if returned > 0.0 else 1.0
+    return np.asarray(HEAT * size + WORK * (positive - share * RETURNED * negative))
+
+
 def joint_rates(curves: Curves, stride_time: StrideTimes) -> Found | None:
     """Metabolic rate of each leg by the model of the joints, W/kg (101,), from the `curves` of a
     walk (n, 101) or a record (101,); None without a cycle, or where a joint was not measured.
@@ -94,15 +108,17 @@ def joint_rates(curves: Curves, stride_time: StrideTimes) -> Found | None:
         return None
     found: dict[str, Array] = {}
     for side, time in stride_time.items():
-        total = np.zeros(101)
+        size, positive, negative = np.zeros((3, 101))
         for joint in JOINTS:
             name = f"{joint}_{side}"
             moment = np.atleast_2d(curves.moments[name])
             rate = np.gradient(
                 np.atleast_2d(curves.angles[name]), 0.01 * (time or np.nan), axis=1, edge_order=2
             )
-            total += (HEAT * np.abs(moment) + WORK * np.clip(moment * rate, 0.0, None)).mean(axis=0)
-        found[f"leg_{side}"] = total
+            size += np.abs(moment).mean(axis=0)
+            positive += np.clip(moment * rate, 0.0, None).mean(axis=0)
+            negative += np.clip(-moment * rate, 0.0, None).mean(axis=0)
+        found[f"leg_{side}"] = leg_rate(size, positive, negative)
     return Found(found, _of_legs(found))
 
 
@@ -133,16 +149,16 @@ def muscle_rates(muscles: MuscleGait) -> Found | None:
 
 def _over_time(motion: OverTime) -> dict[str, Array]:
     """W, of each leg."""
-    return {
-        f"leg_{side}": np.asarray(
-            sum(
-                HEAT * np.abs(motion.moment(f"{joint}_{side}"))
-                + WORK * np.clip(motion.power(f"{joint}_{side}"), 0.0, None)
-                for joint in JOINTS
-            )
+    found = {}
+    for side in "rl":
+        names = [f"{joint}_{side}" for joint in JOINTS]
+        power = np.stack([motion.power(name) for name in names])
+        found[f"leg_{side}"] = leg_rate(
+            np.abs([motion.moment(name) for name in names]).sum(axis=0),
+            np.clip(power, 0.0, None).sum(axis=0),
+            np.clip(-power, 0.0, None).sum(axis=0),
         )
-        for side in "rl"
-    }
+    return found
 
 
 _LEFT_OUT: Final = (
@@ -184,9 +200,10 @@ METABOLIC_JOINTS: Final = Quantity(
     title="Metabolic rate, from joints",
     axis="metabolic rate",
     unit="W/kg",
-    note="Heat by the moments and work by the positive power of hip, knee and ankle of a leg. The "
-    "body’s rate is that of two such legs. Its two numbers were found so that other people’s level "
-    f"walking costs what published equations say. {_LEFT_OUT}",
+    note="Heat by the moments of hip, knee and ankle of a leg, and work by their positive power, "
+    "less what comes back of the negative. The body’s rate is that of two such legs. Its three "
+    "numbers were found so that other people’s level walking costs what published equations say. "
+    f"{_LEFT_OUT}",
     needs=("angles", "moments"),
     curves={"leg": "Metabolic rate of a leg, from joints"},
     of_curves=joint_rates,

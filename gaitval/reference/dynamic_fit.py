@@ -124,9 +124,6 @@ class ConventionAccuracy(NamedTuple):
     translation: float = 0.03
     toe_moment: float = 0.015
     """Nm/kg, of the moment at the toes beyond `TOE_MOMENT_MOST`."""
-    free_moment: float = 0.004
-    """BW m, of the free moment under each foot from none: some 2.5e-3 of weight times height.
-    With half of it hip rotations of fits were 3.5 degrees off."""
     subtalar_moment: float = 0.1
     rotation_moment: float = 0.3
     """Nm/kg, of the moments at the subtalar joints and about the thighs' axes from none."""
@@ -149,12 +146,14 @@ INFERENCE = Accuracy(
     record=RecordAccuracy(
         sagittal=np.deg2rad(1.2),
         frontal=np.deg2rad(1.0),
+        rotation=np.deg2rad(1.0),
         pelvis=np.deg2rad(1.5),
         moment=0.06,
         adduction_moment=0.15,
         forward_force=0.010,
         sideways_force=0.0075,
         vertical_force=0.010,
+        free_moment=np.inf,
         hip_centre=0.0,
         ankle_power=np.inf,
     ),
@@ -163,7 +162,6 @@ INFERENCE = Accuracy(
         toes=np.deg2rad(5.0),
         arms=np.deg2rad(1.0),
         toe_moment=np.inf,
-        free_moment=np.inf,
         subtalar_moment=np.inf,
         rotation_moment=np.inf,
         steady_moment=np.inf,
@@ -283,8 +281,7 @@ def _coordinate_accuracy(accuracy: Accuracy) -> Array:
         "knee_angle": accuracy.record.sagittal,
         "ankle_angle": accuracy.record.sagittal,
         "hip_adduction": accuracy.record.frontal,
-        # As tightly as the sagittal angles: it gives way to the free moment under the foot.
-        "hip_rotation": min(accuracy.record.sagittal, accuracy.record.frontal),
+        "hip_rotation": accuracy.record.rotation,
         "subtalar_angle": accuracy.convention.subtalar,
         "mtp_angle": accuracy.convention.toes,
         "lumbar": accuracy.convention.lumbar,
@@ -341,14 +338,14 @@ def moment_accuracy(accuracy: RecordAccuracy, name: str) -> float:
 def _hold_unrecorded(
     target: Array,
     weights: Array,
-    accuracy: ConventionAccuracy,
+    wanted: Accuracy,
     mass: float,
     i: int,
 ) -> None:
     """Target and weights (T, 52) of moments that no record has, of the right (`i` 0) or the left
     (1) leg of a body of `mass` kg.
     """
-    side = SIDES[i][0]
+    side, accuracy = SIDES[i][0], wanted.convention
     for name, moment, size in (
         # Negative resists extension; it counts only beyond this (`weighted_laws`).
         ("mtp_angle", -TOE_MOMENT_MOST, accuracy.toe_moment),
@@ -359,7 +356,7 @@ def _hold_unrecorded(
         target[:, row] = mass * moment
         weights[:, row] = 1.0 / (size * mass)
     free = FOOT + FOOT_NUMBERS * i + 7
-    weights[:, free] = 1.0 / (accuracy.free_moment * mass * GRAVITY)
+    weights[:, free] = 1.0 / (wanted.record.free_moment * mass * GRAVITY)
 
 
 def fit_problem(
@@ -425,7 +422,7 @@ def fit_problem(
             # A plate that is shifted forward changes a sagittal moment by the vertical force times
             # the shift.
             lever[:, row, i] = SHIFT_SIGNS.get(name, 0.0) * target[:, place + 2]
-        _hold_unrecorded(target, weights, accuracy.convention, model.mass, i)
+        _hold_unrecorded(target, weights, accuracy, model.mass, i)
         power = record.moments[f"ankle_angle_{side[0]}"](own[:, i])
         power *= record.angles[f"ankle_angle_{side[0]}"].derivative(own[:, i]) / time
         target[:, POWER.start + i] = power * model.mass

@@ -44,7 +44,7 @@ SPHERES: Final[Mapping[str, tuple[str, float | None, float]]] = {
 }
 """Segment, and forward and lateral position, of each sphere under the published right foot, m, from
 the origin of OpenSim's calcaneus (Falisse et al. 2022; the toe joint of Rajagopal et al. 2016 is at
-0.1788, 0.00108). None: as far forward as the person's own metatarsal head, of `HEADS`."""
+0.1788, 0.00108). None: by the person's own metatarsal head, of `HEADS`."""
 
 HEADS: Final[Mapping[str, int]] = {"ball_medial": 0, "ball_lateral": 1}
 """Sphere that lies under a metatarsal head -> row of `Limbs.metatarsals`."""
@@ -319,8 +319,11 @@ def contact_spheres(limbs: Limbs, side: Side) -> list[ContactSphere]:
     """The published spheres, fitted to the foot of a `side` with the lengths `limbs`: they reach
     from its heel to its toes, and are spread in proportion to the width across the metatarsal
     heads. Those of the ball lie as far forward as the person's first and fifth metatarsal heads,
-    which carry it. The published ones lie behind the oblique axis of Rajagopal's toes, by 10 mm on
-    the outside and 52 on the inside, and behind ours, between the heads, by 28 in the mean of ten
+    which carry it, but not ahead of the axis about which the toes turn. Ours is straight across,
+    10 mm behind the first head; a sphere ahead of it would go down as the heel comes up, by 7 mm at
+    40 degrees, and take the body's weight from the toes, though no head has a lever about their
+    axis. The published spheres lie behind the oblique axis of Rajagopal's toes, by 10 mm on the
+    outside and 52 on the inside, and behind ours, between the heads, by 28 in the mean of ten
     people: the toes of a walker carried then what the ball of a foot does, and braked.
 
     The radius is smaller than the published 32 mm, with which the rounded heel of a foot that
@@ -331,7 +334,8 @@ def contact_spheres(limbs: Limbs, side: Side) -> list[ContactSphere]:
     stretch = (limbs.foot_length - 2 * SPHERE_RADIUS) / (last - first)
     heel = limbs.heel[0] + SPHERE_RADIUS
     x = {name: heel + stretch * (at - first) for name, at in published.items()}
-    x |= {name: limbs.metatarsals[row, 0] for name, row in HEADS.items()}
+    joint = _toe_joint(limbs)
+    x |= {name: min(limbs.metatarsals[row, 0], joint[0]) for name, row in HEADS.items()}
     lateral = np.array([place[2] for place in SPHERES.values()])
     width = limbs.metatarsals[0, 1] - limbs.metatarsals[1, 1]
     published_middle = (SPHERES["ball_medial"][2] + SPHERES["ball_lateral"][2]) / 2
@@ -339,7 +343,6 @@ def contact_spheres(limbs: Limbs, side: Side) -> list[ContactSphere]:
     y = limbs.metatarsals[:, 1].mean() - width / PUBLISHED_WIDTH * (lateral - published_middle)
     # From the ankle, the foot's origin: every sphere touches the sole's plane.
     z = SPHERE_RADIUS - limbs.ankle_height
-    joint = _toe_joint(limbs)
     mirror = np.array([1.0, 1.0 if side == "right" else -1.0, 1.0])
     spheres = []
     for (name, (segment, _, _)), left_position in zip(SPHERES.items(), y, strict=True):

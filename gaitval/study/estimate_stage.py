@@ -37,7 +37,15 @@ from gaitval.prediction.deviations import (
     trial_of,
     units,
 )
-from gaitval.prediction.estimate import OFFSETS, Estimate, elsewhere, estimate
+from gaitval.prediction.estimate import (
+    OFFSETS,
+    WIDER_ELSEWHERE,
+    WIDER_WITH_TOTAL,
+    Estimate,
+    elsewhere,
+    estimate,
+)
+from gaitval.prediction.force_split import with_total
 from gaitval.prediction.known import KINEMATIC_ACCURACY, KnownRecord, is_predicted
 from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.prediction.seen import (
@@ -46,7 +54,6 @@ from gaitval.prediction.seen import (
     knows_contacts,
     knows_total,
     speeds_beyond,
-    with_total,
 )
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reporting.drawing import new_figure, svg
@@ -60,6 +67,7 @@ _Row = tuple[object, ...]
 ESTIMATE_ACCURACY: Final = KINEMATIC_ACCURACY._replace(
     sagittal=1.5 * KINEMATIC_ACCURACY.sagittal,
     frontal=1.5 * KINEMATIC_ACCURACY.frontal,
+    rotation=1.5 * KINEMATIC_ACCURACY.rotation,
     pelvis=1.5 * KINEMATIC_ACCURACY.pelvis,
     moment=0.02,
     adduction_moment=0.03,
@@ -113,28 +121,42 @@ def of_run(run: Run, model: BodyModel | None = None) -> Estimate:
 
 
 def of_known(
-    known: KnownRecord, subject: Subject, model: BodyModel, contact: ContactSettings
+    known: KnownRecord,
+    subject: Subject,
+    model: BodyModel,
+    contact: ContactSettings,
+    laboratories: Array | None = None,
 ) -> Estimate:
     """The estimate of the kinetics of `subject`, of whom `known` has the angles and what kinetics
-    are expected of anybody; the scaled `model` walks on the ground of `contact`.
+    are expected of anybody; the scaled `model` walks on the ground of `contact`. `laboratories`:
+    how forces differ in others, else as the package has it (`force_split.covariance`).
     """
     (record, accuracy), others = known, builtin_subjects()
-    own = with_total(at_own_contacts(record, subject), subject)
+    own = with_total(at_own_contacts(record, subject), subject, laboratories)
     reference = consistent_reference(own, model, contact, accuracy)
     fit = fit_of(reference_curves(reference, model.mass, own.left_phase), own, subject.leg_length_m)
     at_home = is_of_the_laboratory(subject)
     found = estimate(trial_of(subject, record, fit), learned_from(subject, others), angles=at_home)
     if _is_of_an_import_elsewhere(subject):
         found = elsewhere(found)
-    return found if own is record else _seen(found, record, subject)
+    return found if own is record else _seen(found, record, subject, laboratories)
 
 
-def _seen(found: Estimate, record: GaitRecord, subject: Subject) -> Estimate:
+def _seen(
+    found: Estimate, record: GaitRecord, subject: Subject, laboratories: Array | None
+) -> Estimate:
     """The estimate with what markers say of the forces in what is expected and regressed."""
     there = with_kinetics(record, subject, found.expected + found.regressed)
-    there = with_total(at_own_contacts(there, subject), subject)
+    there = with_total(at_own_contacts(there, subject), subject, laboratories)
     kinetics = kinetics_of(normal_form(there, subject.leg_length_m))
-    return replace(found, kinetics=kinetics + found.weights[:, None] * found.own)
+    weights, wide, more = found.weights.copy(), found.half_width, dict(found.left_over)
+    if knows_total(subject):  # is what mechanics says of the forces
+        weights[[kind == "forces" for kind, _ in KINETICS]] = 0.0
+        more["total"] = np.ones(len(KINETICS))  # known, if less exactly than by a plate
+        if not found.looked_at_angles:
+            wide = wide / WIDER_ELSEWHERE * WIDER_WITH_TOTAL
+    kinetics = kinetics + weights[:, None] * found.own
+    return replace(found, kinetics=kinetics, weights=weights, half_width=wide, left_over=more)
 
 
 def target_record(run: Run, model: BodyModel | None = None) -> KnownRecord:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitval.apps.devices.costs import change_of, cost_changes, in_words, model_band
+from gaitval.apps.devices.costs import change_of, cost_changes, in_words, model_band, person_band
 from gaitval.apps.devices.curves import JOINTS as JOINTS_OF_LEG
 from gaitval.apps.devices.search import value
 from gaitval.coordinates import SIDES
@@ -15,8 +15,8 @@ from gaitval.model.devices.aim import Aim
 from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.loads import ALONG, LARGEST, trunk_load
 from gaitval.musculature.metabolics import REST
-from gaitval.quantities.metabolic_cost import JOINTS, MetabolicCost
-from gaitval.quantities.metabolic_rate import HEAT, WORK
+from gaitval.quantities.metabolic_cost import JOINTS, PERSON, MetabolicCost
+from gaitval.quantities.metabolic_rate import HEAT, RETURNED, WORK
 from gaitval.scaling.scaling import scale_subject
 
 MODELS = ("bhargava", "umberger", "uchida", JOINTS)
@@ -54,10 +54,11 @@ def test_a_search_may_want_the_cheapest_walk():
     curves = SimpleNamespace(
         own={name: np.full(101, -0.4) for name in names},
         work=dict.fromkeys(names, 0.1),
+        negative_work=dict.fromkeys(names, 0.05),
         stride_time=dict.fromkeys(SIDES, 1.1),
     )
     aim = Aim(joint="ankle_angle", quantity="cost")
-    expected = REST + 6 * (HEAT * 0.4 + WORK * 0.1 / 1.1)
+    expected = REST + 6 * (HEAT * 0.4 + WORK * (0.1 - RETURNED * 0.05) / 1.1)
     assert value(aim, curves) == pytest.approx(expected)
     assert aim.unit == "W/kg"
     assert "metabolic" in aim.in_words()
@@ -71,6 +72,21 @@ def test_the_band_is_where_one_more_model_lies():
         low, high = model_band(seen)
         inside += low <= further <= high
     assert inside / 4000 == pytest.approx(0.90, abs=0.015)
+
+
+def test_a_band_of_a_person_holds_people_who_change_unlike():
+    random = np.random.default_rng(2)
+    inside, by_models = 0, 0
+    for _ in range(4000):
+        # Four models, a further one that is right, and a person who is off it in both walks.
+        *seen, right = 0.1 * random.normal(size=5)
+        change = right + PERSON * (random.normal() - random.normal())
+        low, high = person_band(seen)
+        inside += low <= change <= high
+        low, high = model_band(seen)
+        by_models += low <= change <= high
+    assert inside / 4000 == pytest.approx(0.90, abs=0.02)
+    assert by_models / 4000 < 0.7
 
 
 def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():

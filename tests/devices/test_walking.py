@@ -6,14 +6,17 @@ from scipy.spatial.transform import Rotation
 from gaitval.apps.devices import hinge_step
 from gaitval.apps.devices.walking import (
     DeviceEnvironment,
+    carried,
     command_noise,
     hinge_numbers,
+    moments_of_carrying,
     walk_with,
     with_devices,
 )
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.model.body import SEGMENTS
 from gaitval.model.devices.device import Device, Socket, load_devices
+from gaitval.model.devices.loads import trunk_load
 from gaitval.model.devices.springs_and_motors import Motor, Spring
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.tree import segment_frames
@@ -48,6 +51,28 @@ def test_a_device_that_does_nothing_changes_no_bit(person):
     )
     np.testing.assert_array_equal(with_it.positions, plain.positions)
     np.testing.assert_array_equal(with_it.moments, plain.moments)
+
+
+def test_who_carries_a_load_gives_the_moments_that_it_needs(person):
+    load = trunk_load(30.0, person.task.model.mass)
+    assert carried(with_devices(person.task, [load])) == pytest.approx(0.30)
+    for worn in ("foot_2kg", "hip_exo"):
+        assert carried(with_devices(person.task, load_devices(worn))) == 0.0
+    # As much more as the foot carries: all of a leg that stands alone, nothing of one that swings.
+    moments = np.ones((3, 25))
+    forces = np.zeros((3, 2, 3))
+    forces[:, :, 2] = [[1.0, 0.0], [0.5, 0.5], [0.0, 1.1]]
+    more = moments_of_carrying(moments, forces, 0.3) - 1.0
+    for name, expected in (
+        ("hip_flexion_r", [0.3, 0.15, 0.0]), ("ankle_angle_l", [0.0, 0.15, 0.3]),
+        ("lumbar_extension", [0.3, 0.3, 0.3]), ("elbow_flex_r", [0.0, 0.0, 0.0]),
+    ):  # fmt: skip
+        np.testing.assert_allclose(more[:, ACTUATED.index(name)], expected)
+    environment = DeviceEnvironment(with_devices(person.task, [load]))
+    plain = WalkingEnvironment(person.task)
+    fed, before = (each.walker.body.tables.moments for each in (environment, plain))
+    knee = np.abs(before[:, ACTUATED.index("knee_angle_r")]).argmax()
+    assert np.abs(fed[knee]).sum() > 1.1 * np.abs(before[knee]).sum()
 
 
 @pytest.mark.parametrize("joint", ["hip_flexion", "knee_angle", "ankle_angle"])

@@ -24,12 +24,14 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.events import (
     FOOT_SPREAD,
+    LANDS_BEFORE,
     _agreed,
     _as_on_plates,
     _edge_landings,
     _filling,
     _mean_of_near,
     _other_methods,
+    _timed_landing,
     _vertex,
     find_events,
     foot_contacts,
@@ -195,6 +197,19 @@ def test_events_in_a_gap_are_not_made_up() -> None:
     events = marker_events(recording.with_markers(recording.names, markers), landmarks=LANDMARKS)
     assert not [e for e in events if e.side == "right" and 1.25 <= e.time < 1.5]
     assert len(of(events, "right", "heel_strike")) == len(strikes("right", 6.0)) - 1
+
+
+@pytest.mark.parametrize(("stop", "later"), [(0.019, 0.005), (0.009, 0.0), (0.055, 0.0125)])
+def test_a_foot_lands_between_its_fastest_fall_and_the_heel_s_stop(
+    stop: float, later: float
+) -> None:
+    """The middle falls fastest at 1 s, the heel's acceleration is largest `stop` later."""
+    rate, time = 500.0, np.arange(1000) / 500.0
+    middle = -0.02 * np.tanh((time - 1.0) / 0.05)
+    slows = np.exp(-0.5 * ((time - 1.0 - stop) / 0.01) ** 2)
+    heel = np.cumsum(np.cumsum(slows)) / rate**2
+    found = _timed_landing(heel, middle, 505, rate) / rate
+    assert found == pytest.approx(1.0 + later - LANDS_BEFORE, abs=0.002)
 
 
 def test_events_beside_the_plates_are_moved_as_those_on_them_differ() -> None:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from known_walk import loaded_walk
 
-from gaitval.musculature.forces import rate
+from gaitval.musculature.forces import change_limits, rate
 from gaitval.musculature.gait import muscles_of
-from gaitval.musculature.leg_metabolics import fibre_states, fibres_of, muscle_rates
+from gaitval.musculature.leg_metabolics import excitations, fibre_states, fibres_of, muscle_rates
 from gaitval.musculature.metabolics import DENSITY, MODELS, REST, Fibres, FibreStates, slow_shares
 from gaitval.musculature.paths import table
 from gaitval.quantities.metabolic_cost import JOINTS, PERSON, joint_rate, metabolic_cost
@@ -80,6 +80,19 @@ def motion():
 @pytest.fixture(scope="module")
 def found(motion):
     return muscles_of([motion])
+
+
+def test_excitation_is_what_makes_activations_rise_and_fall():
+    time = np.arange(0.0, 0.5, 0.01)
+    wanted = np.where((time > 0.1) & (time < 0.25), 0.8, 0.1)
+    fall, rise = change_limits(time)
+    activation = np.empty_like(time)
+    activation[0] = 0.1
+    for t in range(len(time) - 1):
+        step = wanted[t] - activation[t]
+        activation[t + 1] = activation[t] + (rise if step > 0.0 else fall) * step
+    found = excitations(time, activation[:, None])[:, 0]
+    np.testing.assert_allclose(found[:-1], wanted[:-1], atol=1e-9)
 
 
 def test_fibres_do_the_work_of_their_muscles(found):

@@ -9,12 +9,15 @@ from gaitval.apps.patients.cohort import found_patients
 from gaitval.apps.patients.known_record import expected_record, known_record, sound_ankle
 from gaitval.apps.patients.rolling_foot import STANCE_BIAS, feet
 from gaitval.apps.patients.sound_side import (
+    PROSTHETIC_RESTS,
     PROSTHETIC_TABLE,
     RESTS,
     TABLE,
     expected_of,
     later_of_prosthesis,
+    prosthetic_rest_of,
     rest_of,
+    rows_of,
 )
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.scaling.scaling import scale_subject
@@ -79,6 +82,39 @@ def test_what_is_left_of_others_is_half_expected_of_one():
     np.testing.assert_allclose(rest_of("P2"), 0.5 * np.mean([*rests.values()], axis=0), atol=1e-12)
 
 
+def prosthetic_curves(kind: str) -> dict[str, np.ndarray]:
+    return {
+        row["person"]: np.array([float(row[f"p{each}"]) for each in range(101)])
+        for row in rows_of(PROSTHETIC_RESTS)
+        if row["curve"] == kind
+    }
+
+
+def test_a_prosthetic_ankle_s_rest_goes_with_its_angle():
+    """Who bends it as another does has at most half of what his is off."""
+    angles, rests = prosthetic_curves("angle"), prosthetic_curves("rest")
+    assert len(angles) == len(rests) == 12
+    usual, rest = (np.mean([*each.values()], axis=0) for each in (angles, rests))
+    np.testing.assert_allclose(prosthetic_rest_of("P2", usual), 0.5 * rest, atol=1e-9)
+    shares = []
+    for name, angle in angles.items():
+        own = rests[name] - rest
+        change = prosthetic_rest_of("P2", angle) - 0.5 * rest
+        shares.append(own @ change / (own @ own))
+    assert 0.1 < np.mean(shares) < 0.5
+
+
+def test_nobody_s_own_rest_is_read(monkeypatch):
+    angle = prosthetic_curves("angle")["TF01"]
+    found = prosthetic_rest_of("TF01", angle)
+    rows = tuple(
+        r | {"p40": "9"} if r["person"] == "TF01" else r for r in rows_of(PROSTHETIC_RESTS)
+    )
+    monkeypatch.setattr("gaitval.apps.patients.sound_side.rows_of", lambda _: rows)
+    assert np.array_equal(prosthetic_rest_of("TF01", angle), found)
+    assert not np.array_equal(prosthetic_rest_of("TF02", angle), found)
+
+
 def test_only_the_sound_ankle_beside_a_prosthesis_is_as_amputees_have_it(amputee):
     subject, others = amputee.subject, builtin_subjects()
     model = scale_subject(subject, symmetric=False).model
@@ -108,6 +144,7 @@ def test_the_shipped_figures_are_those_of_the_data(gait_data):
         (TABLE, sound_sides.sound_sides),
         (PROSTHETIC_TABLE, sound_sides.prosthetic_sides),
         (RESTS, sound_sides.sound_rests),
+        (PROSTHETIC_RESTS, sound_sides.prosthetic_rests),
         (ERRORS, sound_sides.ankle_errors),
     ):
         assert make(gait_data) == (sound_sides.FOLDER / name).read_text("utf-8")

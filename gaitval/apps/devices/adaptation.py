@@ -3,7 +3,8 @@
 * Kinematics kept: the motion stays exactly as it was. The devices act along it, added masses need
   further ground reaction and moments, and the muscles do what is left. Nothing can fall.
 * Moments kept: the person's control stays as it was, servo, feed-forward and policy. The device's
-  torque is added and the motion changes.
+  torque is added and the motion changes. What people carry on the trunk they know the weight of:
+  its part of the moments is fed forward, too (`walking.moments_of_carrying`).
 * Learned: the policy is trained on with the device and a cost of the muscles' moments
   (`learning`).
 

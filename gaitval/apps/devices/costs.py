@@ -1,13 +1,16 @@
 """What devices do to the metabolic rate of a walk: the change, its sign, and how sure that is.
 
-A change is of one person between two walks at one speed, so what models do not know of the person
-cancels. What does not is the model: the band is where one more model of such models would lie.
+A change is of one person between two walks at one speed, so most of what models do not know of the
+person cancels. What does not is the model: `model_band` is where one more of such models would lie,
+and decides the sign. Nor do people change alike: `person_band` is where one person's change lies,
+whose rate is as far from a model's in each of the two walks as people's are on the level.
 """
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
+from scipy.stats import norm as normal
 from scipy.stats import t as student
 
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
@@ -15,7 +18,8 @@ from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
 from gaitval.coordinates import SIDES
 from gaitval.musculature.metabolics import REST
 from gaitval.number_text import number
-from gaitval.quantities.metabolic_rate import CENTRAL, HEAT, WORK
+from gaitval.quantities.metabolic_cost import PERSON
+from gaitval.quantities.metabolic_rate import CENTRAL, leg_rate
 
 SHARE: Final = 0.90
 
@@ -47,6 +51,11 @@ class CostChange(NamedTuple):
     def sign(self) -> int:
         """1 if it costs more by all of the band, -1 if it costs less, 0 if models disagree."""
         return int(self.low > 0.0) - int(self.high < 0.0)
+
+    @property
+    def person(self) -> tuple[float, float]:
+        """Low and high of 90 % of one person's change."""
+        return person_band(list(self.changes.values()))
 
     @property
     def percent(self) -> float:
@@ -84,13 +93,15 @@ def change_of(outcome: DeviceOutcome, without: DeviceOutcome) -> CostChange:
 
 def joints_rate(curves: WalkCurves) -> float:
     """W/kg, gross, of a walk by the model of the joints, from its mean `curves`."""
-    legs = [
-        HEAT * float(np.abs(curves.own[joint, side][:-1]).mean())
-        + WORK * curves.work[joint, side] / curves.stride_time[side]
-        for joint in JOINTS
-        for side in SIDES
-    ]
-    return REST + sum(legs)
+    rate = REST
+    for side in SIDES:
+        size = sum(float(np.abs(curves.own[joint, side][:-1]).mean()) for joint in JOINTS)
+        positive, negative = (
+            sum(work[joint, side] for joint in JOINTS) / curves.stride_time[side]
+            for work in (curves.work, curves.negative_work)
+        )
+        rate += float(leg_rate(*np.array([[size], [positive], [negative]]))[0])
+    return rate
 
 
 def model_band(values: Sequence[float]) -> tuple[float, float]:
@@ -100,6 +111,17 @@ def model_band(values: Sequence[float]) -> tuple[float, float]:
         return -np.inf, np.inf
     spread = float(np.std(values, ddof=1)) * np.sqrt(1.0 + 1.0 / count)
     reach = float(student.ppf(0.5 + SHARE / 2.0, count - 1)) * spread
+    middle = float(np.mean(values))
+    return middle - reach, middle + reach
+
+
+def person_band(values: Sequence[float]) -> tuple[float, float]:
+    """Low and high of 90 % of one person's change, of those that models gave as `values`: their
+    band, and the difference of two rates that are `PERSON` off each.
+    """
+    low, high = model_band(values)
+    own = float(normal.ppf(0.5 + SHARE / 2.0)) * np.sqrt(2.0) * PERSON
+    reach = float(np.hypot((high - low) / 2.0, own))
     middle = float(np.mean(values))
     return middle - reach, middle + reach
 

@@ -76,9 +76,10 @@ def muscles(
     activation_dynamics: Annotated[
         bool,
         typer.Option(
-            "--activation-dynamics", help="Activations rise and fall no faster than muscles can."
+            "--activation-dynamics/--no-activation-dynamics",
+            help="Activations rise and fall no faster than muscles can.",
         ),
-    ] = False,
+    ] = True,
     height: HeightOption = None,
     emg: EmgOption = None,
     emg_side: EmgSideOption = None,

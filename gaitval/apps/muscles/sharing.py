@@ -48,7 +48,7 @@ class MuscleSettings:
     side: Side | None = None
     strength: float | Mapping[str, float] = 1.0
     bands: bool = False
-    activation_dynamics: bool = False
+    activation_dynamics: bool = True
     emg: tuple[Path, ...] = ()
     emg_side: Side | None = None
     emg_weight: float = 0.0

@@ -14,7 +14,8 @@ one with which the moment where the ankle is turned furthest is that of healthy 
 force is on the ball of either foot. No number of it is chosen.
 
 Both this and the healthy moment in the time of this ankle (`told.bent_ankle`) are guesses
-from different knowledge, so their mean is expected.
+from different knowledge, so their mean is expected, with what of other amputees' moments is left
+then, by the ankle's angle (`sound_side.prosthetic_rest_of`).
 """
 
 from collections.abc import Sequence
@@ -25,6 +26,7 @@ import numpy as np
 
 from gaitval.apps.patients.known_record import HARMONICS, SAMPLES, known_record, most_dorsiflexed
 from gaitval.apps.patients.records import Patient, two_sided
+from gaitval.apps.patients.sound_side import prosthetic_rest_of
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
@@ -62,7 +64,15 @@ def patient_record(patient: Patient, others: Sequence[Subject], model: BodyModel
     """
     side = patient.person.amputation
     record = known_record(patient.subject, others, model, side)
-    return record if side is None else with_passive_foot(record, model, side)
+    if side is None:
+        return record
+    name, cycle = f"ankle_angle_{side[0]}", np.arange(101) / 100.0
+    found = with_passive_foot(record, model, side)
+    rest = prosthetic_rest_of(patient.subject.identifier, record.angles[name](cycle))
+    phase = np.arange(SAMPLES) / SAMPLES
+    moment = found.moments[name](phase) + np.interp(phase, cycle, rest)
+    moments = dict(found.moments) | {name: periodic_through(moment, HARMONICS)}
+    return replace(found, moments=moments)
 
 
 def with_passive_foot(record: GaitRecord, model: BodyModel, side: Side) -> GaitRecord:

@@ -54,11 +54,13 @@ _LOADED: Final = 0.2
 _CYCLES: Final = 20
 _OWN_KINETICS: Final = RecordAccuracy(
     frontal=np.deg2rad(0.9),
+    rotation=np.deg2rad(0.9),
     moment=0.15,
     adduction_moment=0.2,
     forward_force=0.02,
     sideways_force=0.015,
     vertical_force=0.05,
+    free_moment=0.004,
     hip_centre=0.0,
 )
 """Moments and forces are those that this body needs for its motion, within the scatter between
