@@ -247,7 +247,8 @@ def _check_depth(value: Any, levels: int = DEPTH) -> None:
         if levels == 0:
             raise RecursionError
         for each in value.values() if isinstance(value, dict) else value:
-            _check_depth(each, levels - 1)
+            if type(each) in (dict, list):  # as parsers make them; most are numbers
+                _check_depth(each, levels - 1)
 
 
 def _check_lines(text: str) -> None:

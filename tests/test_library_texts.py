@@ -6,7 +6,7 @@ import textwrap
 
 CODE = """
     import gaitval.cli
-    import gaitval.gait.filters, gaitval.reporting.drawing
+    import gaitval.measurement.balance, gaitval.reporting.drawing
     import scipy.signal, scipy._lib._array_api as array_api
     from gaitval.library_texts import _AsItIs
     from matplotlib.artist import Artist

@@ -17,9 +17,11 @@ from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.push_recovery import Trace
 from gaitval.metrics.walk_results import PlacedFoot
 from gaitval.reporting.balance_figure import HEIGHT, answered_pushes, draw_people
-from gaitval.reporting.drawing import SETTINGS, WIDTH
+from gaitval.reporting.drawing import SETTINGS, by_matplotlib
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, RECORD_WIDTH
+from gaitval.reporting.sketch import new_sketch
 from gaitval.reporting.stick_figures import stick_figure
+from gaitval.reporting.style import WIDTH
 
 JOINTS = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
 FORCES = {"forward": "Tangential (forward)", "vertical": "Vertical"}
@@ -251,9 +253,9 @@ def placement(placed: Mapping[str, Sequence[PlacedFoot]]) -> Drawing:
         name: pd.DataFrame(answered_pushes(each)[0], columns=columns)
         for name, each in placed.items()
     }
-    with matplotlib.rc_context(SETTINGS):
-        figure = _figure(HEIGHT)
-        draw_people(figure, placed)
+    with matplotlib.rc_context(SETTINGS), new_sketch(HEIGHT) as sketch:
+        draw_people(sketch, placed)
+        figure = by_matplotlib(sketch)
     return figure, pd.concat(rows, names=["walker", "push"])
 
 

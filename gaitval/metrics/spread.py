@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
-from scipy import stats
+from scipy.special import ndtri, stdtrit
 
 from gaitval.metrics.tolerances import Spread, Verdict
 from gaitval.metrics.typed import number
@@ -35,7 +35,7 @@ def prediction_interval(values: Sequence[float]) -> tuple[float, float] | None:
     count = len(values)
     if count < 3:
         return None
-    t = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, count - 1))
+    t = float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE))
     # the 1 is the scatter of the new value, 1/n that of the mean
     half = t * float(np.std(values, ddof=1)) * math.sqrt(1.0 + 1.0 / count)
     mean = float(np.mean(values))
@@ -45,7 +45,7 @@ def prediction_interval(values: Sequence[float]) -> tuple[float, float] | None:
 def share_interval(kept: int, count: int) -> tuple[float, float]:
     """Wilson's score interval (Wilson 1927), from 0 to 1, of the share `kept` of `count`."""
     # unlike p ± z √(p q / n), the score interval stays within 0 and 1, also where all are kept
-    z = float(stats.norm.ppf(0.5 + 0.5 * CONFIDENCE))
+    z = float(ndtri(0.5 + 0.5 * CONFIDENCE))
     share, grown = kept / count, 1.0 + z * z / count
     middle = (share + z * z / (2 * count)) / grown
     half = z * math.sqrt(share * (1.0 - share) / count + z * z / (4 * count * count)) / grown
@@ -90,6 +90,8 @@ def spread_of_falls(falls: int, walks: int) -> Spread:
     many of as many new walks would fall.
     """
     # Jeffreys' prior of the share
+    from scipy import stats  # a third of a second, for who falls
+
     later = stats.betabinom(walks, falls + 0.5, walks - falls + 0.5)
     low, high = later.ppf([0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE])
     return Spread(repeats=walks, kept=walks - falls, low=low, high=high, close=False)

@@ -6,17 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.metrics.foot_placement import RECOVERED
 from gaitval.metrics.walk_results import PlacedFoot
-from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR, WALK_WIDTH
+from gaitval.reporting.painting import svg
+from gaitval.reporting.sketch import Axes, Key, Sketch, new_sketch
 
 CENTIMETRES: Final = 100.0
 MARKS: Final[Mapping[Side, str]] = {"right": "o", "left": "^"}
@@ -57,25 +54,20 @@ def law(
     axes.set_aspect("equal")
 
 
-def handles() -> list[Line2D | Patch]:
+def handles() -> list[Key]:
     """What the marks mean."""
-    marks = [
-        Line2D(
-            [], [], linestyle="none", marker=mark, markersize=4.0, markerfacecolor="none",
-            color=COLOURS[side], label=f"{side} foot",
-        )
-        for side, mark in MARKS.items()
-    ]  # fmt: skip
+    hollow = {"linestyle": "none", "markersize": 4.0, "markerfacecolor": "none"}
+    guess = {"linestyle": "none", "marker": "x", "markersize": 3.0, "color": GUESS_COLOUR}
     return [
-        Line2D([], [], color=RECORD_COLOUR, linewidth=WALK_WIDTH, label="people (Hof 2010)"),
-        Patch(facecolor=BAND_COLOUR, label="±2 cm, by the ankle"),
-        *marks,
-        Line2D(
-            [], [], linestyle="none", marker="x", markersize=3.0, color=GUESS_COLOUR,
-            label="pendulum",
+        Key("people (Hof 2010)", {"color": RECORD_COLOUR, "linewidth": WALK_WIDTH}),
+        Key("±2 cm, by the ankle", {"facecolor": BAND_COLOUR}),
+        *(
+            Key(f"{side} foot", {**hollow, "marker": mark, "color": COLOURS[side]})
+            for side, mark in MARKS.items()
         ),
-        Line2D([], [], linestyle=":", color=GUESS_COLOUR, linewidth=0.7, label="no reaction"),
-    ]  # fmt: skip
+        Key("pendulum", guess),
+        Key("no reaction", {"linestyle": ":", "color": GUESS_COLOUR, "linewidth": 0.7}),
+    ]
 
 
 def answered_pushes(placed: Sequence[PlacedFoot]) -> tuple[Array, list[Side]]:
@@ -110,20 +102,20 @@ def foot_placement(people: Mapping[str, Sequence[PlacedFoot]]) -> str:
     """The figure, with a panel of what each of `people` did; a title is drawn if it is not empty.
     The panels have one scale.
     """
-    with new_figure(HEIGHT) as figure:
+    with new_sketch(HEIGHT) as figure:
         draw_people(figure, people)
         return svg(figure, NAME)
 
 
-def draw_people(figure: Figure, people: Mapping[str, Sequence[PlacedFoot]]) -> None:
+def draw_people(figure: Sketch, people: Mapping[str, Sequence[PlacedFoot]]) -> None:
     """Draw it on an empty `figure`."""
     found = {title: answered_pushes(placed) for title, placed in people.items()}
     largest = [float(np.abs(rows[:, :2]).max(initial=0.0)) for rows, _ in found.values()]
     reach = 1.1 * max(1.0, CENTIMETRES * max(largest))
-    panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
+    (panels,) = figure.subplots(1, len(found), sharey=True)
     for axes, (title, (rows, sides)) in zip(panels, found.items(), strict=True):
         law(axes, rows[:, 0], rows[:, 1], rows[:, 2], sides, reach)
         axes.set_title(title)
         axes.set_xlabel("extrapolated centre of mass, cm to the left")
     panels[0].set_ylabel("next foot, cm to the left")
-    figure.legend(handles=handles(), loc="outside upper center", ncols=6)
+    figure.legend(handles(), ncols=6)

@@ -15,8 +15,9 @@ from gaitval.metrics.healthy_bands import BAND
 from gaitval.metrics.statistics_results import GaitProfiles, WalkStatistics
 from gaitval.metrics.typed import sided
 from gaitval.quantities.joint_power import JOINTS
-from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, RECORD_COLOUR
+from gaitval.reporting.painting import svg
+from gaitval.reporting.sketch import keys_of, new_sketch
 from gaitval.reporting.tables import CURVES
 
 _SHORT: Final = {
@@ -43,13 +44,14 @@ def profile(profiles: GaitProfiles) -> str:
     at = np.arange(len(names), dtype=float)
     # a gap before the total, which is no angle
     at[-1] += 0.5
-    with new_figure(2.8) as figure:
-        axes = figure.subplots()
+    label = {"label": "healthy adults, mean ± SD"}
+    with new_sketch(2.8) as figure:
+        ((axes,),) = figure.subplots()
         for x, name in zip(at, names, strict=True):
             mean, spread = healthy[name]
-            axes.bar(x, 2 * spread, 0.8, bottom=mean - spread, color=BAND_COLOUR, zorder=0)
+            axes.bar(x, 2 * spread, 0.8, mean - spread, color=BAND_COLOUR, zorder=0, **label)
+            label = {}
             axes.plot((x - 0.4, x + 0.4), (mean, mean), color="#808080", linewidth=0.8, zorder=1)
-        axes.bar(0, 0, color=BAND_COLOUR, label="healthy adults, mean ± SD")
         for offset, side in zip((0.18, -0.18), SIDES, strict=True):
             for which, found in (("record", profiles.record), ("walk", profiles.walk)):
                 if found is None:  # its angles were not recorded
@@ -59,7 +61,8 @@ def profile(profiles: GaitProfiles) -> str:
                 axes.plot(
                     at + offset,
                     [*scores, found.of(side)],
-                    _MARKERS[side],
+                    marker=_MARKERS[side],
+                    linestyle="none",
                     color=colour,
                     # hollow, so that they look alike on a band and in the legend, in both modes
                     markerfacecolor=colour if which == "walk" else "none",
@@ -70,7 +73,7 @@ def profile(profiles: GaitProfiles) -> str:
         axes.tick_params(axis="x", length=0)
         axes.set_ylim(bottom=0)
         axes.set_ylabel("RMS from their mean, °")
-        figure.legend(loc="outside upper center", ncols=3)
+        figure.legend(keys_of(axes), ncols=3)
         return svg(figure, "profile")
 
 

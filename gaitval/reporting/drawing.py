@@ -1,22 +1,25 @@
 """How figures are drawn: their style, their size, and SVG."""
 
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, Literal
 
 import matplotlib
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
-from numpy.typing import NDArray
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from gaitval.coordinates import Side
 from gaitval.reporting.light_axes import LightFigure, painted
+from gaitval.reporting.sketch import PARTS, X_DATA, Sketch
+from gaitval.reporting.spoken import language
+from gaitval.reporting.style import WIDTH
 from gaitval.reporting.words import SOURCE
 
 SETTINGS: Final[Any] = {
@@ -40,12 +43,6 @@ SETTINGS: Final[Any] = {
     "legend.fontsize": 8.5,
 }
 
-WIDTH: Final = 7.1
-"""Inches; the text width of an A4 page."""
-
-Draw = Callable[[], str]
-"""Draws a figure, as SVG. Worker processes may do it, so it must be possible to pickle it."""
-
 
 def know_fonts() -> None:
     """Make sure of the figures' font. matplotlib ships it, but reads the list of fonts from its
@@ -57,8 +54,6 @@ def know_fonts() -> None:
 
 
 know_fonts()
-
-_language: ContextVar[str] = ContextVar("language", default=SOURCE)
 
 
 @contextmanager
@@ -84,23 +79,6 @@ def new_figure(
         yield figure
 
 
-def placed_axes(
-    figure: Figure, rows: int, columns: int, *, top: float, across: float
-) -> NDArray[np.object_]:
-    """Axes (rows, columns) of curves over the same percents in a figure that is `placed`: below a
-    legend of `top` inches, `across` inches apart.
-    """
-    width, height = figure.get_size_inches()
-    left, right, bottom, down = 0.55, 0.1, 0.4, 0.28
-    wide = (width - left - right - across * (columns - 1)) / columns
-    high = (height - bottom - top - down * (rows - 1)) / rows
-    figure.subplots_adjust(
-        left / width, bottom / height, 1.0 - right / width, 1.0 - top / height,
-        across / wide, down / high,
-    )  # fmt: skip
-    return figure.subplots(rows, columns, sharex=True, squeeze=False)
-
-
 def link(
     axes: Axes, kind: Literal["cycle", "stance"], side: Side | Literal["both"], number: int
 ) -> None:
@@ -112,13 +90,35 @@ def link(
     axes.set_gid(f"{kind}.{side}.{number}")
 
 
-def drawn(draw: Draw, language: str = SOURCE) -> str:
-    """The figure of `draw` as SVG, its words in `language` (`svg`)."""
-    spoken = _language.set(language)
-    try:
-        return draw()
-    finally:
-        _language.reset(spoken)
+def by_matplotlib(sketch: Sketch) -> Figure:
+    """A `sketch` as matplotlib draws what was asked for: for files of another kind, and to
+    compare.
+    """
+    rows, columns = len(sketch.panels), len(sketch.panels[0])
+    figure = Figure(figsize=(sketch.width, sketch.height), dpi=72, layout="constrained")
+    share_x, share_y = sketch.shared
+    every = figure.subplots(
+        rows, columns, squeeze=False, sharex=share_x, sharey="row" if share_y else False,
+        width_ratios=sketch.ratios,
+    )  # fmt: skip
+    for ours, theirs in zip(sketch.axes, every.flat, strict=True):
+        places = {PARTS: theirs.transAxes, X_DATA: theirs.get_xaxis_transform()}
+        for name, given, look in ours.calls:
+            at = {"transform": places[look["transform"]]} if "transform" in look else {}
+            getattr(theirs, name)(*given, **look | at)
+        if ours.gid:
+            theirs.set_gid(ours.gid)
+    handles: list[Any] = [
+        (Patch if "facecolor" in key.look else partial(Line2D, [], []))(label=key.label, **key.look)
+        for key in sketch.keys
+    ]
+    if handles:
+        figure.legend(
+            handles=handles, loc="outside upper center", ncols=sketch.columns, fontsize=sketch.font
+        )
+    if sketch.below:
+        figure.supxlabel(sketch.below)
+    return figure
 
 
 def _fit_legends(figure: Figure) -> None:
@@ -142,10 +142,10 @@ def svg(figure: Figure, name: str) -> str:
     """`figure` as an <svg> element whose identifiers begin with `name`, its texts in the language
     that `drawn` was asked for.
     """
-    if _language.get() != SOURCE:
+    if language() != SOURCE:
         from gaitval.reporting.translated_figures import translate
 
-        translate(figure, _language.get())
+        translate(figure, language())
     _fit_legends(figure)
     buffer = io.StringIO()
     with painted(figure):

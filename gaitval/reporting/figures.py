@@ -10,13 +10,7 @@ from collections.abc import Mapping, Sequence
 from itertools import cycle
 from typing import Any, Final
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
@@ -27,7 +21,8 @@ from gaitval.metrics.typed import array
 from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_results import FootContact, MeanCurve, PushRecovery, PushTrace
 from gaitval.metrics.whole_body import AXES
-from gaitval.reporting.drawing import link, new_figure, svg
+from gaitval.reporting.painting import svg
+from gaitval.reporting.sketch import PARTS, Axes, keys_of, link, new_sketch
 
 COLOURS: Final[Mapping[Side, str]] = {"right": "#00558f", "left": "#d96b0a"}
 STYLES: Final[Mapping[Side, Any]] = {"right": "-", "left": (0, (6, 1.5))}
@@ -48,24 +43,6 @@ NAMES: Final[Mapping[str, str]] = {
 PERCENT = np.arange(101)
 
 
-def legend(figure: Figure, *panels: Axes) -> None:
-    """A legend above `figure` of everything in its `panels`, each once, and of any band."""
-    chosen: dict[str, Any] = {}
-    for axes in panels:
-        for line, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            chosen.setdefault(label, line)
-    if any(isinstance(each, PolyCollection) for axes in panels for each in axes.collections):
-        chosen["± SD"] = Patch(facecolor="#9a9a9a", alpha=0.35)
-    if chosen:
-        figure.legend(
-            chosen.values(),
-            chosen.keys(),
-            loc="outside upper center",
-            ncols=len(chosen),
-            fontsize=8.5,
-        )
-
-
 def draw_record(axes: Axes, curve: Any, *, label: str | None = None) -> None:
     """Draw a recorded `curve` over `PERCENT` in `axes`, beneath the walk's, with a `label`."""
     axes.plot(
@@ -75,8 +52,8 @@ def draw_record(axes: Axes, curve: Any, *, label: str | None = None) -> None:
 
 def learning(training: Mapping[str, Array]) -> str:
     """Episode length, cycles and reward over training samples, the columns of `training`."""
-    with new_figure(2.0) as figure:
-        panels = figure.subplots(1, 3, sharex=True)
+    with new_sketch(2.0) as figure:
+        (panels,) = figure.subplots(1, 3, sharex=True)
         million = training["samples"] / 1e6
         for axes, column, title in zip(
             panels,
@@ -99,8 +76,8 @@ def centre_of_mass(metrics: Metrics) -> str:
     known = "record" if metrics.is_recorded_at_all else "prediction"
     recorded = 1e3 * np.array(metrics.record.centre_of_mass)
     walked = metrics.walk.centre_of_mass
-    with new_figure(2.3) as figure:
-        for axes, axis, column in zip(figure.subplots(1, 3), AXES, range(3), strict=True):
+    with new_sketch(2.3) as figure:
+        for axes, axis, column in zip(figure.subplots(1, 3)[0], AXES, range(3), strict=True):
             link(axes, "cycle", "right", column)
             axes.set_xlim(0, 100)
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
@@ -113,7 +90,8 @@ def centre_of_mass(metrics: Metrics) -> str:
                 )  # fmt: skip
             axes.set_title(f"{_PATHS[axis]}, mm")
             axes.set_xlabel("% of right gait cycle")
-        legend(figure, axes)
+        keys = keys_of(axes)
+        figure.legend(keys, ncols=len(keys))
         return svg(figure, "com")
 
 
@@ -124,8 +102,8 @@ _MARKED = (10, 50, 90)
 def pressure_path(metrics: Metrics) -> str:
     """Centre of pressure in `metrics` under both feet, from above, and along them over stance."""
     contact = metrics.walk.foot_contact
-    with new_figure(2.8) as figure:
-        left, right, progress = figure.subplots(1, 3, width_ratios=(1, 1, 2.6))
+    with new_sketch(2.8) as figure:
+        ((left, right, progress),) = figure.subplots(1, 3, width_ratios=(1, 1, 2.6))
         for side in SIDES:
             axes = right if side == "right" else left
             _footprint(axes, contact.of(side), side)
@@ -138,7 +116,8 @@ def pressure_path(metrics: Metrics) -> str:
         progress.set_ylim(0, 100)
         progress.set_xlabel("% of stance")
         progress.set_ylabel("% of foot length from the heel")
-        legend(figure, progress)
+        keys = keys_of(progress)
+        figure.legend(keys, ncols=len(keys))
         return svg(figure, "pressure")
 
 
@@ -179,7 +158,7 @@ def _footprint(axes: Axes, contact: FootContact, side: Side) -> None:
     axes.fill(*rim.T, facecolor="none", edgecolor="#808080", linewidth=0.8, zorder=2)
     path = contact.path
     if path.along.mean is None or path.across.mean is None:
-        axes.text(0.5, 0.5, "no stance", transform=axes.transAxes, ha="center")
+        axes.text(0.5, 0.5, "no stance", transform=PARTS, ha="center")
     else:
         along = array(path.along.mean)
         across = outwards * array(path.across.mean)
@@ -195,12 +174,14 @@ def _footprint(axes: Axes, contact: FootContact, side: Side) -> None:
             )
         axes.plot(across, along, color=COLOURS[side], linestyle=STYLES[side], zorder=4)
         for percent in _MARKED:
-            axes.plot(across[percent], along[percent], "o", color=COLOURS[side], markersize=3.5)
+            axes.plot(
+                across[percent], along[percent], linestyle="none", marker="o",
+                color=COLOURS[side], markersize=3.5,
+            )  # fmt: skip
             axes.annotate(
                 f"{percent}",
                 (across[percent], along[percent]),
                 xytext=(4, 0),
-                textcoords="offset points",
                 va="center",
                 fontsize=7.5,
                 color="#404040",
@@ -211,51 +192,67 @@ def _footprint(axes: Axes, contact: FootContact, side: Side) -> None:
 
 def stability_regions(pushes: PushRecovery) -> str:
     """Largest of the `pushes` survived by direction, a panel per phase; straight ahead is up."""
-    directions = np.deg2rad(pushes.directions)
-    closed = np.append(directions, directions[0])
-    with new_figure(2.35, axes_line=0.4) as figure:
-        panels = figure.subplots(
-            1, len(pushes.phases), subplot_kw={"projection": "polar"}, squeeze=False
-        )[0]
-        outermost = max(max(max(row) for row in pushes.largest), pushes.force)
-        # three rings at multiples of 100 N, the last one at or beyond every push
-        rings = np.linspace(0.0, 300.0 * np.ceil(outermost / 300.0), 4)[1:]
+    outermost = max(max(max(row) for row in pushes.largest), pushes.force)
+    # three rings at multiples of 100 N, the last one at or beyond every push
+    rings = np.linspace(0.0, 300.0 * np.ceil(outermost / 300.0), 4)[1:]
+    with new_sketch(2.35, axes_line=0.4) as figure:
+        (panels,) = figure.subplots(1, len(pushes.phases))
         for axes, phase, largest, survived in zip(
             panels, pushes.phases, pushes.largest, pushes.survived, strict=True
         ):
-            axes.set_theta_zero_location("N")
-            axes.set_ylim(0.0, rings[-1])
-            axes.set_yticks(rings, [""] * len(rings))
-            axes.set_xticks(np.deg2rad([0, 90, 180, 270]), ["ahead", "left", "back", "right"])
-            axes.tick_params(axis="x", labelsize=7.5, pad=-2)
-            # beside the circle and not across it, however long the word is in another language
-            _, left, _, right = axes.get_xticklabels()
-            left.set_horizontalalignment("right")
-            right.set_horizontalalignment("left")
-            axes.grid(color="#d9d9d9", linewidth=0.4)
+            _rings(axes, rings)
             force = np.append(largest, largest[0])
-            axes.fill(closed, force, color=_PUSH_COLOUR, alpha=0.22, linewidth=0)
-            axes.plot(closed, force, color=_PUSH_COLOUR, linewidth=1.1)
-            half = np.deg2rad(np.linspace(-90.0, 90.0, 91))
+            outline = _directed(np.append(pushes.directions, pushes.directions[0]), force)
+            axes.fill(*outline, color=_PUSH_COLOUR, alpha=0.22)
+            axes.plot(*outline, color=_PUSH_COLOUR, linewidth=1.1)
+            half = _directed(np.linspace(-90.0, 90.0, 91), np.full(91, pushes.force))
+            axes.plot(*half, color="#404040", linewidth=0.7, linestyle="--")
+            fell = [
+                direction
+                for direction, stood in zip(pushes.criterion_directions, survived, strict=True)
+                if not stood
+            ]
             axes.plot(
-                half, np.full(91, pushes.force), color="#404040", linewidth=0.7, linestyle="--"
-            )
-            for direction, stood in zip(pushes.criterion_directions, survived, strict=True):
-                if not stood:
-                    axes.plot(
-                        np.deg2rad(direction),
-                        pushes.force,
-                        "x",
-                        color=_FALL_COLOUR,
-                        markersize=5.0,
-                        markeredgewidth=1.3,
-                        zorder=5,
-                    )
-            # above the word for ahead, which matplotlib would look for in every drawing
-            axes.set_title(f"{100 * phase:g} % of the right cycle", pad=19.25)
+                *_directed(np.array(fell), np.full(len(fell), pushes.force)), linestyle="none",
+                marker="x", color=_FALL_COLOUR, markersize=5.0, markeredgewidth=1.3, zorder=5,
+            )  # fmt: skip
+            axes.set_title(f"{100 * phase:g} % of the right cycle")
         # below: a number beside its ring would lie on somebody's outline
-        figure.supxlabel(f"rings every {rings[0]:.0f} N", fontsize=7.5, color="#606060")
+        figure.below = f"rings every {rings[0]:.0f} N"
         return svg(figure, "stability")
+
+
+def _directed(degrees: Array, newtons: Array) -> tuple[Array, Array]:
+    """Places of pushes in these directions, `degrees` from straight ahead (up) to the left."""
+    angle = np.deg2rad(degrees)
+    return -newtons * np.sin(angle), newtons * np.cos(angle)
+
+
+def _rings(axes: Axes, rings: Array) -> None:
+    """Circles of these radii, the four directions through them, and their words."""
+    last = float(rings[-1])
+    round_angle = np.linspace(0.0, 360.0, 73)
+    for ring in rings:
+        outermost = ring == last
+        axes.plot(
+            *_directed(round_angle, np.full(len(round_angle), ring)),
+            color="#000000" if outermost else "#d9d9d9", linewidth=0.4, zorder=0,
+        )  # fmt: skip
+    for ends in (((-last, last), (0.0, 0.0)), ((0.0, 0.0), (-last, last))):
+        axes.plot(*ends, color="#d9d9d9", linewidth=0.4, zorder=0)
+    beside = 1.06 * last
+    for word, x, y, ha, va in (
+        ("ahead", 0.0, beside, "center", "bottom"),
+        ("back", 0.0, -beside, "center", "top"),
+        # beside the circle and not across it, however long the word is in another language
+        ("left", -beside, 0.0, "right", "center"),
+        ("right", beside, 0.0, "left", "center"),
+    ):
+        axes.text(x, y, word, ha=ha, va=va, fontsize=7.5)
+    axes.set_xlim(-1.5 * last, 1.5 * last)
+    axes.set_ylim(-1.25 * last, 1.25 * last)
+    axes.set_aspect("equal")
+    axes.axis("off")
 
 
 _PUSH_COLOUR: Final = "#00558f"
@@ -263,13 +260,21 @@ _FALL_COLOUR: Final = "#a8200d"
 _PHASE_STYLES: Final = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)))
 
 
+_CIVIDIS: Final = (
+    (0, 34, 78), (8, 51, 112), (53, 69, 108), (79, 87, 108), (102, 105, 112), (124, 123, 120),
+    (148, 142, 119),
+)  # fmt: skip
+"""The darker six tenths of this map of colours, for every kind of colour vision (Nuñez et al. 2018,
+10.1371/journal.pone.0199239), as matplotlib has it."""
+
+
 def phase_colours(count: int) -> list[str]:
     """`count` colours from dark blue to yellow-grey, for every kind of colour vision; the lightest
     still has a contrast of three to white paper.
     """
-    return [
-        to_hex(colour) for colour in matplotlib.colormaps["cividis"](np.linspace(0, 0.6, count))
-    ]
+    at, known = np.linspace(0.0, len(_CIVIDIS) - 1.0, count), np.array(_CIVIDIS).T
+    mixed = [np.interp(at, np.arange(len(_CIVIDIS)), each).round().astype(int) for each in known]
+    return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in zip(*mixed, strict=True)]
 
 
 def push_velocity(traces: Sequence[PushTrace]) -> str:
@@ -284,9 +289,9 @@ def push_velocity(traces: Sequence[PushTrace]) -> str:
     )
     phases = sorted({trace.phase for trace in traces})
     looks = dict(zip(phases, zip(phase_colours(len(phases)), cycle(_PHASE_STYLES)), strict=True))
-    with new_figure(3.0) as figure:
+    with new_sketch(3.0) as figure:
         panels = figure.subplots(2, 1, sharex=True)
-        for axes, (direction, component, title) in zip(panels, shown, strict=True):
+        for (axes,), (direction, component, title) in zip(panels, shown, strict=True):
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
             for trace in traces:
@@ -304,9 +309,13 @@ def push_velocity(traces: Sequence[PushTrace]) -> str:
                 change = velocity - unpushed
                 axes.plot(cycles, change, color=colour, linestyle=style, linewidth=1.0, label=label)
                 if trace.fell:
-                    axes.plot(cycles[-1], change[-1], "x", color=_FALL_COLOUR, markersize=6.0)
+                    axes.plot(
+                        cycles[-1], change[-1], linestyle="none", marker="x", color=_FALL_COLOUR,
+                        markersize=6.0,
+                    )  # fmt: skip
             axes.set_title(title, loc="left")
             axes.margins(x=0.01)
-        panels[-1].set_xlabel("gait cycles since the push")
-        legend(figure, panels[0])
+        panels[-1][0].set_xlabel("gait cycles since the push")
+        keys = keys_of(panels[0][0])
+        figure.legend(keys, ncols=max(1, len(keys)))
         return svg(figure, "velocity")

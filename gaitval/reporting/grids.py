@@ -9,11 +9,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.conventions import convention_of
@@ -21,7 +16,6 @@ from gaitval.coordinates import Side
 from gaitval.metrics.norms import Norm
 from gaitval.quantities import BY_NAME, QUANTITIES
 from gaitval.quantities.joint_power import BURSTS
-from gaitval.reporting.drawing import link, new_figure, placed_axes, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import (
     BAND_COLOUR,
@@ -34,6 +28,8 @@ from gaitval.reporting.figures import (
     WALK_WIDTH,
     band,
 )
+from gaitval.reporting.painting import svg
+from gaitval.reporting.sketch import PARTS, X_DATA, Axes, Key, link, new_sketch
 
 KINEMATICS: Final = (
     ("angles/pelvis_tilt", "angles/pelvis_list", "angles/pelvis_rotation"),
@@ -192,8 +188,10 @@ def grid(
     by `words`, the band of healthy people by `norm`, or by whose it is, that of a curve by
     `spread`. `linked` panels show the moment of the replay.
     """
-    with new_figure(height * len(panels) + 0.45, placed=True) as figure:
-        every = _subplots(figure, panels)
+    with new_sketch(height * len(panels) + 0.45) as figure:
+        every = figure.subplots(len(panels), len(panels[0]), sharex=True)
+        units = any(_begins(row, i) for row in panels for i in range(1, len(row)))
+        figure.placed = (0.56, 0.55 if units else 0.42)  # below a legend of two lines
         for number, (row, axes_of_row) in enumerate(zip(panels, every, strict=True)):
             for column, (panel, axes) in enumerate(zip(row, axes_of_row, strict=True)):
                 if linked and panel.curves:
@@ -205,10 +203,7 @@ def grid(
             axes.set_xlabel("% of gait cycle")
         shown = [panel for row in panels for panel in row]
         handles = _handles(shown, words, norm, spread)
-        figure.legend(
-            handles=handles, loc="upper center", ncols=-(-len(handles) // 2), fontsize=8.0,
-            borderaxespad=0.0,
-        )  # fmt: skip
+        figure.legend(handles, ncols=-(-len(handles) // 2), fontsize=8.0)
         return svg(figure, figure_name)
 
 
@@ -216,13 +211,6 @@ def _begins(row: Sequence[Panel], column: int) -> bool:
     """Whether a panel is the first of its kind in its row, which says the unit."""
     kind = row[column].kind
     return bool(kind) and (column == 0 or kind != row[column - 1].kind)
-
-
-def _subplots(figure: Figure, panels: Sequence[Sequence[Panel]]) -> NDArray[np.object_]:
-    """The axes of `panels`, below a legend of two lines."""
-    rows, columns = len(panels), len(panels[0])
-    units = any(_begins(row, column) for row in panels for column in range(1, columns))
-    return placed_axes(figure, rows, columns, top=0.56, across=0.55 if units else 0.42)
 
 
 def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str:
@@ -246,30 +234,28 @@ def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str
 
 def _handles(
     panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str = SPREAD
-) -> list[Line2D | Patch]:
+) -> list[Key]:
     """What the legend has: only what some panel shows."""
     drawn = {(each.which, each.side) for panel in panels for each in panel.curves}
-    handles: list[Line2D | Patch] = []
+    handles: list[Key] = []
     for which, label in zip(("record", "walk"), words, strict=True):
         for side in (*COLOURS, None):
             if (which, side) in drawn:
                 look = _look("walk" if which == "walk" else "record", side)
-                handles.append(Line2D([], [], **look, label=f"{label}, {side}" if side else label))
+                handles.append(Key(f"{label}, {side}" if side else label, look))
     known = [each.sd for panel in panels for each in panel.curves if each.sd is not None]
     if any(np.isfinite(each).any() for each in known):  # a single cycle has none
-        handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label=spread))
+        handles.append(Key(spread, {"facecolor": COLOURS["right"], "alpha": 0.3}))
     if any(each.strides is not None for panel in panels for each in panel.curves):
-        handles.append(Line2D([], [], color="#9a9a9a", linewidth=0.5, label="single strides"))
+        handles.append(Key("single strides", {"color": "#9a9a9a", "linewidth": 0.5}))
     if bands := [panel.norm for panel in panels if panel.norm is not None]:
-        handles.append(Patch(facecolor=BAND_COLOUR, label=norm or _healthy(bands)))
+        handles.append(Key(norm or _healthy(bands), {"facecolor": BAND_COLOUR}))
     if any(found for panel in panels for found in panel.regions.values()):
-        bar = Line2D([], [], color="#606060", linewidth=2.0)
-        bar.set_label(f"{words[1]} differs from {words[0]}")
-        handles.append(bar)
+        bar = {"color": "#606060", "linewidth": 2.0}
+        handles.append(Key(f"{words[1]} differs from {words[0]}", bar))
     if any(panel.toe_off for panel in panels):
-        dotted = Line2D([], [], color="#707070", linewidth=0.7, linestyle=(0, (1, 1.5)))
-        dotted.set_label("toe-off")
-        handles.append(dotted)
+        dotted = {"color": "#707070", "linewidth": 0.7, "linestyle": (0, (1, 1.5))}
+        handles.append(Key("toe-off", dotted))
     return handles
 
 
@@ -300,9 +286,9 @@ def _draw(axes: Axes, panel: Panel) -> None:
         axes.axis("off")
     if not panel.name:
         return
-    axes.set_title(title(panel.name), loc="left", pad=3, parse_math=False)
+    axes.set_title(title(panel.name), loc="left", pad=3)
     if not panel.curves:
-        axes.text(0.0, 0.9, "not measured", transform=axes.transAxes, va="top", color="#5c5c5c")
+        axes.text(0.0, 0.9, "not measured", transform=PARTS, va="top", color="#5c5c5c")
         return
     axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
     if panel.norm is not None:
@@ -316,14 +302,14 @@ def _draw(axes: Axes, panel: Panel) -> None:
     for place, (side, regions) in zip((0.02, 0.06), panel.regions.items(), strict=False):
         for first, last in regions:
             axes.plot(
-                (first, last or 0.5), (place, place), transform=axes.get_xaxis_transform(),
+                (first, last or 0.5), (place, place), transform=X_DATA,
                 color=COLOURS[side], linewidth=2.0, solid_capstyle="butt",
             )  # fmt: skip
     _bursts(axes, panel)
     axes.margins(y=0.22 if panel.bursts else 0.14)
     if panel.error:
         axes.text(
-            1.0, 1.0, panel.error, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5,
+            1.0, 1.0, panel.error, transform=PARTS, ha="right", va="bottom", fontsize=7.5,
             color="#404040",
         )  # fmt: skip
 
@@ -349,6 +335,6 @@ def _bursts(axes: Axes, panel: Panel) -> None:
         near = slice(max(0, int(at) - 4), int(at) + 5)
         top = sign * max((sign * curve.mean[near]).max() for curve in panel.curves)
         axes.annotate(
-            burst, (at, top), xytext=(0, 4 * sign), textcoords="offset points", ha="center",
+            burst, (at, top), xytext=(0, 4 * sign), ha="center",
             va="bottom" if sign > 0 else "top", fontsize=7.5, color="#404040",
         )  # fmt: skip

@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.musculature.gait import CONTACTS, GROUPS, USUAL_ON, MuscleGait
-from gaitval.reporting.drawing import new_figure, placed_axes, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import COLOURS, PERCENT, STYLES, WALK_WIDTH
+from gaitval.reporting.painting import svg
+from gaitval.reporting.sketch import PARTS, X_DATA, Axes, Key, new_sketch
 
 ELECTROMYOGRAM: Final = "usual electromyogram (Perry and Burnfield 2010)"
 
@@ -52,12 +50,13 @@ class DrawnMuscles:
         """The figure of contact forces as SVG."""
         return _grid(self.contact, CONTACTS, "contacts", 3)
 
+    def table(self, name: str) -> str:
+        """The curves of the figure "activations" or "contacts" as CSV."""
+        return _table(self.activation if name == "activations" else self.contact)
+
     def tables(self) -> dict[str, str]:
         """The curves of both figures as CSV, by the figure's name."""
-        return {
-            "activations": _table(self.activation),
-            "contacts": _table(self.contact),
-        }
+        return {name: self.table(name) for name in ("activations", "contacts")}
 
 
 def _table(curves: Mapping[str, tuple[Array, Array | None]]) -> str:
@@ -76,8 +75,9 @@ def _grid(
     columns: int,
 ) -> str:
     rows = -(-len(titles) // columns)
-    with new_figure(1.45 * rows + 0.35, placed=True) as figure:
-        every = placed_axes(figure, rows, columns, top=0.42, across=0.42)
+    with new_sketch(1.45 * rows + 0.35) as figure:
+        every = figure.subplots(rows, columns, sharex=True)
+        figure.placed = (0.42, 0.42)
         for number, (key, title) in enumerate(titles.items()):
             axes = every[number // columns][number % columns]
             _draw(axes, key, curves)
@@ -86,10 +86,7 @@ def _grid(
                 axes.set_ylabel("activation" if name == "activations" else "force, BW")
         for axes in every[-1]:
             axes.set_xlabel("% of gait cycle")
-        figure.legend(
-            handles=_handles(curves, usual=name == "activations"), loc="upper center", ncols=4,
-            borderaxespad=0.0,
-        )  # fmt: skip
+        figure.legend(_handles(curves, usual=name == "activations"), ncols=4)
         return svg(figure, name)
 
 
@@ -108,27 +105,25 @@ def _draw(axes: Axes, key: str, curves: Mapping[str, tuple[Array, Array | None]]
         )  # fmt: skip
         highest = max(highest, float(mean.max()), float(band[1].max()) if band is not None else 0.0)
     if not highest:
-        axes.text(0.0, 0.9, "not known", transform=axes.transAxes, va="top", color="#5c5c5c")
+        axes.text(0.0, 0.9, "not known", transform=PARTS, va="top", color="#5c5c5c")
     axes.set_ylim(0.0, 1.08 * highest or 1.0)
     for first, last in USUAL_ON.get(key, ()):
         axes.plot(
-            (first, last), (0.03, 0.03), transform=axes.get_xaxis_transform(), color="#606060",
+            (first, last), (0.03, 0.03), transform=X_DATA, color="#606060",
             linewidth=2.0, solid_capstyle="butt", zorder=1,
         )  # fmt: skip
 
 
-def _handles(
-    curves: Mapping[str, tuple[Array, Array | None]], *, usual: bool
-) -> Sequence[Line2D | Patch]:
+def _handles(curves: Mapping[str, tuple[Array, Array | None]], *, usual: bool) -> Sequence[Key]:
     shown: list[Side] = [
         side for side in SIDES if any(name.endswith(f"_{side[0]}") for name in curves)
     ]
-    handles: list[Line2D | Patch] = [
-        Line2D([], [], color=COLOURS[s], linestyle=STYLES[s], linewidth=WALK_WIDTH, label=s)
+    handles = [
+        Key(s, {"color": COLOURS[s], "linestyle": STYLES[s], "linewidth": WALK_WIDTH})
         for s in shown
     ]
     if any(band is not None for _, band in curves.values()):
-        handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label="90 % of the draws"))
+        handles.append(Key("90 % of the draws", {"facecolor": COLOURS["right"], "alpha": 0.3}))
     if usual:
-        handles.append(Line2D([], [], color="#606060", linewidth=2.0, label=ELECTROMYOGRAM))
+        handles.append(Key(ELECTROMYOGRAM, {"color": "#606060", "linewidth": 2.0}))
     return handles

@@ -3,46 +3,31 @@
 import base64
 import colorsys
 import hashlib
-import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any, Final
 
 import jinja2
-import matplotlib
-import weasyprint
 from markupsafe import Markup, escape
-from weasyprint.text.fonts import FontConfiguration
-from weasyprint.urls import URLFetcher, URLFetcherResponse
 
-from gaitval.artefacts import replacing, scratch, write_text
+from gaitval.artefacts import write_text
 from gaitval.configuration import ReportSettings
 from gaitval.conventions import beside, convention_of
 from gaitval.memory import without_search
+from gaitval.missing_extras import need
 from gaitval.number_text import number, rough
-from gaitval.policy.processes import kept_workers
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.compiled_templates import CompiledTemplates
 from gaitval.reporting.contents import with_contents
-from gaitval.reporting.drawing import Draw, drawn
 from gaitval.reporting.figure_data import write_tables
 from gaitval.reporting.light_figures import light
+from gaitval.reporting.printer import printed
+from gaitval.reporting.spoken import Draw, drawn
+from gaitval.reporting.style import SKETCHED
 from gaitval.reporting.words import SOURCE
-
-_FONTS: Final = {
-    ("Report", "normal", "normal"): "STIXGeneral.ttf",
-    ("Report", "bold", "normal"): "STIXGeneralBol.ttf",
-    ("Report", "normal", "italic"): "STIXGeneralItalic.ttf",
-    ("Report", "bold", "italic"): "STIXGeneralBolIta.ttf",
-    ("Report Mono", "normal", "normal"): "DejaVuSansMono.ttf",
-}
-_PAPERS: Final = {"a4": "A4", "letter": "letter"}
-PDF_VARIANT: Final = "pdf/a-2a"
-"""For archives, with tags (ISO 19005-2, level A): what a screen reader needs is in it."""
 
 
 def _labelled(svg: str, text: str, medium: str) -> Markup:
@@ -50,9 +35,10 @@ def _labelled(svg: str, text: str, medium: str) -> Markup:
     sheet, so that dark mode has its own.
     """
     if medium == "print":  # as an image: the page's style sheet need not look at its parts
+        # what lays out the paper knows how to read a sketch
+        picture = svg if SKETCHED in svg else light(_with_letters(svg))
         return Markup(
-            f'<img src="data:image/svg+xml;base64,{_base64(light(_with_letters(svg)))}" '
-            f'alt="{escape(text)}">'
+            f'<img src="data:image/svg+xml;base64,{_base64(picture)}" alt="{escape(text)}">'
         )
     themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", _in_both_modes, svg)
     return Markup(themed.replace("<svg", f'<svg role="img" aria-label="{escape(text)}"', 1))
@@ -179,6 +165,7 @@ def write_page(
     *,
     scripts: Sequence[str] = (),
     beside: Mapping[str, str] | None = None,
+    later: Callable[[], Mapping[str, Any]] = dict,
 ) -> None:
     """Write `name`.html and `name`.pdf into `folder`, from the values of `context`.
 
@@ -201,25 +188,27 @@ def write_page(
         the template as `scripts`. No other script runs (`security_policy`).
     beside : templates of further pages of the same values, by the name of their HTML: what is for
         a screen alone, because few people read it.
+    later : makes what stands in the place of values of `context` on a screen, while the paper is
+        laid out.
     """
+    need("weasyprint")  # before any work
     chosen = settings or ReportSettings()
     page, values = _prepared(template, context, chosen, scripts)
     draws: Mapping[str, Draw] = context.get("drawings", {})
-    pdf = replacing(folder / f"{name}.pdf")
-    with scratch(folder) as own, pdf as temporary, _fixed_clock(), without_search():
-        finish = _drawings(draws, chosen.language)
-        lay_out = _printer(chosen.paper, own)  # while workers draw
-        values["drawings"] = finish()
-        write_tables(folder, values["data"])
-        # no name for the page: it is not held while the other is laid out, which takes most
-        write_text(folder / f"{name}.html", with_contents(page.render(values, medium="screen")))
-        for other, further in (beside or {}).items():
-            second, own_values = _prepared(further, context, chosen, ())
-            own_values["drawings"] = values["drawings"]
-            text = with_contents(second.render(own_values, medium="screen"))
-            write_text(folder / f"{other}.html", text)
-        document = lay_out(with_contents(page.render(values, medium="print")))
-        document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
+    with without_search():
+        values["drawings"] = _drawings(draws, chosen.language)
+        paper = with_contents(page.render(values, medium="print"))
+        # a screen's pages while another process lays out the paper's, if there is one
+        with printed(folder / f"{name}.pdf", paper, chosen.paper):
+            write_tables(folder, values["data"])
+            own = later()
+            values |= own
+            write_text(folder / f"{name}.html", with_contents(page.render(values, medium="screen")))
+            for other, further in (beside or {}).items():
+                second, own_values = _prepared(further, {**context, **own}, chosen, ())
+                own_values["drawings"] = values["drawings"]
+                text = with_contents(second.render(own_values, medium="screen"))
+                write_text(folder / f"{other}.html", text)
 
 
 def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> Path:
@@ -227,7 +216,7 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
     are those of `write_page`.
     """
     page, values = _prepared(template, context, ReportSettings(), ())
-    values["drawings"] = _drawings(context.get("drawings", {}), SOURCE)()
+    values["drawings"] = _drawings(context.get("drawings", {}), SOURCE)
     path = folder / f"{name}.html"
     write_text(path, with_contents(page.render(values, medium="screen")))
     return path
@@ -256,32 +245,9 @@ def template_of(name: str, language: str) -> jinja2.Template:
     return _environment(language).get_template(name)
 
 
-def _drawings(draws: Mapping[str, Draw], language: str) -> Callable[[], dict[str, Markup]]:
-    """Start drawing figures with their words in a language, in workers if some are kept; the
-    returned function waits for them. They contain no text from outside, so their markup is safe.
-    """
-    workers = kept_workers()
-    each = map if workers is None else workers.map
-    pictures = each(drawn, draws.values(), [language] * len(draws))
-    return lambda: {name: Markup(picture) for name, picture in zip(draws, pictures, strict=True)}
-
-
-def _printer(paper: str, own: Path) -> Callable[[str], weasyprint.Document]:
-    """What lays a page out on sheets of a size; fonts are prepared in the folder `own`."""
-    # only what the page itself contains: no file and no network, whatever the inputs say
-    fetcher = _OwnFiles(allowed_protocols=("data",))
-    fonts = FontConfiguration()
-    fonts._folder = own  # else in the system's temporary files, where a kill leaves it
-    sheets = [
-        weasyprint.CSS(string=text, url_fetcher=fetcher, font_config=fonts)
-        for text in (_font_faces(), f"@page {{ size: {_PAPERS[paper]} }}")
-    ]
-
-    def lay_out(page: str) -> weasyprint.Document:
-        whole = weasyprint.HTML(string=page, url_fetcher=fetcher)
-        return whole.render(stylesheets=sheets, font_config=fonts, pdf_variant=PDF_VARIANT)
-
-    return lay_out
+def _drawings(draws: Mapping[str, Draw], language: str) -> dict[str, Markup]:
+    """Figures with their words in a language, as markup: texts from outside in them are escaped."""
+    return {name: Markup(drawn(draw, language)) for name, draw in draws.items()}
 
 
 def security_policy(scripts: Sequence[str]) -> str:
@@ -296,53 +262,10 @@ def security_policy(scripts: Sequence[str]) -> str:
     )
 
 
-@contextmanager
-def _fixed_clock() -> Iterator[None]:
-    """A PDF's embedded fonts contain the time at which they were subset; if SOURCE_DATE_EPOCH (s
-    since 1970) is set, fontTools uses it instead of the clock. A report must depend only on its
-    results, so a fixed date is set.
-    """
-    name = "SOURCE_DATE_EPOCH"
-    if name in os.environ:
-        yield
-        return
-    os.environ[name] = "0"
-    try:
-        yield
-    finally:
-        del os.environ[name]
-
-
 def _resource(name: str) -> str:
     """The text of a file of this package, or of "package:file"."""
     package, _, file = name.rpartition(":")
     return resources.files(package or "gaitval.reporting").joinpath(file).read_text("utf-8")
-
-
-_FONT_SCHEME: Final = "gaitval-font:"
-
-
-class _OwnFiles(URLFetcher):  # type: ignore[misc]
-    """Fetches what a page contains, and the fonts of `_FONTS` by their names; nothing else."""
-
-    def fetch(self, url: str, headers: Mapping[str, str] | None = None) -> URLFetcherResponse:
-        """What a `url` stands for."""
-        name = url.removeprefix(_FONT_SCHEME)
-        if name in _FONTS.values():
-            font = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name
-            return URLFetcherResponse(url, font.read_bytes(), {"Content-Type": "font/ttf"})
-        return super().fetch(url, headers)
-
-
-def _font_faces() -> str:
-    """CSS that embeds the fonts of the figures and of code, which ship with matplotlib. By name: as
-    text their two megabytes would be read letter by letter.
-    """
-    return "\n".join(
-        f'@font-face {{ font-family: "{family}"; font-weight: {weight}; font-style: {style}; '
-        f'src: url("{_FONT_SCHEME}{name}"); }}'
-        for (family, weight, style), name in _FONTS.items()
-    )
 
 
 def counted(name: str) -> dict[str, Any]:

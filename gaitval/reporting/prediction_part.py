@@ -14,10 +14,10 @@ from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.typed import array
 from gaitval.reporting import grids
-from gaitval.reporting.drawing import Draw
-from gaitval.reporting.figure_data import Column, table
+from gaitval.reporting.figure_data import Column, Tables, table
 from gaitval.reporting.figures import PERCENT
 from gaitval.reporting.grids import DrawnCurve, Panel
+from gaitval.reporting.spoken import Draw
 
 PANELS: Final = (
     *grids.SAGITTAL,
@@ -28,13 +28,13 @@ PANELS: Final = (
 PredictedRow = dict[str, object]
 
 
-def shown(metrics: Metrics) -> tuple[dict[str, object] | None, dict[str, Draw], dict[str, str]]:
+def shown(metrics: Metrics) -> tuple[dict[str, object] | None, dict[str, Draw], Tables]:
     """What the report shows of the predicted curves in `metrics`, its figure and the figure's
     numbers, by name; None and none of a walk that is no prediction.
     """
     found = metrics.predicted
     if found is None:
-        return None, {}, {}
+        return None, {}, Tables({})
     judged = metrics.is_recorded_at_all
     rows = [[_panel(metrics, found, name) for name in row] for row in PANELS]
     draw = partial(
@@ -51,7 +51,7 @@ def shown(metrics: Metrics) -> tuple[dict[str, object] | None, dict[str, Draw], 
         "judged": judged,
         "rows": [_row(metrics, found, group) for group in group_curves(metrics)],
     }
-    return context, {"prediction": draw}, {"prediction": _numbers(found)}
+    return context, {"prediction": draw}, Tables({"prediction": partial(_numbers, found)})
 
 
 def _band_label(found: PredictedCurves) -> str:

@@ -27,12 +27,12 @@ from gaitval.musculature.gait import MuscleGait
 from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION, Found
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
-from gaitval.reporting.drawing import Draw
 from gaitval.reporting.figure_data import table
 from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.reporting.muscle_figures import DrawnMuscles
 from gaitval.reporting.page import counted, write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
+from gaitval.reporting.spoken import Draw
 from gaitval.reporting.tables import tables_of
 from gaitval.scaling.segments import ScaledSegment
 

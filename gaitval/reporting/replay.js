@@ -376,7 +376,7 @@
   }
 
   function linkCurve(group, kind, side) {
-    const frame = group.querySelector('g[id*="-patch_"] > path');
+    const frame = group.querySelector('.frame, g[id*="-patch_"] > path');
     if (!frame) return;
     const { x, y, width, height } = frame.getBBox();
     const attributes = { y1: y, y2: y + height, class: `replay-cursor ${SIDES[side]}`, "vector-effect": "non-scaling-stroke" };

@@ -323,9 +323,9 @@ SCRIPTS: Final = ("vendor/three.min.js", "replay_body.js", "replay.js")
 
 
 def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
-    """The replay and the strip of poses of a run `folder` with its `metrics`, for the template;
-    None without a model or a reference motion. Without a whole simulated stride there is no replay,
-    and the strip shows the record alone.
+    """What makes the replay ("scene"), and the strip of poses, of a run `folder` with its
+    `metrics`, for the template; None without a model or a reference motion. Without a whole
+    simulated stride there is no replay, and the strip shows the record alone.
     """
     if not (folder / "model.urdf").exists() or not (folder / "reference.npz").exists():
         return None
@@ -337,13 +337,17 @@ def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
     if (found := folder / "identification.json").exists() and metrics.final == "identified":
         model = identified_model(model, found)
     recorded = recorded_motion(metrics, reference)
-    walks = [
-        shown_walk(model, Rollout.load(each), metrics.method, recorded)
-        for each in (path, *sorted(path.parent.glob("pushed_*.npz")))
-        if each.exists()
-    ]
-    walk, *pushed = walks or [None]
-    shown = [each for each in pushed if each is not None]
+    rollout = Rollout.load(path) if path.exists() else None
+    walk = None if rollout is None else shown_walk(model, rollout, metrics.method, recorded)
+
+    def whole() -> dict[str, object]:
+        assert walk is not None
+        pushed = (
+            shown_walk(model, Rollout.load(each), metrics.method, recorded)
+            for each in sorted(path.parent.glob("pushed_*.npz"))
+        )
+        return scene(walk, folder, [each for each in pushed if each is not None])
+
     poses = list(STRIP)
     legs = stick_figure(model, (recorded if walk is None else walk.recorded)[poses])
     # the record knows nothing of trunk, arms and toes
@@ -354,5 +358,6 @@ def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
         sticks["simulation"] = stick_figure(walk.body, walk.positions[0, poses])
     return {
         "strip": pose_strip(sticks, np.array(STRIP)),
-        "scene": None if walk is None else scene(walk, folder, shown),
+        # on paper there is none: it is made for the screen, while the paper is laid out
+        "scene": None if walk is None else whole,
     }

@@ -56,12 +56,12 @@ from gaitval.reporting import (
     run_grids,
     tables,
 )
-from gaitval.reporting.drawing import Draw
 from gaitval.reporting.facts import measured_force
 from gaitval.reporting.findings import findings
 from gaitval.reporting.page import counted, write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 from gaitval.reporting.sheet import sheet
+from gaitval.reporting.spoken import Draw
 
 TEMPLATE = "report.html.j2"
 DETAILS: Final = {"report-details": "details.html.j2"}
@@ -478,4 +478,14 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     context = _context(folder, looks.convention) | counted(looks.convention)
     write_text(folder / credibility.CLAIMS, credibility.claims_text())
     checklist.write_checklist(folder, context["checks"])
-    write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS, beside=DETAILS)
+    write_page(
+        folder, "report", TEMPLATE, context, looks,
+        scripts=SCRIPTS, beside=DETAILS, later=partial(_on_screen, context["picture"]),
+    )  # fmt: skip
+
+
+def _on_screen(picture: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What only the pages for a screen have: the replay of the `picture`, if there is one."""
+    if picture is None or picture["scene"] is None:
+        return {}
+    return {"picture": {**picture, "scene": picture["scene"]()}}

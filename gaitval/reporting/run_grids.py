@@ -1,6 +1,6 @@
 """The grids of a run: what was recorded, what walked, and what is normal at this speed and age."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -27,9 +27,10 @@ from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION
 from gaitval.quantities.joint_power import BURSTS, burst_places
 from gaitval.quantities.joint_power import JOINTS as POWER_JOINTS
 from gaitval.reporting import figure_data, grids
-from gaitval.reporting.drawing import Draw
+from gaitval.reporting.figure_data import Tables
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.muscle_figures import DrawnMuscles
+from gaitval.reporting.spoken import Draw
 from gaitval.simulation.rollout import Rollout
 
 STRIDES: Final = 8
@@ -76,7 +77,7 @@ def strides_of(folder: Path, metrics: Metrics) -> dict[str, Array]:
 
 def figures(
     metrics: Metrics, subject: Subject, strides: Mapping[str, Array], convention: str = OWN
-) -> tuple[dict[str, Draw], dict[str, str]]:
+) -> tuple[dict[str, Draw], Tables]:
     """What draws the figures of curves of a run of `subject` with the results `metrics`, by name,
     the small one of the sheet and the grids, and their tables; `strides` as `strides_of`. Angles
     are counted by a `convention` (`gaitval.conventions`).
@@ -115,13 +116,15 @@ def figures(
         for name, each in rows.items()
     }
     beside = figure_data.compared_name(metrics)
-    tables = {
-        name: grids.grid_table(each, beside) for name, each in rows.items() if name != "curves"
+    tables: dict[str, Callable[[], str]] = {
+        name: partial(grids.grid_table, each, beside)
+        for name, each in rows.items()
+        if name != "curves"
     }
     if (shown := walked_muscles(metrics)) is not None:
         draws |= {"activations": shown.activations, "contacts": shown.contacts}
-        tables |= shown.tables()
-    return draws, tables
+        tables |= {name: partial(shown.table, name) for name in ("activations", "contacts")}
+    return draws, Tables(tables)
 
 
 def notes(metrics: Metrics) -> list[str]:

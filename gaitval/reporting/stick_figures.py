@@ -4,14 +4,13 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.patches import Circle
 
 from gaitval.arrays import Array
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
-from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import COLOURS, RECORD_SHADE
+from gaitval.reporting.painting import svg
+from gaitval.reporting.sketch import Axes, new_sketch
 
 _LINES: Final = {
     "right": ("thigh_r", "shank_r", "foot_r", "heel_r", "toes_r", "toe_tip_r"),
@@ -61,8 +60,8 @@ def pose_strip(figures: Mapping[str, Mapping[str, Array]], percent: Array) -> st
     """Poses at `percent` (T,) of the right gait cycle side by side, from the right, as SVG text: of
     each `stick_figure` in `figures`, "record" (grey) and, if there is one, "simulation".
     """
-    with new_figure(1.1, width=3.3) as figure:
-        axes = figure.subplots()
+    with new_sketch(1.1, width=3.3) as figure:
+        ((axes,),) = figure.subplots()
         for place, at in enumerate(percent):
             for which, lines in figures.items():
                 for name, points in lines.items():
@@ -80,12 +79,12 @@ def _pose_line(axes: Axes, x: Array, z: Array, name: str, *, grey: bool) -> None
     colour, width = (RECORD_SHADE, 4.0) if grey else (own, 1.3)
     axes.plot(x, z, color=colour, linewidth=width, zorder=1 if grey else 2)
     if name == "trunk":
-        head = Circle(
-            (float(x[-1]), float(z[-1])),
-            _HEAD_RADIUS,
-            facecolor="white",
+        angle = np.linspace(0.0, 2.0 * np.pi, 33)
+        axes.fill(
+            x[-1] + _HEAD_RADIUS * np.cos(angle),
+            z[-1] + _HEAD_RADIUS * np.sin(angle),
+            facecolor="#ffffff",
             edgecolor=colour,
             linewidth=width,
             zorder=2,
         )
-        axes.add_patch(head)

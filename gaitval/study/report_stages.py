@@ -1,6 +1,7 @@
 """The stages that judge the walk and report it."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 from gaitval import file_gate
@@ -9,7 +10,6 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError
 from gaitval.metrics.walk_results import Endurance, Repeat, StoredPushes, StoredWalks
 from gaitval.model.urdf import read_urdf
-from gaitval.policy.processes import kept_workers
 from gaitval.study import body_stage
 from gaitval.study.inputs import (
     GAIN,
@@ -131,10 +131,12 @@ def report_stage(run: Run) -> Stage:
     """
 
     def report() -> None:
-        from gaitval.reporting.report import write_report
+        from gaitval.reporting.printer import printing_beside
 
-        kept_workers()
-        write_report(run.folder)
+        with printing_beside() if run.configuration.training.workers > 1 else nullcontext():
+            from gaitval.reporting.report import write_report  # loads beside the other process
+
+            write_report(run.folder)
 
     return Stage(
         "report",

@@ -53,8 +53,6 @@ IN_WORKERS = (
     "gaitval.metrics.push_recovery",
     "gaitval.metrics.repeats",
     "gaitval.metrics.rollouts",
-    "gaitval.reporting.curve_statistics",
-    "gaitval.reporting.figures",
 )
 """Modules whose functions the stages run in worker processes."""
 
@@ -179,7 +177,6 @@ def run_subject(
             further.append(estimate_stage.stage(run))
         for stage in further:  # the report links to them
             force |= do(stage)
-        renew_workers()
         do(report_stage(run))
 
 

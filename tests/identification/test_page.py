@@ -49,11 +49,11 @@ def test_each_parameter_has_its_mean_and_one_sd_beside_its_own_name() -> None:
     assert axes.get_xlim()[0] < axes.get_xlim()[1]
     (points,) = [each for each in axes.lines if each.get_marker() == "o"]
     found = {y: x for x, y in points.get_xydata()}
-    (whiskers,) = [each for each in axes.collections if len(each.get_segments()) == len(given)]
-    ends = {segment[0, 1]: sorted(segment[:, 0]) for segment in whiskers.get_segments()}
+    whiskers = [each.get_xydata() for each in axes.lines if each.get_marker() == "|"]
+    ends = {segment[0, 1]: sorted(segment[:, 0]) for segment in whiskers}
     for name, mean, sd in given:
         assert found[heights[name]] == mean
         assert ends[heights[name]] == pytest.approx([mean - sd, mean + sd])
-    boxes = [each for each in axes.patches if each.get_width() > 1.0]
-    assert {(each.get_x(), each.get_width()) for each in boxes} == {(-1.0, 2.0)}  # ± 1 SD before
+    boxes = [each.get_xy()[:, 0] for each in axes.patches]
+    assert {(each.min(), each.max()) for each in boxes} == {(-1.0, 1.0)}  # ± 1 SD before
     assert len(boxes) == len(given)

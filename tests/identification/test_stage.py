@@ -53,7 +53,7 @@ def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):
     assert [name for name, *_ in shown] == [name for name, *_ in bars(found, MODEL)]
     picture = draw()
     for name, *_ in bars(found, MODEL):
-        assert f"<!-- {name} -->" in picture
+        assert f">{name}<" in picture
 
 
 def test_a_study_that_walks_with_this_posterior_says_what_it_identified(written, monkeypatch):
@@ -77,7 +77,7 @@ def test_a_study_that_walks_with_this_posterior_says_what_it_identified(written,
     # and whose body the walker has, which is another's by another method
     said = f"{before['said']} {walker_words(found=True, two_legs=False)}"
     assert texts == {"said": said, "method": "shared"}
-    assert f"<!-- {bars(found, MODEL)[0][0]} -->" in draw()
+    assert f">{bars(found, MODEL)[0][0]}<" in draw()
     write_json(used, stored | {"identified": another, "nominal": nominal, "left_leg": 0.01})
     body_stage.write(run_in(folder, "shared"))
     said = f"{before['said']} {walker_words(found=True, two_legs=True)}"

@@ -20,8 +20,8 @@ from gaitval.cli.compare import _flip_line
 from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.results import Metrics, metrics_from, read_metrics
 from gaitval.number_text import number
-from gaitval.reporting.drawing import WIDTH
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
+from gaitval.reporting.style import WIDTH
 
 REPORTS = Path(__file__).parents[2] / "reports"
 HOSTILE = "<script>alert('x')</script>{{ 7 * 7 }}"

@@ -5,7 +5,8 @@ import re
 from html_page import Page, whole_pdf
 
 from gaitval.reporting.contents import FEWEST, with_contents
-from gaitval.reporting.page import _printer, _resource
+from gaitval.reporting.page import _resource
+from gaitval.reporting.printer import layouter
 
 PLACE = "<!-- contents: Contents -->"
 HEADINGS = ("Joint angles", "Späte Größe", '<em lang="en">Joint angles</em>', "%")
@@ -42,7 +43,7 @@ def test_the_pages_listed_are_those_of_the_headings(tmp_path) -> None:
     """WeasyPrint first lays the list out with a 0 for every page. Where "12" took a line more, the
     headings after it moved on, and all of a German report were listed a page early.
     """
-    lay_out = _printer("a4", tmp_path)
+    lay_out = layouter("a4", tmp_path)
     for length in (39, 40, 41, 42):  # one of them filled the line but for a digit
         headings = "".join(
             f'<h2>{each}</h2><figure style="height: 126.2mm; break-inside: avoid">.</figure>'

@@ -88,7 +88,8 @@ def test_light_bands_are_dark_on_a_dark_page() -> None:
     known = set(re.findall(r"--c([0-9a-f]{6}): ", _resource("report.css")))
     root = Path(figures.__file__).parents[2]
     sources = [path.read_text("utf-8") for path in root.glob("[ge]*/**/*.py")]
-    drawn = "".join(each for each in sources if "reporting.drawing import" in each)
+    draws = re.compile("reporting.(drawing|sketch) import")
+    drawn = "".join(each for each in sources if draws.search(each))
     light = {
         each
         for each in re.findall(r'"#([0-9a-f]{6})"', drawn)

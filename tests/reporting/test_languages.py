@@ -18,11 +18,14 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.metrics.verdicts import unjudged_text
 from gaitval.prediction.known import QUANTITIES
+from gaitval.reporting import painting
 from gaitval.reporting.catalogue import translations, words
-from gaitval.reporting.drawing import drawn, new_figure, svg
+from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import _environment
 from gaitval.reporting.recording_report import GateRow, write_recording_report
 from gaitval.reporting.report import write_report
+from gaitval.reporting.sketch import new_sketch
+from gaitval.reporting.spoken import drawn
 
 TRANSLATED = [language for language in LANGUAGES if language != "en"]
 
@@ -120,6 +123,20 @@ def test_figures_have_words_and_decimal_marks_of_the_language() -> None:
             axes.set_xlabel("of somebody")
             return svg(figure, "a")
 
+    def sketch() -> str:
+        with new_sketch(1.0) as figure:
+            ((axes,),) = figure.subplots()
+            axes.plot([0.0, 1.0], [0.0, 0.5], color="#000000")
+            axes.set_title("Hip flexion moment, % BW")
+            axes.set_xlabel("of somebody")
+            return painting.svg(figure, "a")
+
+    for language, texts in (
+        ("en", ("Hip flexion moment, % BW", "0.4")),
+        ("de", ("Moment der Hüftflexion, % KG", "0,4", "of somebody")),
+    ):
+        text = drawn(sketch, language)
+        assert all(f">{each}<" in text for each in texts)
     english, german = drawn(draw), drawn(draw, "de")
     assert "<!-- Hip flexion moment, % BW -->" in english
     assert "<!-- Moment der Hüftflexion, % KG -->" in german

@@ -34,12 +34,12 @@ from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_results import PushTrace
 from gaitval.number_text import number, rough
 from gaitval.partial_files import PARTIAL
-from gaitval.policy.processes import keeping_workers
-from gaitval.reporting import figures, stick_figures, tables
+from gaitval.reporting import figures, printer, stick_figures, tables
 from gaitval.reporting.catalogue import words
 from gaitval.reporting.report import within_text, write_report
 from gaitval.scaling.scaling import scale_subject
 
+BESIDE = printer._Beside  # before tests are kept from starting it
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} & \"quoted\""
 
 
@@ -401,7 +401,7 @@ def test_the_pdf_has_pages(run_folder):
 
 
 @pytest.mark.slow  # that of an import is always made twice (test_recording_report.py)
-def test_an_equal_run_gives_equal_bytes_an_hour_later_and_drawn_by_workers(
+def test_an_equal_run_gives_equal_bytes_an_hour_later_and_printed_beside(
     run_folder, tmp_path, monkeypatch
 ):
     an_hour_later(monkeypatch)
@@ -410,8 +410,10 @@ def test_an_equal_run_gives_equal_bytes_an_hour_later_and_drawn_by_workers(
     provenance = read_json(tmp_path / "provenance.json")
     provenance["stages"]["report"] = {"seconds": 12.3}
     write_json(tmp_path / "provenance.json", provenance)
-    with keeping_workers(2), whole_pdf():
+    monkeypatch.setattr(printer, "_Beside", BESIDE)
+    with printer.printing_beside(), whole_pdf():
         write_report(tmp_path)
+    assert not printer._beside
     for name in ("report.html", "report-details.html", "report.pdf"):
         assert (tmp_path / name).read_bytes() == (run_folder / name).read_bytes()
 
@@ -651,7 +653,7 @@ def test_the_poses_stand_side_by_side_with_the_record_behind_them():
     }
     drawn = stick_figures.pose_strip(sticks, np.array([0, 20]))
     root = ElementTree.fromstring(drawn)
-    lines = [each for each in root.iter() if (each.get("id") or "").startswith("poses-line2d")]
+    lines = [each for each in root.iter() if "stroke-linejoin: round" in (each.get("style") or "")]
     assert len(lines) == 2 * 2 * 5 + 1  # poses, figures, lines of each; the ground
 
 

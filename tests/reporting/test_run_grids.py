@@ -110,13 +110,13 @@ def test_where_nothing_was_recorded_the_curve_beside_is_the_prediction(run, monk
     def texts(name):
         return figures(metrics, subject, strides)[0][name]() + centre_of_mass(metrics)
 
-    assert texts("kinematics").count("<!-- record -->") == 1  # of the centre of mass
-    assert "<!-- record, right -->" in texts("kinematics")
+    assert texts("kinematics").count(">record<") == 1  # of the centre of mass
+    assert ">record, right<" in texts("kinematics")
     monkeypatch.setattr(type(metrics), "is_recorded_at_all", False)
     drawn = texts("kinematics")
-    assert "<!-- record" not in drawn
-    assert "<!-- prediction -->" in drawn
-    assert "<!-- prediction, right -->" in drawn
+    assert ">record" not in drawn
+    assert ">prediction<" in drawn
+    assert ">prediction, right<" in drawn
 
 
 def test_of_what_is_not_compared_the_strides_that_are_drawn_give_mean_and_deviation():

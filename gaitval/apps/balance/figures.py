@@ -4,16 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from gaitval.apps.balance.compared import Pushes
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.metrics.foot_placement import TIME_FOR_A_STEP, Placement
 from gaitval.reporting.balance_figure import GUESS_COLOUR, MARKS, handles, law
-from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figure_data import table
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, WALK_WIDTH
+from gaitval.reporting.painting import svg
+from gaitval.reporting.sketch import X_DATA, Axes, new_sketch
 
 
 @dataclass(frozen=True)
@@ -57,12 +57,13 @@ class DrawnSteps:
 
     def placement(self) -> str:
         """The figure as SVG."""
-        with new_figure(5.2) as figure:
+        with new_sketch(5.2) as figure:
             axes = figure.subplots(2, 2)
-            _law(axes[0, 0], self.aside, 1, "Sideways: foot and extrapolated centre of mass")
-            _law(axes[0, 1], self.along, 0, "Forward: foot and extrapolated centre of mass")
-            _shares(axes[1, 0], self.hurried)
-            self._recovery(axes[1, 1])
+            _law(axes[0][0], self.aside, 1, "Sideways: foot and extrapolated centre of mass")
+            _law(axes[0][1], self.along, 0, "Forward: foot and extrapolated centre of mass")
+            _shares(axes[1][0], self.hurried)
+            self._recovery(axes[1][1])
+            figure.legend(handles(), ncols=6)
             return svg(figure, "placement")
 
     def _recovery(self, axes: Axes) -> None:
@@ -102,8 +103,6 @@ def _law(axes: Axes, steps: Sequence[Placement], axis: int, title: str) -> None:
     axes.set_title(title)
     axes.set_xlabel("extrapolated centre of mass, cm")
     axes.set_ylabel("next foot, cm")
-    if axis == 1:
-        axes.legend(handles=handles(), loc="upper left", fontsize=6.5)
 
 
 def _shares(axes: Axes, steps: Sequence[Placement]) -> None:
@@ -120,7 +119,7 @@ def _shares(axes: Axes, steps: Sequence[Placement]) -> None:
     axes.axvline(1e3 * TIME_FOR_A_STEP, color=RECORD_COLOUR, linewidth=WALK_WIDTH)
     axes.text(
         1e3 * TIME_FOR_A_STEP, 0.03, " people need this long", fontsize=6.5,
-        transform=axes.get_xaxis_transform(),
+        transform=X_DATA,
     )  # fmt: skip
     axes.axhline(1.0, color=RECORD_COLOUR, linewidth=0.5)
     axes.axhline(0.0, color=GUESS_COLOUR, linewidth=0.7, linestyle=":")
