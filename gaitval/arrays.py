@@ -35,16 +35,3 @@ def runs(on: Flags) -> tuple[Index, Index]:
     # because the difference of truth values has no sign.
     edges = np.diff(np.concatenate(([0], on.astype(np.int8), [0])))
     return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-
-
-def peaks(values: Array) -> Index:
-    """Samples of `values` (n,) that are higher than those beside them, the middle ones of flat tops
-    (rounded down), as `scipy.signal.find_peaks` has them, which takes half a second to load.
-    """
-    ends = np.append(np.flatnonzero(np.diff(values)), len(values) - 1)
-    begins = np.append(0, ends[:-1] + 1)
-    inner = slice(1, -1)
-    top = values[begins[inner]]
-    higher = (top > values[begins[inner] - 1]) & (top > values[ends[inner] + 1])
-    middle: Index = (begins[inner] + ends[inner]) // 2
-    return np.asarray(middle[higher])

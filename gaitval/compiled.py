@@ -24,7 +24,6 @@ SOURCES = (
     *(f"contact/{file.name}" for file in sorted((Path(__file__).parent / "contact").glob("*.py"))),
     "constants.py",
     "coordinates.py",
-    "gait/second_order.py",
     "inverse/change_splines.py",
     "inverse/inverse_dynamics.py",
     "inverse/marked_body.py",

@@ -2,7 +2,7 @@
 it.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -34,12 +34,35 @@ LARGEST_MOMENT = 5.0  # Nm/kg
 LARGEST_FORCE = 3.0  # body weights
 
 
-STATURE_AGES: Final = (2.0, 5.0, 7.0, 9.0, 12.0)
-SHORTEST_CHILD: Final = (0.783, 0.987, 1.092, 1.183, 1.32)
-TALLEST_CHILD: Final = (0.995, 1.247, 1.396, 1.533, 1.75)
-"""m, three SD from the mean stature of boys of these ages (years), read up to nine years from a
-table of growth (biohygene.com, "Standard Deviation of Height and Weight (Boy)") and continued at
-the same rate to twelve, after which people grow at unlike ages. Girls are within 2 cm."""
+_STATURES: Final = {
+    24.0: ((0.941523967, 86.45220101, 0.040321528), (1.07244896, 84.97555512, 0.040791394)),
+    60.5: ((1.266367398, 109.1751441, 0.042593311), (-0.057729947, 107.9566031, 0.044276588)),
+    84.5: ((0.753244292, 122.0305342, 0.044403374), (-0.210210748, 121.7616844, 0.045460702)),
+    108.5: ((0.415687443, 133.7344759, 0.046217028), (0.08414848, 133.1303527, 0.04688401)),
+    144.5: ((0.420919142, 149.3088178, 0.049947823), (1.303044695, 151.4865636, 0.048599314)),
+}
+"""L, M (cm), S of statures of boys and girls by age in months: CDC growth charts of 2000
+(Kuczmarski et al., Adv Data 314; table statage, in the public domain, read in a program that has
+it). A stature z SD from the median is M (1 + L S z)^(1/L)."""
+OLDEST_CHILD: Final = max(_STATURES) / 12.0
+"""Years of age until which a stature is held against them; later people grow at unlike ages."""
+
+
+def statures_at(age: float) -> tuple[float, float]:
+    """m, within which all but one child in a thousand of an `age` (years) are tall: three SD from
+    the median, of boys and girls together.
+    """
+
+    def at(z: float, which: Callable[[Iterable[float]], float]) -> float:
+        tall = [
+            which(m * (1.0 + power * share * z) ** (1.0 / power) for power, m, share in both)
+            for both in _STATURES.values()
+        ]
+        return 0.01 * float(np.interp(12.0 * age, list(_STATURES), tall))
+
+    return at(-3.0, min), at(3.0, max)
+
+
 ADULT: Final = 18.0
 """Years of age from which a person is held against adults, where there are any."""
 
@@ -85,11 +108,8 @@ def unusual_build(mass: float, height: float, age: float | None) -> Iterator[Qua
             f"{height:g} m tall, and {age_text}: the masses of the segments are those of an adult. "
             "Give the age in years, if this is a child",
         )  # fmt: skip
-    if age is not None and age <= STATURE_AGES[-1]:
-        low, high = (
-            float(np.interp(age, STATURE_AGES, limits))
-            for limits in (SHORTEST_CHILD, TALLEST_CHILD)
-        )
+    if age is not None and age <= OLDEST_CHILD:
+        low, high = statures_at(age)
         if not low <= height <= high:
             yield QualityFlag(
                 "build", "the person", height, high if height > high else low, "m",

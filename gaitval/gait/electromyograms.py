@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from scipy.signal import butter, sosfiltfilt
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
@@ -196,8 +197,6 @@ def _envelope(path: Path, name: str, values: Array, rate: float) -> Array | None
             "find how active the muscle is. Export it as it was recorded, or as an envelope."
         )
     if raw:
-        from scipy.signal import butter, sosfiltfilt  # half a second
-
         sections = butter(2, LOWEST_HZ, "highpass", fs=rate, output="sos")
         values = np.abs(sosfiltfilt(sections, values - values.mean()))
     if rate > 2.5 * ENVELOPE_HZ:

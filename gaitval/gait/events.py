@@ -18,6 +18,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import find_peaks
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
@@ -194,8 +195,6 @@ def _foot_events(
     excursion = float(np.ptp(ahead))
     if excursion < SHORTEST_EXCURSION:
         return []
-    from scipy.signal import find_peaks  # half a second, and a walk has no need of it
-
     apart = max(1, int(SHORTEST_STRIDE * rate))
     offs, _ = find_peaks(-ahead, prominence=LEAST_PROMINENCE * excursion, distance=apart)
     # A dip of the path while the foot is in the forward half of its excursion is no push-off.
@@ -314,8 +313,6 @@ def _other_methods(paths: Array, rate: float, apart: int) -> dict[EventKind, tup
     forefoot moves again.
     """
     heel, front, heel_at, front_at, ahead = paths
-
-    from scipy.signal import find_peaks
 
     def farthest(path: Array) -> Array:
         least = LEAST_PROMINENCE * np.ptp(path)

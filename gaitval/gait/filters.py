@@ -4,10 +4,10 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.signal import butter, sosfiltfilt
 
 from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError
-from gaitval.gait.second_order import both_ways, low_pass_section
 
 
 def low_pass(values: ArrayLike, *, rate: float, cutoff_hz: float, order: int = 4) -> Array:
@@ -48,7 +48,7 @@ def low_pass(values: ArrayLike, *, rate: float, cutoff_hz: float, order: int = 4
     # The bilinear transformation maps a digital frequency f to the analogue tan(π f / rate). The
     # correction holds for analogue filters, so it is made there, and arctan returns.
     warped = np.tan(np.pi * cutoff_hz / rate) / (np.sqrt(2.0) - 1.0) ** (1.0 / order)
-    sections = _sections(order // 2, np.arctan(warped) / np.pi * rate, rate)
+    sections = butter(order // 2, np.arctan(warped) / np.pi * rate, fs=rate, output="sos")
     filtered = values.reshape(len(values), -1).copy()
     seen = np.isfinite(filtered)
     if seen.all():
@@ -91,17 +91,8 @@ def low_pass_simulated(values: ArrayLike, *, step: float, frequency: float) -> A
     if len(values) < 2:
         return values
     single_pass = frequency / FACTOR
-    sections = _sections(2, single_pass, 1.0 / step)
+    sections = butter(2, single_pass, fs=1.0 / step, output="sos")
     return _both_ways(sections, values, round(1.0 / (frequency * step)))
-
-
-def _sections(order: int, frequency: float, rate: float) -> Array:
-    """Second-order sections (n, 6) of a Butterworth low-pass."""
-    if order == 2:
-        return low_pass_section(frequency, rate)[None]
-    from scipy.signal import butter  # half a second, which the usual order does not need
-
-    return np.asarray(butter(order, frequency, fs=rate, output="sos"))
 
 
 def _both_ways(sections: Array, values: Array, period: int) -> Array:
@@ -109,9 +100,4 @@ def _both_ways(sections: Array, values: Array, period: int) -> Array:
     cut-off, in which the filter settles.
     """
     padding = min(period, len(values) - 1)
-    if len(sections) == 1:
-        columns = np.ascontiguousarray(values, dtype=float).reshape(len(values), -1)
-        return both_ways(sections[0], columns, padding).reshape(values.shape)
-    from scipy.signal import sosfiltfilt
-
     return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))

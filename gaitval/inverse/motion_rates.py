@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
@@ -153,8 +154,6 @@ def differentiate(time: Array, positions: Array) -> Kinematics:
     angles, as in OpenSim's inverse dynamics (which uses natural quintic splines, different only in
     the first and last frames). Noise is not smoothed: filter the motion first.
     """
-    from scipy.interpolate import make_interp_spline
-
     time, positions = checked_motion(time, positions)
     coordinates = cardan_coordinates(positions)
     spline = make_interp_spline(time, coordinates, k=5)

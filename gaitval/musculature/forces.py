@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from gaitval.arrays import Array, Flags, Index
 from gaitval.constants import GRAVITY
@@ -345,8 +346,6 @@ def share_leg(
 
 def rate(time: Array, values: Array) -> Array:
     """Rate of `values` (T, …) by cubic splines over `time` (T,) s; zeros for less than 4 frames."""
-    from scipy.interpolate import make_interp_spline
-
     if len(time) < 4:
         return np.zeros_like(values)
     return np.asarray(make_interp_spline(time, values, k=3).derivative()(time))

@@ -15,6 +15,7 @@ from importlib import resources
 from typing import Final
 
 import numpy as np
+from scipy.interpolate import RegularGridInterpolator
 
 from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings, RecordSettings
@@ -99,8 +100,6 @@ def angle_change(name: str, slope_deg: float) -> PeriodicCurve:
 
 def stride_time_factor(speed: float, slope_deg: float) -> float:
     """Stride time on a slope over that on the level, at the same `speed` m/s."""
-    from scipy.interpolate import RegularGridInterpolator
-
     speeds = np.array([each for each, _ in STRIDE_FREQUENCY])
     rows, slopes = np.array([row for _, row in STRIDE_FREQUENCY]), np.array(FRANZ_SLOPES)
     table = RegularGridInterpolator((speeds, slopes), rows)

@@ -8,8 +8,9 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 import numpy as np
+from scipy.signal import find_peaks
 
-from gaitval.arrays import Array, peaks
+from gaitval.arrays import Array
 from gaitval.gait.cycle_curves import Curves
 from gaitval.quantities.quantity import (
     Compared,
@@ -110,9 +111,8 @@ def burst_places(powers: Mapping[str, Array]) -> dict[str, int | None]:
         # `BURSTS` is in order, so the burst that this one follows has been found already
         begin = max(burst.first, (places[burst.after] or 0) if burst.after else 0)
         part = burst.sign * np.asarray(powers[burst.joint], dtype=float)[begin : burst.last + 1]
-        tops = peaks(part)
-        tops = tops[part[tops] >= 0.0]
-        places[name] = begin + int(tops[np.argmax(part[tops])]) if len(tops) else None
+        peaks, _ = find_peaks(part, height=0.0)
+        places[name] = begin + int(peaks[np.argmax(part[peaks])]) if len(peaks) else None
     return places
 
 

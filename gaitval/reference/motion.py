@@ -27,7 +27,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq, least_squares
 from scipy.spatial.transform import Rotation
+from scipy.special import logsumexp
 
 from gaitval.arrays import Array
 from gaitval.artefacts import array_names, check_arrays, read_arrays, write_arrays
@@ -336,8 +338,6 @@ def _sole_middle(tree: Tree, frames: Array, foot: slice) -> Array:
 def _lowest(heights: Array) -> Array:
     """Smooth minimum (T,) over the spheres of a foot (T, 6), to about 3 mm."""
     # Smooth, so that the least squares see a gradient when the lowest sphere changes.
-    from scipy.special import logsumexp
-
     return np.asarray(-0.003 * logsumexp(-heights / 0.003, axis=1))
 
 
@@ -363,8 +363,6 @@ def _found_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     the ground (soles at one height in double support, the flat foot level) and the direction of
     the recorded force on the flat foot, seen from behind.
     """
-    from scipy.optimize import least_squares
-
     tree = tree_arrays(model)
     phase = np.arange(100) / 100
     # Rounded, so that a sample at the edge of stance is treated the same on both sides.
@@ -489,8 +487,6 @@ def _standing_height(tree: Tree, contact: ContactSettings, frames: Array) -> flo
     """Height to add so that the mean static contact force over the cycle is what of the body's
     weight the ground's normal carries.
     """
-    from scipy.optimize import brentq
-
     heights = _sole_heights(tree, frames)
     weight = tree.mass.sum() * -tree.gravity[2]
     law = contact_law(contact, NOMINAL_FRICTION)
