@@ -3,18 +3,27 @@
 Texts are letters, not outlines: on paper of the page's font, on a screen of one with its widths.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Final
 
 import numpy as np
 
-from gaitval.arrays import Array, Flags, runs
+from gaitval.arrays import Array
 from gaitval.reporting.font_widths import width
 from gaitval.reporting.sketch import PARTS, X_DATA, Axes, Call, Key, Sketch
 from gaitval.reporting.spoken import said
-from gaitval.reporting.style import FONT, LINE, POINTS, SKETCHED, TICK, TITLE
+from gaitval.reporting.strokes import (
+    box_path,
+    fill_style,
+    line_elements,
+    marker_element,
+    path_of,
+    stroke_style,
+    thinned,
+)
+from gaitval.reporting.style import FONT, POINTS, SKETCHED, TICK, TITLE
 from gaitval.reporting.ticks import Tick, round_ticks
 
 INK: Final = "#000000"
@@ -29,12 +38,9 @@ _LEFT, _RIGHT, _BOTTOM, _DOWN = 0.55, 0.1, 0.4, 0.28
 _ROW: Final = 1.4
 """Height of a row of a legend, of the size of its texts."""
 _MARGIN: Final = 0.05
-_NEAR: Final = 0.06
-"""Points (21 µm on paper) that a line with fewer points may be off."""
 _ORDER: Final = {
     "plot": 2.0, "axhline": 2.0, "axvline": 2.0, "text": 3.0, "annotate": 3.0,
 }  # fmt: skip
-_DASHES: Final = {"--": (3.7, 1.6), ":": (1.0, 1.65)}
 
 Speak = Callable[[str], str]
 """Puts a text of a figure into the language of its page."""
@@ -316,7 +322,7 @@ def _panel(frame: _Frame, clip: str, name: str, sketch: Sketch, speak: Speak) ->
     if frame.shown:
         parts.append((2.5, _axes(frame, sketch.axes_line)))
     parts.sort(key=lambda part: part[0])
-    box = _box(frame.left, frame.top, frame.wide, frame.high)
+    box = box_path(frame.left, frame.top, frame.wide, frame.high)
     if any(f"#{clip})" in part for _, part in parts):
         yield f'<clipPath id="{clip}"><path d="{box}"/></clipPath>'
     if frame.axes.gid:  # the replay finds the panel by its frame
@@ -394,7 +400,7 @@ def _painted(frame: _Frame, call: Call, speak: Speak) -> Iterator[str]:
     given, look = call.given, call.look
     if call.name == "plot":
         x, y = frame.placed(given[0], given[1], look.get("transform"))
-        yield from _line(np.column_stack([x, y]), look)
+        yield from line_elements(np.column_stack([x, y]), look)
     elif call.name in ("axhline", "axvline"):
         across = call.name == "axhline"
         at = frame.to_y(given[0]) if across else frame.to_x(given[0])
@@ -403,7 +409,7 @@ def _painted(frame: _Frame, call: Call, speak: Speak) -> Iterator[str]:
             if across
             else f"M{at:.2f} {frame.top:.2f}L{at:.2f} {frame.bottom:.2f}"
         )
-        yield f'<path d="{path}" style="{_stroke(look)}"/>'
+        yield f'<path d="{path}" style="{stroke_style(look)}"/>'
     elif call.name in ("fill_between", "fill_betweenx"):
         along, low, high = given
         pair = (
@@ -411,16 +417,17 @@ def _painted(frame: _Frame, call: Call, speak: Speak) -> Iterator[str]:
             if call.name == "fill_between"
             else [(low, along), (high, along)]
         )
-        first, second = (_thin(np.column_stack(frame.placed(*each))) for each in pair)
-        yield f'<path d="{_path([np.concatenate([first, second[::-1]])])}z" style="{_fill(look)}"/>'
+        first, second = (thinned(np.column_stack(frame.placed(*each))) for each in pair)
+        around = path_of([np.concatenate([first, second[::-1]])])
+        yield f'<path d="{around}z" style="{fill_style(look)}"/>'
     elif call.name == "fill":
         points = np.column_stack(frame.placed(given[0], given[1]))
-        yield f'<path d="{_path([_thin(points)])}z" style="{_fill(look)}"/>'
+        yield f'<path d="{path_of([thinned(points)])}z" style="{fill_style(look)}"/>'
     elif call.name == "bar":
         x, height, wide, bottom = given
         corners = np.array([[-0.5, 0], [0.5, 0], [0.5, 1], [-0.5, 1]]) * [wide, height]
         points = np.column_stack(frame.placed(x + corners[:, 0], bottom + corners[:, 1]))
-        yield f'<path d="{_path([points])}z" style="{_fill(look)}"/>'
+        yield f'<path d="{path_of([points])}z" style="{fill_style(look)}"/>'
     elif call.name == "text":
         x, y = frame.placed(given[0], given[1], look.get("transform"))
         yield _placed_text(x, y, speak(given[2]), look)
@@ -428,118 +435,6 @@ def _painted(frame: _Frame, call: Call, speak: Speak) -> Iterator[str]:
         x, y = frame.placed(*given[1])
         right, up = look["xytext"]
         yield _placed_text(x + right, y - up, speak(given[0]), look)
-
-
-def _line(points: Array, look: dict[str, Any]) -> Iterator[str]:
-    """A line through `points`, and its markers."""
-    known: Flags = np.all(np.isfinite(points), axis=1)
-    parts = [points[begin:end] for begin, end in zip(*runs(known), strict=True)]
-    if not parts:
-        return
-    if look.get("linestyle") != "none":
-        yield f'<path d="{_path([_thin(part) for part in parts])}" style="{_stroke(look)}"/>'
-    if marker := look.get("marker"):
-        yield _markers(points[known], marker, look)
-
-
-_SHAPES: Final = {
-    "x": ((-1, -1, 1, 1), (-1, 1, 1, -1)),
-    "|": ((0, -1, 0, 1),),
-    "^": ((0, -1, -1, 1, 1, 1),),
-    ">": ((1, 0, -1, -1, -1, 1),),
-    "<": ((-1, 0, 1, -1, 1, 1),),
-}
-"""Corners of a marker, of half of its size, downwards; one of three corners is closed."""
-
-
-def _markers(points: Array, marker: str, look: dict[str, Any]) -> str:
-    """All markers of a line as one path."""
-    half = 0.5 * float(look.get("markersize", 6.0))
-    path = []
-    for x, y in points.tolist():
-        if marker == "o":
-            path.append(_circle(x, y, half))
-            continue
-        for corners in _SHAPES[marker]:
-            pairs = zip(corners[::2], corners[1::2], strict=True)
-            path.append(
-                "M"
-                + "L".join(f"{x + half * i:.2f} {y + half * j:.2f}" for i, j in pairs)
-                + "z" * (len(corners) > 4)
-            )
-    colour = look["color"]
-    filled = "none" if marker in "x|" else look.get("markerfacecolor", colour)
-    edge = float(look.get("markeredgewidth", 1.0))
-    return (
-        f'<path d="{"".join(path)}" style="fill: {filled}; stroke: {colour}; '
-        f'stroke-width: {edge:g}; stroke-linejoin: {"round" if marker == "o" else "miter"}"/>'
-    )
-
-
-def _stroke(look: dict[str, Any] | Any) -> str:
-    """The style of a line."""
-    wide, dashes = float(look.get("linewidth", LINE)), look.get("linestyle", "-")
-    style = f"fill: none; stroke: {look['color']}; stroke-width: {wide:g}"
-    if dashes != "-":
-        pattern = dashes[1] if isinstance(dashes, tuple) else _DASHES[dashes]
-        style += "; stroke-dasharray: " + " ".join(f"{each * wide:g}" for each in pattern)
-    elif look.get("solid_capstyle") != "butt":
-        style += "; stroke-linecap: square"
-    if "alpha" in look:
-        style += f"; stroke-opacity: {look['alpha']:g}"
-    return style + "; stroke-linejoin: round"
-
-
-def _fill(look: dict[str, Any] | Any) -> str:
-    """The style of an area."""
-    style = f"fill: {look.get('facecolor', look.get('color'))}"
-    if "alpha" in look:
-        style += f"; fill-opacity: {look['alpha']:g}"
-    if edge := look.get("edgecolor"):
-        style += f"; stroke: {edge}; stroke-width: {look['linewidth']:g}"
-    return style
-
-
-def _path(parts: Iterable[Array]) -> str:
-    """Lines through points (n, 2), each part on its own."""
-    return "".join(
-        "M" + "L".join(f"{x:g} {y:g}" for x, y in np.round(part, 2).tolist()) for part in parts
-    )
-
-
-def _box(left: float, top: float, wide: float, high: float) -> str:
-    """A rectangle."""
-    right, bottom = left + wide, top + high
-    corners = ((left, top), (right, top), (right, bottom), (left, bottom))
-    return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in corners) + "z"
-
-
-def _circle(x: float, y: float, radius: float) -> str:
-    """A circle of four Bézier curves, which lie on it within a four-thousandth of its radius."""
-    bent = radius * 4.0 / 3.0 * (2.0**0.5 - 1.0)
-    quarter = ((radius, bent), (bent, radius), (0.0, radius))
-    path = [f"M{x + radius:.2f} {y:.2f}"]
-    for right, up in ((1, 0), (0, 1), (-1, 0), (0, -1)):
-        turned = ((i * right - j * up, i * up + j * right) for i, j in quarter)
-        path.append("C" + " ".join(f"{x + i:.2f} {y + j:.2f}" for i, j in turned))
-    return "".join(path) + "z"
-
-
-def _thin(points: Array) -> Array:
-    """Points (n, 2) without those that lie on the line between the ones beside them."""
-    for _ in range(3):
-        if len(points) < 5:
-            break
-        before, here, after = points[:-2:2], points[1:-1:2], points[2::2]
-        count = min(map(len, (before, here, after)))
-        chord, to = (after - before[: len(after)])[:count], (here - before[: len(here)])[:count]
-        length = np.maximum(np.hypot(*chord.T), 1e-9)
-        far = np.abs(chord[:, 0] * to[:, 1] - chord[:, 1] * to[:, 0]) / length
-        along = np.sum(chord * to, axis=1)
-        kept = np.ones(len(points), dtype=bool)
-        kept[1 : 2 * count : 2] = (far > _NEAR / 2) | (along < 0.0) | (along > length**2)
-        points = points[kept]
-    return points
 
 
 # ---- texts -------------------------------------------------------------------------------------
@@ -611,11 +506,11 @@ def _sample(x: float, y: float, font: float, key: Key) -> Iterator[str]:
     long = 2.0 * font
     if "facecolor" in key.look:
         half = 0.35 * font
-        box = _box(x, y - half, long, 2.0 * half)
-        yield f'<path d="{box}" style="{_fill(dict(key.look))}"/>'
+        box = box_path(x, y - half, long, 2.0 * half)
+        yield f'<path d="{box}" style="{fill_style(dict(key.look))}"/>'
         return
     look = dict(key.look)
     marker = look.pop("marker", None)
-    yield from _line(np.array([[x, y], [x + long, y]]), look)
+    yield from line_elements(np.array([[x, y], [x + long, y]]), look)
     if marker:
-        yield _markers(np.array([[x + 0.5 * long, y]]), marker, look)
+        yield marker_element(np.array([[x + 0.5 * long, y]]), marker, look)
