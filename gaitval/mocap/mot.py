@@ -81,19 +81,7 @@ def read_storage(path: Path) -> StorageTable:
         raise RecordError(
             f"{path}: column {twice[0]} appears {labels.count(twice[0])} times. Keep one."
         )
-    rows = numbered[1:]
-    for what, keys, seen in (
-        ("columns", ("ncolumns", "datacolumns"), len(labels)),
-        ("rows", ("nrows", "datarows"), len(rows)),
-    ):
-        promised = next((header[key] for key in keys if key in header), str(seen))
-        if promised != str(seen):
-            if what == "rows" and rows and len(rows[-1][1].split()) < len(labels):
-                raise cut_off(path, "the header's count of rows", promised, seen)
-            counted(path, f"the header's count of {what}", promised, seen, what)
-            # A row that the file's end cut in a number looks whole.
-            if what == "rows" and promised.isdigit() and 1 < seen < int(promised):
-                rows.pop()
+    rows = _as_many_as_said(path, header, labels, numbered[1:])
     if not rows:
         raise RecordError(f"{path}: no rows. Export the file again.")
     count = COMPONENTS[header.get("datatype", "double").lower()]
@@ -118,6 +106,25 @@ def read_storage(path: Path) -> StorageTable:
         in_degrees=_in_degrees(path, header, words),
         name=name or path.stem,
     )
+
+
+def _as_many_as_said(
+    path: Path, header: Mapping[str, str], labels: Sequence[str], rows: list[tuple[int, str]]
+) -> list[tuple[int, str]]:
+    """The `rows` of a file, held against what its `header` says of rows and columns."""
+    for what, keys, seen in (
+        ("columns", ("ncolumns", "datacolumns"), len(labels)),
+        ("rows", ("nrows", "datarows"), len(rows)),
+    ):
+        promised = next((header[key] for key in keys if key in header), str(seen))
+        if promised != str(seen):
+            if what == "rows" and rows and len(rows[-1][1].split()) < len(labels):
+                raise cut_off(path, "the header's count of rows", promised, seen)
+            counted(path, f"the header's count of {what}", promised, seen, what)
+            # A row that the file's end cut in a number looks whole.
+            if what == "rows" and promised.isdigit() and 1 < seen < int(promised):
+                rows.pop()
+    return rows
 
 
 KEYS: Final = "name|datacolumns|datarows|ncolumns|nrows|indegrees|version|range|datarate|datatype"

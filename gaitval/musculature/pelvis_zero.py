@@ -38,7 +38,7 @@ _FARTHEST: Final = 2.0
 """Of `SPREAD`."""
 
 
-class Walk(Protocol):
+class GaitMotion(Protocol):
     """What `gait.LoadedMotion` has that tells the tilt."""
 
     @property
@@ -74,7 +74,7 @@ def tilts(model: BodyModel, positions: Array) -> Array:
     return np.asarray(-np.arcsin(np.clip(forward @ model.ground.up, -1.0, 1.0)))
 
 
-def walking_tilt(motions: Iterable[Walk]) -> float | None:
+def walking_tilt(motions: Iterable[GaitMotion]) -> float | None:
     """Mean tilt (rad) over all whole cycles of `motions`; None without a cycle: part of a stride
     does not say.
     """
@@ -83,7 +83,7 @@ def walking_tilt(motions: Iterable[Walk]) -> float | None:
     return float(together.mean()) if len(together) else None
 
 
-def _within(motion: Walk, cycles: Sequence[tuple[float, float]]) -> Array:
+def _within(motion: GaitMotion, cycles: Sequence[tuple[float, float]]) -> Array:
     time = motion.dynamics.time
     inside = np.zeros(len(time), dtype=bool)
     for start, end in cycles:

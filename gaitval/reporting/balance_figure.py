@@ -13,7 +13,7 @@ from gaitval.metrics.foot_placement import RECOVERED
 from gaitval.metrics.walk_results import PlacedFoot
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR, WALK_WIDTH
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import Axes, Key, Sketch, new_sketch
+from gaitval.reporting.sketch import LegendKey, Sketch, SketchAxes, new_sketch
 
 CENTIMETRES: Final = 100.0
 MARKS: Final[Mapping[Side, str]] = {"right": "o", "left": "^"}
@@ -24,7 +24,7 @@ HEIGHT: Final = 3.1
 
 
 def law(
-    axes: Axes,
+    axes: SketchAxes,
     extrapolated: Array,
     foot: Array,
     pendulum: Array,
@@ -54,19 +54,19 @@ def law(
     axes.set_aspect("equal")
 
 
-def handles() -> list[Key]:
+def handles() -> list[LegendKey]:
     """What the marks mean."""
     hollow = {"linestyle": "none", "markersize": 4.0, "markerfacecolor": "none"}
     guess = {"linestyle": "none", "marker": "x", "markersize": 3.0, "color": GUESS_COLOUR}
     return [
-        Key("people (Hof 2010)", {"color": RECORD_COLOUR, "linewidth": WALK_WIDTH}),
-        Key("±2 cm, by the ankle", {"facecolor": BAND_COLOUR}),
+        LegendKey("people (Hof 2010)", {"color": RECORD_COLOUR, "linewidth": WALK_WIDTH}),
+        LegendKey("±2 cm, by the ankle", {"facecolor": BAND_COLOUR}),
         *(
-            Key(f"{side} foot", {**hollow, "marker": mark, "color": COLOURS[side]})
+            LegendKey(f"{side} foot", {**hollow, "marker": mark, "color": COLOURS[side]})
             for side, mark in MARKS.items()
         ),
-        Key("pendulum", guess),
-        Key("no reaction", {"linestyle": ":", "color": GUESS_COLOUR, "linewidth": 0.7}),
+        LegendKey("pendulum", guess),
+        LegendKey("no reaction", {"linestyle": ":", "color": GUESS_COLOUR, "linewidth": 0.7}),
     ]
 
 

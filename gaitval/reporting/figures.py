@@ -22,7 +22,7 @@ from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_results import FootContact, MeanCurve, PushRecovery, PushTrace
 from gaitval.metrics.whole_body import AXES
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import PARTS, Axes, keys_of, link, new_sketch
+from gaitval.reporting.sketch import PARTS, SketchAxes, keys_of, link, new_sketch
 
 COLOURS: Final[Mapping[Side, str]] = {"right": "#00558f", "left": "#d96b0a"}
 STYLES: Final[Mapping[Side, Any]] = {"right": "-", "left": (0, (6, 1.5))}
@@ -43,7 +43,7 @@ NAMES: Final[Mapping[str, str]] = {
 PERCENT = np.arange(101)
 
 
-def draw_record(axes: Axes, curve: Any, *, label: str | None = None) -> None:
+def draw_record(axes: SketchAxes, curve: Any, *, label: str | None = None) -> None:
     """Draw a recorded `curve` over `PERCENT` in `axes`, beneath the walk's, with a `label`."""
     axes.plot(
         PERCENT, curve, color=RECORD_COLOUR, linewidth=RECORD_WIDTH, zorder=2, label=label
@@ -121,7 +121,7 @@ def pressure_path(metrics: Metrics) -> str:
         return svg(figure, "pressure")
 
 
-def band(axes: Axes, mean: Array, sd: Array, **look: Any) -> None:
+def band(axes: SketchAxes, mean: Array, sd: Array, **look: Any) -> None:
     """Draw a `mean` curve ± `sd` (101,) over `PERCENT` into `axes`, as they `look`, by every
     second sample: curves have nothing above 10 Hz, and half of the points of a page's figures were
     those of bands.
@@ -130,7 +130,7 @@ def band(axes: Axes, mean: Array, sd: Array, **look: Any) -> None:
     axes.fill_between(PERCENT[::2], low, high, linewidth=0, **look)
 
 
-def _with_band(axes: Axes, curve: MeanCurve, side: Side, label: str) -> None:
+def _with_band(axes: SketchAxes, curve: MeanCurve, side: Side, label: str) -> None:
     """A mean curve with its standard deviation, over `PERCENT`."""
     mean, colour = array(curve.mean or []), COLOURS[side]
     axes.plot(
@@ -141,7 +141,7 @@ def _with_band(axes: Axes, curve: MeanCurve, side: Side, label: str) -> None:
         band(axes, mean, array(curve.sd), color=colour, alpha=0.22, zorder=3)
 
 
-def _footprint(axes: Axes, contact: FootContact, side: Side) -> None:
+def _footprint(axes: SketchAxes, contact: FootContact, side: Side) -> None:
     """One foot from above, its tip up; the midline is to the left of the right foot."""
     outwards = -1.0 if side == "right" else 1.0
     spheres = 100.0 * np.array(contact.spheres)
@@ -228,7 +228,7 @@ def _directed(degrees: Array, newtons: Array) -> tuple[Array, Array]:
     return -newtons * np.sin(angle), newtons * np.cos(angle)
 
 
-def _rings(axes: Axes, rings: Array) -> None:
+def _rings(axes: SketchAxes, rings: Array) -> None:
     """Circles of these radii, the four directions through them, and their words."""
     last = float(rings[-1])
     round_angle = np.linspace(0.0, 360.0, 73)

@@ -29,7 +29,7 @@ from gaitval.reporting.figures import (
     band,
 )
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import PARTS, X_DATA, Axes, Key, link, new_sketch
+from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, SketchAxes, link, new_sketch
 
 KINEMATICS: Final = (
     ("angles/pelvis_tilt", "angles/pelvis_list", "angles/pelvis_rotation"),
@@ -234,28 +234,28 @@ def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str
 
 def _handles(
     panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str = SPREAD
-) -> list[Key]:
+) -> list[LegendKey]:
     """What the legend has: only what some panel shows."""
     drawn = {(each.which, each.side) for panel in panels for each in panel.curves}
-    handles: list[Key] = []
+    handles: list[LegendKey] = []
     for which, label in zip(("record", "walk"), words, strict=True):
         for side in (*COLOURS, None):
             if (which, side) in drawn:
                 look = _look("walk" if which == "walk" else "record", side)
-                handles.append(Key(f"{label}, {side}" if side else label, look))
+                handles.append(LegendKey(f"{label}, {side}" if side else label, look))
     known = [each.sd for panel in panels for each in panel.curves if each.sd is not None]
     if any(np.isfinite(each).any() for each in known):  # a single cycle has none
-        handles.append(Key(spread, {"facecolor": COLOURS["right"], "alpha": 0.3}))
+        handles.append(LegendKey(spread, {"facecolor": COLOURS["right"], "alpha": 0.3}))
     if any(each.strides is not None for panel in panels for each in panel.curves):
-        handles.append(Key("single strides", {"color": "#9a9a9a", "linewidth": 0.5}))
+        handles.append(LegendKey("single strides", {"color": "#9a9a9a", "linewidth": 0.5}))
     if bands := [panel.norm for panel in panels if panel.norm is not None]:
-        handles.append(Key(norm or _healthy(bands), {"facecolor": BAND_COLOUR}))
+        handles.append(LegendKey(norm or _healthy(bands), {"facecolor": BAND_COLOUR}))
     if any(found for panel in panels for found in panel.regions.values()):
         bar = {"color": "#606060", "linewidth": 2.0}
-        handles.append(Key(f"{words[1]} differs from {words[0]}", bar))
+        handles.append(LegendKey(f"{words[1]} differs from {words[0]}", bar))
     if any(panel.toe_off for panel in panels):
         dotted = {"color": "#707070", "linewidth": 0.7, "linestyle": (0, (1, 1.5))}
-        handles.append(Key("toe-off", dotted))
+        handles.append(LegendKey("toe-off", dotted))
     return handles
 
 
@@ -280,7 +280,7 @@ def _look(which: Which, side: Side | None) -> dict[str, Any]:
     }
 
 
-def _draw(axes: Axes, panel: Panel) -> None:
+def _draw(axes: SketchAxes, panel: Panel) -> None:
     axes.set_xlim(0, 100)
     if not panel.curves:
         axes.axis("off")
@@ -314,7 +314,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
         )  # fmt: skip
 
 
-def _curve(axes: Axes, curve: DrawnCurve) -> None:
+def _curve(axes: SketchAxes, curve: DrawnCurve) -> None:
     look = _look(curve.which, curve.side)
     colour = look["color"]
     if curve.strides is not None and len(curve.strides):
@@ -328,7 +328,7 @@ def _curve(axes: Axes, curve: DrawnCurve) -> None:
     axes.plot(PERCENT, curve.mean, **look, zorder=4 if curve.which == "walk" else 3)
 
 
-def _bursts(axes: Axes, panel: Panel) -> None:
+def _bursts(axes: SketchAxes, panel: Panel) -> None:
     """Names of the bursts of power, beyond all curves."""
     for burst, at in panel.bursts.items():
         sign = BURSTS[burst].sign

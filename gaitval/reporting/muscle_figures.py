@@ -12,7 +12,7 @@ from gaitval.musculature.gait import CONTACTS, GROUPS, USUAL_ON, MuscleGait
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import COLOURS, PERCENT, STYLES, WALK_WIDTH
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import PARTS, X_DATA, Axes, Key, new_sketch
+from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, SketchAxes, new_sketch
 
 ELECTROMYOGRAM: Final = "usual electromyogram (Perry and Burnfield 2010)"
 
@@ -90,7 +90,7 @@ def _grid(
         return svg(figure, name)
 
 
-def _draw(axes: Axes, key: str, curves: Mapping[str, tuple[Array, Array | None]]) -> None:
+def _draw(axes: SketchAxes, key: str, curves: Mapping[str, tuple[Array, Array | None]]) -> None:
     axes.set_xlim(0, 100)
     highest = 0.0
     for side in SIDES:
@@ -114,16 +114,20 @@ def _draw(axes: Axes, key: str, curves: Mapping[str, tuple[Array, Array | None]]
         )  # fmt: skip
 
 
-def _handles(curves: Mapping[str, tuple[Array, Array | None]], *, usual: bool) -> Sequence[Key]:
+def _handles(
+    curves: Mapping[str, tuple[Array, Array | None]], *, usual: bool
+) -> Sequence[LegendKey]:
     shown: list[Side] = [
         side for side in SIDES if any(name.endswith(f"_{side[0]}") for name in curves)
     ]
     handles = [
-        Key(s, {"color": COLOURS[s], "linestyle": STYLES[s], "linewidth": WALK_WIDTH})
+        LegendKey(s, {"color": COLOURS[s], "linestyle": STYLES[s], "linewidth": WALK_WIDTH})
         for s in shown
     ]
     if any(band is not None for _, band in curves.values()):
-        handles.append(Key("90 % of the draws", {"facecolor": COLOURS["right"], "alpha": 0.3}))
+        handles.append(
+            LegendKey("90 % of the draws", {"facecolor": COLOURS["right"], "alpha": 0.3})
+        )
     if usual:
-        handles.append(Key(ELECTROMYOGRAM, {"color": "#606060", "linewidth": 2.0}))
+        handles.append(LegendKey(ELECTROMYOGRAM, {"color": "#606060", "linewidth": 2.0}))
     return handles

@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.reporting.font_widths import width
-from gaitval.reporting.sketch import PARTS, X_DATA, Axes, Call, Key, Sketch
+from gaitval.reporting.sketch import PARTS, X_DATA, Call, LegendKey, Sketch, SketchAxes
 from gaitval.reporting.spoken import said
 from gaitval.reporting.strokes import (
     box_path,
@@ -52,7 +52,7 @@ class _Frame:
     its ticks.
     """
 
-    axes: Axes
+    axes: SketchAxes
     x: tuple[float, float]
     y: tuple[float, float]
     left: float = 0.0
@@ -152,7 +152,7 @@ def _union(ends: Sequence[tuple[float, float]]) -> tuple[float, float]:
     return min(low for low, _ in ends), max(high for _, high in ends)
 
 
-def _limits(axes: Axes) -> tuple[tuple[float, float], tuple[float, float]]:
+def _limits(axes: SketchAxes) -> tuple[tuple[float, float], tuple[float, float]]:
     """What the axes show: as asked for, otherwise all that is drawn and a margin."""
     x: list[Array] = []
     y: list[Array] = []
@@ -501,7 +501,7 @@ def _legend(sketch: Sketch, total: float, speak: Speak) -> tuple[list[str], floa
     return found, (0.8 + _ROW * rows) * font
 
 
-def _sample(x: float, y: float, font: float, key: Key) -> Iterator[str]:
+def _sample(x: float, y: float, font: float, key: LegendKey) -> Iterator[str]:
     """What an entry of a legend looks like, about its middle at the height `y`."""
     long = 2.0 * font
     if "facecolor" in key.look:

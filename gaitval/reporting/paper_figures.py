@@ -68,7 +68,7 @@ def texts(content: str) -> Iterator[Letters]:
         )
 
 
-class PaperFigure:
+class PrintedFigure:
     """An image of WeasyPrint: a painted sketch."""
 
     def __init__(self, svg: str, fonts: Any) -> None:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, BinaryIO, Final
 from gaitval.artefacts import replacing, scratch
 from gaitval.memory import without_search
 from gaitval.reporting.font_widths import fonts_folder
-from gaitval.reporting.paper_figures import PaperFigure
+from gaitval.reporting.paper_figures import PrintedFigure
 from gaitval.reporting.style import SKETCHED
 
 if TYPE_CHECKING:
@@ -71,14 +71,14 @@ def layouter(paper: str, own: Path) -> "Callable[[str], weasyprint.Document]":
     ]
 
     def lay_out(page: str) -> weasyprint.Document:
-        known: dict[str, PaperFigure] = {}
+        known: dict[str, PrintedFigure] = {}
 
         def sketched(found: re.Match[str]) -> str:
             svg = base64.b64decode(found[1]).decode()
             if SKETCHED not in svg:
                 return found[0]
             name = f"{_FIGURE_SCHEME}{len(known)}"
-            known[name] = PaperFigure(svg, fonts)
+            known[name] = PrintedFigure(svg, fonts)
             return f'src="{name}"'
 
         whole = weasyprint.HTML(string=_PICTURE.sub(sketched, page), url_fetcher=fetcher)

@@ -26,7 +26,7 @@ class Call(NamedTuple):
     look: dict[str, Any]
 
 
-class Key(NamedTuple):
+class LegendKey(NamedTuple):
     """An entry of a legend: a line, or a filled patch where it has a `facecolor`.
 
     Attributes
@@ -44,7 +44,7 @@ X_DATA: Final = "x data"
 """A `transform`: x as on the axis, y a part of the panel."""
 
 
-class Axes:
+class SketchAxes:
     """A panel. Methods are those of matplotlib's `Axes`, with what figures here need of them."""
 
     def __init__(self) -> None:
@@ -162,11 +162,11 @@ class Sketch:
     width: float
     height: float
     axes_line: float = 0.5
-    panels: list[list[Axes]] = field(default_factory=list)
+    panels: list[list[SketchAxes]] = field(default_factory=list)
     ratios: Sequence[float] = ()
     shared: tuple[bool, bool] = (False, False)
     placed: tuple[float, float] | None = None
-    keys: Sequence[Key] = ()
+    keys: Sequence[LegendKey] = ()
     columns: int = 1
     font: float = 8.5
     below: str = ""
@@ -179,18 +179,18 @@ class Sketch:
         sharex: bool = False,
         sharey: bool = False,
         width_ratios: Sequence[float] = (),
-    ) -> list[list[Axes]]:
+    ) -> list[list[SketchAxes]]:
         """Panels in `rows` and `columns`."""
-        self.panels = [[Axes() for _ in range(columns)] for _ in range(rows)]
+        self.panels = [[SketchAxes() for _ in range(columns)] for _ in range(rows)]
         self.shared, self.ratios = (sharex, sharey), width_ratios or (1.0,) * columns
         return self.panels
 
-    def legend(self, keys: Sequence[Key], *, ncols: int, fontsize: float = 8.5) -> None:
+    def legend(self, keys: Sequence[LegendKey], *, ncols: int, fontsize: float = 8.5) -> None:
         """A legend above all panels, in columns."""
         self.keys, self.columns, self.font = tuple(keys), ncols, fontsize
 
     @property
-    def axes(self) -> list[Axes]:
+    def axes(self) -> list[SketchAxes]:
         """All panels, row by row."""
         return [each for row in self.panels for each in row]
 
@@ -201,7 +201,7 @@ def new_sketch(height: float, *, width: float = WIDTH, axes_line: float = 0.5) -
     yield Sketch(width, height, axes_line)
 
 
-def link(axes: Axes, kind: str, side: str, number: int) -> None:
+def link(axes: SketchAxes, kind: str, side: str, number: int) -> None:
     """Let the replay on the page (`replay.js`) show its moment in the panel `axes` of a `side`, or
     of "both".
 
@@ -211,16 +211,16 @@ def link(axes: Axes, kind: str, side: str, number: int) -> None:
     axes.gid = f"{kind}.{side}.{number}"
 
 
-def keys_of(*panels: Axes) -> list[Key]:
+def keys_of(*panels: SketchAxes) -> list[LegendKey]:
     """Entries of a legend for everything in `panels` that has a label, each once, and any band."""
     calls = [each for axes in panels for each in axes.calls]
-    found: dict[str, Key] = {}
+    found: dict[str, LegendKey] = {}
     for each in calls:
         if label := each.look.get("label"):
             look = {key: value for key, value in each.look.items() if key != "label"}
             if each.name in ("bar", "fill_between"):
                 look = {"facecolor": look["color"], "alpha": look.get("alpha", 1.0)}
-            found.setdefault(label, Key(label, look))
+            found.setdefault(label, LegendKey(label, look))
     if any(each.name.startswith("fill_between") for each in calls):
-        found["± SD"] = Key("± SD", {"facecolor": "#9a9a9a", "alpha": 0.35})
+        found["± SD"] = LegendKey("± SD", {"facecolor": "#9a9a9a", "alpha": 0.35})
     return list(found.values())

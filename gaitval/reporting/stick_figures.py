@@ -10,7 +10,7 @@ from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 from gaitval.reporting.figures import COLOURS, RECORD_SHADE
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import Axes, new_sketch
+from gaitval.reporting.sketch import SketchAxes, new_sketch
 
 _LINES: Final = {
     "right": ("thigh_r", "shank_r", "foot_r", "heel_r", "toes_r", "toe_tip_r"),
@@ -74,7 +74,7 @@ def pose_strip(figures: Mapping[str, Mapping[str, Array]], percent: Array) -> st
         return svg(figure, "poses")
 
 
-def _pose_line(axes: Axes, x: Array, z: Array, name: str, *, grey: bool) -> None:
+def _pose_line(axes: SketchAxes, x: Array, z: Array, name: str, *, grey: bool) -> None:
     own = next((colour for side, colour in COLOURS.items() if name.startswith(side)), "#404040")
     colour, width = (RECORD_SHADE, 4.0) if grey else (own, 1.3)
     axes.plot(x, z, color=colour, linewidth=width, zorder=1 if grey else 2)

@@ -12,7 +12,7 @@ from matplotlib.ticker import AutoLocator, ScalarFormatter
 from gaitval.reporting.drawing import by_matplotlib, new_figure
 from gaitval.reporting.font_widths import width
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import X_DATA, Key, Sketch, keys_of, link, new_sketch
+from gaitval.reporting.sketch import X_DATA, LegendKey, Sketch, keys_of, link, new_sketch
 from gaitval.reporting.ticks import round_ticks
 
 X = np.linspace(0.0, 100.0, 101)
@@ -69,7 +69,7 @@ def made() -> Sketch:
             axes.margins(y=0.14)
         panels[1][0].set_ylim(-5.0, 5.0)  # cuts its curve
         link(panels[1][1], "cycle", "both", 3)
-        figure.legend([*keys_of(*figure.axes), Key("<b>", {"facecolor": "#d9d9d9"})], ncols=3)
+        figure.legend([*keys_of(*figure.axes), LegendKey("<b>", {"facecolor": "#d9d9d9"})], ncols=3)
     return figure
 
 

@@ -13,7 +13,7 @@ from gaitval.reporting.balance_figure import GUESS_COLOUR, MARKS, handles, law
 from gaitval.reporting.figure_data import table
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, WALK_WIDTH
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import X_DATA, Axes, new_sketch
+from gaitval.reporting.sketch import X_DATA, SketchAxes, new_sketch
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class DrawnSteps:
             figure.legend(handles(), ncols=6)
             return svg(figure, "placement")
 
-    def _recovery(self, axes: Axes) -> None:
+    def _recovery(self, axes: SketchAxes) -> None:
         change = self.velocity - self.plain
         for row in change:
             axes.plot(self.cycles, row, color=COLOURS["right"], linewidth=0.5, alpha=0.5)
@@ -95,7 +95,7 @@ class DrawnSteps:
         }
 
 
-def _law(axes: Axes, steps: Sequence[Placement], axis: int, title: str) -> None:
+def _law(axes: SketchAxes, steps: Sequence[Placement], axis: int, title: str) -> None:
     """Change of the foot's place over that of the extrapolated centre of mass, forward or aside."""
     rows = [(each.extrapolated[axis], each.foot[axis], each.guess[axis]) for each in steps]
     x, y, guess = np.array(rows).reshape(-1, 3).T
@@ -105,7 +105,7 @@ def _law(axes: Axes, steps: Sequence[Placement], axis: int, title: str) -> None:
     axes.set_ylabel("next foot, cm")
 
 
-def _shares(axes: Axes, steps: Sequence[Placement]) -> None:
+def _shares(axes: SketchAxes, steps: Sequence[Placement]) -> None:
     """How much of what was needed the first step did, over the time that it had."""
     known = [each for each in steps if abs(each.extrapolated[1]) > 0.01]
     for side, mark in MARKS.items():
