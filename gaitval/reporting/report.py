@@ -425,7 +425,7 @@ def _context(folder: Path, convention: str = OWN) -> dict[str, Any]:
         "plates": metrics.record.plates,
         "second_engine": tables.second_engine(metrics),
         "as_measured": tables.as_measured(metrics),
-        "figure_tables": tables.figure_tables(metrics),
+        "figure_halves": tables.in_halves(tables.figure_tables(metrics)),
         "quantity_notes": run_grids.notes(metrics),
         "body": body,
         "shared": shared,

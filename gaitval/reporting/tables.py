@@ -87,6 +87,10 @@ def as_measured(metrics: Metrics) -> list[_Row] | None:
     return rows
 
 
+_HEAD: Final = 3
+"""Rows that the head of a table and the space below it are as high as."""
+
+
 def figure_tables(metrics: Metrics) -> list[_Row]:
     """The tables of figures of every quantity in `metrics`, of walk and record. Figures of a curve
     are found anew, because an older file may have defined them otherwise.
@@ -98,6 +102,15 @@ def figure_tables(metrics: Metrics) -> list[_Row]:
         if recorded is not None or walked is not None
         for table in tables_of(each, recorded, walked)
     ]
+
+
+def in_halves(tables: Sequence[_Row]) -> tuple[Sequence[_Row], Sequence[_Row]]:
+    """`tables` for two columns of a page, in their order and as equally long as can be; the first
+    is the longer one where they cannot.
+    """
+    lengths = [len(each["rows"]) + _HEAD for each in tables]
+    at = min(range(len(tables) + 1), key=lambda k: (abs(sum(lengths[:k]) - sum(lengths[k:])), -k))
+    return tables[:at], tables[at:]
 
 
 def tables_of(quantity: Quantity, recorded: Found | None, walked: Found | None) -> list[_Row]:

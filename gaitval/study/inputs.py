@@ -121,9 +121,10 @@ def target_record(run: Run, model: "BodyModel | None" = None) -> "KnownRecord":
     # on a slope or with a load Newton's law says the kinetics, not an estimate of level ones
     if not run.knew_no_kinetics or is_changed(run.configuration.record):
         return run.known_record()
-    from gaitval.study import estimate_stage
+    # by its name: of a whole module the pages would be code of what computes
+    from gaitval.study.estimate_stage import target_record as estimated
 
-    return estimate_stage.target_record(run, model)
+    return estimated(run, model)
 
 
 def walking_task(run: Run) -> "WalkingTask":

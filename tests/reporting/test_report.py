@@ -251,6 +251,13 @@ def test_a_person_among_the_controls_is_named_so_and_the_worse_side_comes_first(
     assert "Moments: typically developing children at free speed" in text
 
 
+def test_columns_of_a_page_are_as_equally_long_as_can_be():
+    long, short = [{"rows": [0] * count} for count in (9, 2)]
+    assert tables.in_halves([long, short, short, short]) == ([long], [short, short, short])
+    assert tables.in_halves([short, short, short, long]) == ([short, short, short], [long])
+    assert tables.in_halves([long]) == ([long], [])
+
+
 def rows_of_figures(metrics):
     found = tables.figure_tables(metrics_from(metrics, "here"))
     return [row for table in found for row in table["rows"]]

@@ -253,6 +253,18 @@ def test_every_stage_knows_the_code_that_it_runs(name: str) -> None:
     assert not strangers or not [each for each in {*found} - ROUND if each.startswith(strangers)]
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "learning_stages:train_stage", "scaling_stages:reference_stage",
+        "identification_stages:identify_stage", "walking_stages:correct_stage",
+    ],
+)  # fmt: skip
+def test_a_page_is_no_code_of_what_computes(name: str) -> None:
+    """A word in a template must not make anybody walk again."""
+    assert not [file for file in code_of(f"gaitval.study.{name}") if "/reporting/" in file]
+
+
 def test_a_function_can_be_named_without_loading_it() -> None:
     named = code_of("gaitval.study.scaling_stages:scale_stage")
     assert named == code_of(function("scale_stage", "gaitval.study.scaling_stages"))
