@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.emoji import Emoji
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -55,6 +56,14 @@ def messages(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
 def test_every_command_has_an_example() -> None:
     assert {name for name, _ in EXAMPLES} == set(COMMANDS)
     assert len(EXAMPLES) > 45
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_no_word_between_colons_is_shown_as_an_emoji(name: str) -> None:
+    """`50:100:150` is: rich reads `:100:` as a name."""
+    command = COMMANDS[name]
+    for text in (command.help, *(getattr(each, "help", None) for each in command.params)):
+        assert text is None or Emoji.replace(text) == text
 
 
 @pytest.mark.parametrize(("name", "line"), EXAMPLES, ids=[line for _, line in EXAMPLES])

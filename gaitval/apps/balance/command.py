@@ -32,7 +32,7 @@ DelayOption = Annotated[
     "gaitval perturb 5                               # all kinds",
     "gaitval perturb runs/S05 --slip 0.1:0.3 --trip 0.5:0.1 --step-down 0.05",
     "gaitval perturb 5 --pushes --largest            # and the largest pushes",
-    "gaitval perturb 5 --delay 50:100:150            # it feels its body late",
+    "gaitval perturb 5 --delay 50:90:150             # it feels its body late",
     after="report",
 )
 def perturb(
