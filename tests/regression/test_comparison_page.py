@@ -175,7 +175,7 @@ def test_a_walk_that_fell_at_once_has_dashes(
     assert "149 of 149 measures got worse" in text
     assert "and 89 more" in text.lower()
     assert "not measured" in text
-    assert "angle rmsedeg–" in text
+    assert "angle rmse°–" in text
 
 
 def test_a_row_of_measures_has_the_decimals_of_its_unit(
