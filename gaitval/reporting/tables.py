@@ -1,7 +1,7 @@
 """Rows of the report's tables of curves, plates, power and parts of the moments."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Final, cast
 
 from gaitval.coordinates import ACTUATED, SIDES, split_side
 from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
@@ -108,7 +108,7 @@ def in_halves(tables: Sequence[_Row]) -> tuple[Sequence[_Row], Sequence[_Row]]:
     """`tables` for two columns of a page, in their order and as equally long as can be; the first
     is the longer one where they cannot.
     """
-    lengths = [len(each["rows"]) + _HEAD for each in tables]
+    lengths = [_HEAD + len(cast("list[_Row]", each["rows"])) for each in tables]
     at = min(range(len(tables) + 1), key=lambda k: (abs(sum(lengths[:k]) - sum(lengths[k:])), -k))
     return tables[:at], tables[at:]
 
