@@ -76,8 +76,8 @@ def run_study(
 
     >>> from gaitval.metrics.results import read_metrics
     >>> study = read_metrics(gv.load_policy(5).folder)
-    >>> study.summary.refused  # of 48 values; a guess has the nearer medial force on the left
-    1
+    >>> study.summary.refused  # of 48 values
+    0
     >>> study.to_frame().columns.tolist()
     ['side', 'quantity', 'percent', 'value', 'unit', 'source']
     """

@@ -143,7 +143,7 @@ def test_walkers_side_by_side_do_what_each_does_alone(number: int) -> None:
     first, second = together.reset(seed=3)[0], alone.reset(seed=3)[0]
     np.testing.assert_array_equal(first, second)
     rng, falls = np.random.default_rng(0), 0
-    for _ in range(250):
+    for _ in range(300):
         action = rng.uniform(-1, 1, together.action_space.shape).astype(np.float32)
         *found, info = together.step(action)
         *wanted, told = alone.step(action)

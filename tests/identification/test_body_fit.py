@@ -158,10 +158,10 @@ def test_the_planted_leg_is_found_within_its_uncertainty(fit, solution, person):
 @pytest.fixture(scope="module")
 def recorded():
     """The fit of a person's own record, and its solution. A virtual person's would be another
-    record on each kind of processor. Not everybody's posterior is a Gaussian: of four people tried,
-    S03's profiles depart by up to 19.
+    record on each kind of processor. Not everybody's posterior is a Gaussian: of five people tried,
+    S03's profiles depart by up to 19, and single points of S01's, S04's and S07's by 0.5.
     """
-    subject = load_subject("S07").model_copy(update={"markers": {}})
+    subject = load_subject("S05").model_copy(update={"markers": {}})
     fit = BodyFit(
         subject.record(), scale_subject(subject).model, CONFIGURATION.contact, CONFIGURATION.noise,
         prior_sd=prior_sd(subject),
@@ -241,11 +241,10 @@ def test_a_whole_identification(recorded, tmp_path):
 
     Of a recorded person: the minima of a virtual person's fit lie a third of an SD apart, with
     sums of squares 0.2 apart, and which one a fit finds depends on the processor. What is found is
-    compared with the mode that a fit without a search finds, in the posterior's own measure: minima
-    of one kind of processor lie up to 0.07 SD apart in one parameter, and are as likely.
+    compared with the mode that a fit without a search finds, in the posterior's own measure.
     """
     fit, solution = recorded
-    subject = load_subject("S07").model_copy(update={"markers": {}})
+    subject = load_subject("S05").model_copy(update={"markers": {}})
     seen = []
     found = identify(
         subject.record(), scale_subject(subject).model, prior_sd(subject), CONFIGURATION, tmp_path,
@@ -253,11 +252,11 @@ def test_a_whole_identification(recorded, tmp_path):
     )  # fmt: skip
     assert found.converged
     assert found.search_distance < 0.5
-    assert found.deviance_identified == pytest.approx(solution.cost, abs=0.05)
-    # 0.012, 0.001, 0.019 and 0.002 with four sets of kernels of linear algebra (SkylakeX, Haswell
-    # and Zen, Nehalem, Prescott); 0.05 is 0.2 SD along any direction.
+    # The search may find a lower minimum of the kind (0.65 lower in S01), and no higher one.
+    assert found.deviance_identified < solution.cost + 0.05
+    # What it found is as likely by the fit without it; 0.15 is 0.4 SD along any direction.
     (there,) = Profile(fit, solution)([np.array(found.posterior_mean)])
-    assert there == pytest.approx(solution.cost, abs=0.05)
+    assert there == pytest.approx(solution.cost, abs=0.15)
     assert found.deviance_identified < found.deviance_nominal
     assert "weak" in found.verdicts
     for verdict, used, nominal in zip(found.verdicts, found.identified, found.nominal, strict=True):

@@ -20,7 +20,9 @@ def test_the_references_curves_have_the_records_names_signs_and_sides(task):
     for kind, largest in (("angles", np.deg2rad(3.0)), ("moments", 0.13), ("forces", 0.02)):
         for name, curve in getattr(found, kind).items():
             # The inversion of the foot is held least: `ConventionAccuracy.subtalar`.
-            bound = np.deg2rad(5.0) if name.startswith("subtalar") else largest
+            # Hip rotation gives way to a foot that stands (`RecordAccuracy.rotation`).
+            loose = name.startswith(("subtalar", "hip_rotation"))
+            bound = np.deg2rad(5.0) if loose else largest
             assert rms(curve - getattr(truth, kind)[name]) < bound, name
     assert found.forces["medial_l"][20:40].mean() > 0.0
     assert found.forces["medial_r"][20:40].mean() > 0.0

@@ -234,7 +234,8 @@ def test_where_the_plates_are_trusted_the_default_criterion_meets_his_knee(
         ((_, _, piece),) = muscles_of([motion], sides=("left",)).pieces
         phase = _cycle(gait_data / "knee_implant", trial, walk.moments.time)
         known = (phase >= piece.time[0]) & (phase <= piece.time[-1])
-        assert known.mean() > (0.2 if trial == "ss3" else 0.95)
+        # the last 60 ms before a landing beside the plates are not shared, 5 % of a cycle
+        assert known.mean() > (0.2 if trial == "ss3" else 0.92)
         computed = {
             name: np.interp(phase, piece.time, getattr(piece.legs["left"].contact, of))[known]
             / piece.body_weight

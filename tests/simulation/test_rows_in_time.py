@@ -5,6 +5,7 @@ import pytest
 from ground_again import engine_steps, ground_again
 from simulation_fixtures import random_policy
 
+from gaitval.coordinates import ACTUATED
 from gaitval.metrics.torques import ground_rows, joint_work, mechanical_energy
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
@@ -17,14 +18,19 @@ from gaitval.simulation.walker import Steps, WalkingTask
 def walk(task: WalkingTask) -> tuple[Rollout, Steps]:
     """A walk, and the steps of the engine that it was made of."""
     with engine_steps() as steps:
-        found = record_rollout(
-            WalkingEnvironment(task),
-            random_policy(task, scale=0.2),
-            mu=nominal_parameters(),
-            start_phase=0.2,
-            cycles=0.4,
-        )
+        found = falling(task, 0.2)
     return found, steps[0]
+
+
+def falling(task: WalkingTask, phase: float) -> Rollout:
+    """A walk of two fifths of a cycle, of a policy that has learnt nothing."""
+    return record_rollout(
+        WalkingEnvironment(task),
+        random_policy(task, scale=0.2),
+        mu=nominal_parameters(),
+        start_phase=phase,
+        cycles=0.4,
+    )
 
 
 def test_joint_work_row_by_row_is_the_engines(walk):
@@ -62,13 +68,24 @@ def test_the_ground_acts_by_the_state_of_its_row(task, walk):
     assert np.abs(found.free_moment).max() > 0.5
 
 
-def test_joints_and_ground_explain_the_change_of_energy(task, walk):
-    """Of a body that falls and steps; the ground's work without that of its toes misses by more."""
-    found, _ = walk
-    rows = slice(20, len(found.time) - 1)
-    model, step = task.model, found.time[1] - found.time[0]
-    after, before = (mechanical_energy(found, model, row) for row in (rows.stop, rows.start))
-    joints = joint_work(found, rows).sum()
-    ground = ground_rows(found, model).power[rows].sum() * step
-    assert abs(ground) > 1.0
-    assert after - before == pytest.approx(joints + ground, abs=0.1 * abs(ground))
+def test_joints_and_ground_explain_the_change_of_energy(task):
+    """Of bodies that fall and step, from five phases: within a tenth of the ground's work, as a
+    mean. Without that of the toes it misses by more.
+    """
+    missed, without_toes, grounds = [], [], []
+    for phase in (0.0, 0.2, 0.4, 0.6, 0.8):
+        found = falling(task, phase)
+        rows = slice(20, len(found.time) - 1)
+        model, step = task.model, found.time[1] - found.time[0]
+        after, before = (mechanical_energy(found, model, row) for row in (rows.stop, rows.start))
+        ground = ground_rows(found, model).power[rows].sum() * step
+        toes = [6 + ACTUATED.index(f"mtp_angle_{side}") for side in "rl"]
+        on_toes = (
+            found.moments[rows][:, [each - 6 for each in toes]] * found.velocities[rows][:, toes]
+        )
+        missed.append(after - before - joint_work(found, rows).sum() - ground)
+        without_toes.append(missed[-1] - on_toes.sum() * step)
+        grounds.append(ground)
+    assert np.abs(grounds).min() > 1.0
+    assert np.abs(missed).sum() < 0.1 * np.abs(grounds).sum()
+    assert np.abs(without_toes).sum() > 2.0 * np.abs(missed).sum()
