@@ -10,6 +10,7 @@ import pytest
 import quick_study
 from verdict_words import plain, rows_of
 
+from gaitval.apps.cohort.answers import StudySummary
 from gaitval.apps.cohort.report import _distributions, context_of, strategies, write_report
 from gaitval.apps.cohort.results import COLUMNS, people_of, records_of, tables_of
 from gaitval.apps.cohort.store import SUMMARY, Store
@@ -218,6 +219,8 @@ def test_the_summary_of_a_real_study_has_what_the_tables_need():
     subject = load_subject(5)
     metrics = json.loads((baseline / "metrics.json").read_text())
     found = summary_of(metrics_from(metrics, "here"), subject)
+    # what a worker sends is read as this, and whatever else it holds fails the study
+    assert StudySummary.model_validate(found).verdicts.guess_judged > 0
     assert found["subject"] | {"person": "WBDS14", "trial": "T05", "sex": "F"} == found["subject"]
     assert found["verdicts"]["accepted"] == metrics["summary"]["accepted"]
     assert len(found["parameters"]) == 14

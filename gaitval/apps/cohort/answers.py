@@ -44,8 +44,14 @@ class _Subject(_Read):
 
 
 class _Verdicts(_Read):
+    """The counts of `metrics.results.Summary`, what failed, and what could not be judged."""
+
     accepted: _Count
     refused: _Count
+    not_shown: _Count = 0
+    guess_judged: _Count = 0
+    guess_passes: _Count = 0
+    guess_within: _Count = 0
     goals: _Count
     goals_reached: _Count
     failed: list[Short]
