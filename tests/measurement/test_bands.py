@@ -49,6 +49,7 @@ def test_bands_are_said_in_the_words_of_the_page(found):
     assert "hardly show right knee ± 29°:" in flag.message
 
 
+@pytest.mark.slow
 def test_the_band_of_a_moment_holds_the_curve_by_each_hip_centre(found):
     """That of an angle does not: there the choice is a convention."""
     made = found.measurement.bands

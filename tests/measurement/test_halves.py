@@ -40,6 +40,7 @@ def test_every_valid_cycle_is_in_one_half(found, which):
         assert max(strikes(one, "right")) < min(strikes(other, "right"))
 
 
+@pytest.mark.slow
 def test_the_mean_of_the_halves_is_the_mean_of_the_whole(found):
     one, other = halves_of(found, "odd-even").values()
     name = "knee_angle_l"

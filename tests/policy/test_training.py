@@ -196,6 +196,7 @@ def test_a_short_training_raises_the_episode_length(trained):
     assert float(rows[-1]["episode_reward"]) > 1.15 * float(rows[4]["episode_reward"])
 
 
+@pytest.mark.slow
 def test_learnt_policies_walk_longer_than_the_servo_alone(task, learnt):
     """Without the noise of exploration, against actions of zero from the same starts: 4, 42 and
     18 % further with the three seeds."""
@@ -257,6 +258,7 @@ def test_a_finished_training_is_not_repeated(task, trained):
     assert len(rows_of(folder)) == UPDATES
 
 
+@pytest.mark.slow
 def test_a_warm_start_goes_on_where_the_policy_stands(task, trained, learnt, tmp_path):
     """Also after a stay in files: the first 4096 samples are those of a trained policy, the one of
     three that walks furthest, and no longer those of a new one."""

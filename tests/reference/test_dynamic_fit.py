@@ -380,6 +380,7 @@ def test_the_series_rates_are_their_derivatives():
         np.testing.assert_allclose(found[:, harmonics + 1 :], expected.imag[:, 1:], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_foot_swings_from_after_its_toe_off_until_before_its_heel_strike():
     task = task_of_subject("S05")
     problem = fit_problem(

@@ -39,6 +39,7 @@ def turned(found: Import, ground: Ground) -> list:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slope", [-10.0, -5.0, 0.0, 5.0, 10.0])
 def test_the_slope_of_turned_forces_is_found_within_half_a_degree(level, slope):
     found = found_incline(turned(level, Ground(slope)), level.request.mass_kg)

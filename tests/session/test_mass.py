@@ -62,6 +62,7 @@ def test_a_cycle_half_of_whose_forces_are_missing_shows_no_mass(found):
     assert check_mass(found.request, [walk]) is None
 
 
+@pytest.mark.slow
 def test_what_an_aid_carries_is_no_fault_of_motion_or_mass(found, tmp_path):
     """Residuals and weight hold it; --consistent took it from the masses, a third of the torso's.
 
