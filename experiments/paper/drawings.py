@@ -19,7 +19,7 @@ from gaitval.metrics.walk_results import PlacedFoot
 from gaitval.reporting.balance_figure import HEIGHT, answered_pushes, draw_people
 from gaitval.reporting.drawing import SETTINGS, by_matplotlib
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, RECORD_WIDTH
-from gaitval.reporting.sketch import new_sketch
+from gaitval.reporting.sketch import Sketch
 from gaitval.reporting.stick_figures import stick_figure
 from gaitval.reporting.style import WIDTH
 
@@ -253,7 +253,8 @@ def placement(placed: Mapping[str, Sequence[PlacedFoot]]) -> Drawing:
         name: pd.DataFrame(answered_pushes(each)[0], columns=columns)
         for name, each in placed.items()
     }
-    with matplotlib.rc_context(SETTINGS), new_sketch(HEIGHT) as sketch:
+    with matplotlib.rc_context(SETTINGS):
+        sketch = Sketch(HEIGHT)
         draw_people(sketch, placed)
         figure = by_matplotlib(sketch)
     return figure, pd.concat(rows, names=["walker", "push"])

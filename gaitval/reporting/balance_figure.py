@@ -13,7 +13,7 @@ from gaitval.metrics.foot_placement import RECOVERED
 from gaitval.metrics.walk_results import PlacedFoot
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR, WALK_WIDTH
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import LegendKey, Sketch, SketchAxes, new_sketch
+from gaitval.reporting.sketch import LegendKey, Sketch, SketchAxes
 
 CENTIMETRES: Final = 100.0
 MARKS: Final[Mapping[Side, str]] = {"right": "o", "left": "^"}
@@ -102,9 +102,9 @@ def foot_placement(people: Mapping[str, Sequence[PlacedFoot]]) -> str:
     """The figure, with a panel of what each of `people` did; a title is drawn if it is not empty.
     The panels have one scale.
     """
-    with new_sketch(HEIGHT) as figure:
-        draw_people(figure, people)
-        return svg(figure, NAME)
+    figure = Sketch(HEIGHT)
+    draw_people(figure, people)
+    return svg(figure, NAME)
 
 
 def draw_people(figure: Sketch, people: Mapping[str, Sequence[PlacedFoot]]) -> None:

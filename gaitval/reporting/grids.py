@@ -29,7 +29,7 @@ from gaitval.reporting.figures import (
     band,
 )
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, SketchAxes, link, new_sketch
+from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, Sketch, SketchAxes, link
 
 KINEMATICS: Final = (
     ("angles/pelvis_tilt", "angles/pelvis_list", "angles/pelvis_rotation"),
@@ -188,23 +188,23 @@ def grid(
     by `words`, the band of healthy people by `norm`, or by whose it is, that of a curve by
     `spread`. `linked` panels show the moment of the replay.
     """
-    with new_sketch(height * len(panels) + 0.45) as figure:
-        every = figure.subplots(len(panels), len(panels[0]), sharex=True)
-        units = any(_begins(row, i) for row in panels for i in range(1, len(row)))
-        figure.placed = (0.56, 0.55 if units else 0.42)  # below a legend of two lines
-        for number, (row, axes_of_row) in enumerate(zip(panels, every, strict=True)):
-            for column, (panel, axes) in enumerate(zip(row, axes_of_row, strict=True)):
-                if linked and panel.curves:
-                    link(axes, "cycle", "both", number * len(row) + column)
-                _draw(axes, panel)
-                if _begins(row, column):
-                    axes.set_ylabel(UNITS[panel.kind])
-        for axes in every[-1]:
-            axes.set_xlabel("% of gait cycle")
-        shown = [panel for row in panels for panel in row]
-        handles = _handles(shown, words, norm, spread)
-        figure.legend(handles, ncols=-(-len(handles) // 2), fontsize=8.0)
-        return svg(figure, figure_name)
+    figure = Sketch(height * len(panels) + 0.45)
+    every = figure.subplots(len(panels), len(panels[0]), sharex=True)
+    units = any(_begins(row, i) for row in panels for i in range(1, len(row)))
+    figure.placed = (0.56, 0.55 if units else 0.42)  # below a legend of two lines
+    for number, (row, axes_of_row) in enumerate(zip(panels, every, strict=True)):
+        for column, (panel, axes) in enumerate(zip(row, axes_of_row, strict=True)):
+            if linked and panel.curves:
+                link(axes, "cycle", "both", number * len(row) + column)
+            _draw(axes, panel)
+            if _begins(row, column):
+                axes.set_ylabel(UNITS[panel.kind])
+    for axes in every[-1]:
+        axes.set_xlabel("% of gait cycle")
+    shown = [panel for row in panels for panel in row]
+    handles = _handles(shown, words, norm, spread)
+    figure.legend(handles, ncols=-(-len(handles) // 2), fontsize=8.0)
+    return svg(figure, figure_name)
 
 
 def _begins(row: Sequence[Panel], column: int) -> bool:

@@ -12,7 +12,7 @@ from gaitval.musculature.gait import CONTACTS, GROUPS, USUAL_ON, MuscleGait
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import COLOURS, PERCENT, STYLES, WALK_WIDTH
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, SketchAxes, new_sketch
+from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, Sketch, SketchAxes
 
 ELECTROMYOGRAM: Final = "usual electromyogram (Perry and Burnfield 2010)"
 
@@ -75,19 +75,19 @@ def _grid(
     columns: int,
 ) -> str:
     rows = -(-len(titles) // columns)
-    with new_sketch(1.45 * rows + 0.35) as figure:
-        every = figure.subplots(rows, columns, sharex=True)
-        figure.placed = (0.42, 0.42)
-        for number, (key, title) in enumerate(titles.items()):
-            axes = every[number // columns][number % columns]
-            _draw(axes, key, curves)
-            axes.set_title(title, loc="left", pad=3)
-            if number % columns == 0:
-                axes.set_ylabel("activation" if name == "activations" else "force, BW")
-        for axes in every[-1]:
-            axes.set_xlabel("% of gait cycle")
-        figure.legend(_handles(curves, usual=name == "activations"), ncols=4)
-        return svg(figure, name)
+    figure = Sketch(1.45 * rows + 0.35)
+    every = figure.subplots(rows, columns, sharex=True)
+    figure.placed = (0.42, 0.42)
+    for number, (key, title) in enumerate(titles.items()):
+        axes = every[number // columns][number % columns]
+        _draw(axes, key, curves)
+        axes.set_title(title, loc="left", pad=3)
+        if number % columns == 0:
+            axes.set_ylabel("activation" if name == "activations" else "force, BW")
+    for axes in every[-1]:
+        axes.set_xlabel("% of gait cycle")
+    figure.legend(_handles(curves, usual=name == "activations"), ncols=4)
+    return svg(figure, name)
 
 
 def _draw(axes: SketchAxes, key: str, curves: Mapping[str, tuple[Array, Array | None]]) -> None:

@@ -6,8 +6,7 @@ size. The words are its own, so that what is drawn here can be drawn by it, too 
 Sizes are points, colours "#rrggbb".
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gaitval.arrays import Array
-from gaitval.reporting.style import WIDTH
+from gaitval.reporting.style import AXES_LINE, WIDTH
 
 
 class Call(NamedTuple):
@@ -149,7 +148,7 @@ class Sketch:
 
     Attributes
     ----------
-    width, height : inches.
+    height, width : inches.
     panels : rows of axes; `ratios` are the widths of the columns.
     shared : whether the axes of a column have one x, and those of a row one y.
     placed : inches above the panels, for the legend, and between columns, if all are placed
@@ -159,9 +158,9 @@ class Sketch:
     axes_line : points; the width of the axes' lines.
     """
 
-    width: float
     height: float
-    axes_line: float = 0.5
+    width: float = WIDTH
+    axes_line: float = AXES_LINE
     panels: list[list[SketchAxes]] = field(default_factory=list)
     ratios: Sequence[float] = ()
     shared: tuple[bool, bool] = (False, False)
@@ -193,12 +192,6 @@ class Sketch:
     def axes(self) -> list[SketchAxes]:
         """All panels, row by row."""
         return [each for row in self.panels for each in row]
-
-
-@contextmanager
-def new_sketch(height: float, *, width: float = WIDTH, axes_line: float = 0.5) -> Iterator[Sketch]:
-    """A figure, `height` by `width` inches."""
-    yield Sketch(width, height, axes_line)
 
 
 def link(axes: SketchAxes, kind: str, side: str, number: int) -> None:

@@ -24,7 +24,7 @@ from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import _environment
 from gaitval.reporting.recording_report import GateRow, write_recording_report
 from gaitval.reporting.report import write_report
-from gaitval.reporting.sketch import new_sketch
+from gaitval.reporting.sketch import Sketch
 from gaitval.reporting.spoken import drawn
 
 TRANSLATED = [language for language in LANGUAGES if language != "en"]
@@ -124,12 +124,12 @@ def test_figures_have_words_and_decimal_marks_of_the_language() -> None:
             return svg(figure, "a")
 
     def sketch() -> str:
-        with new_sketch(1.0) as figure:
-            ((axes,),) = figure.subplots()
-            axes.plot([0.0, 1.0], [0.0, 0.5], color="#000000")
-            axes.set_title("Hip flexion moment, % BW")
-            axes.set_xlabel("of somebody")
-            return painting.svg(figure, "a")
+        figure = Sketch(1.0)
+        ((axes,),) = figure.subplots()
+        axes.plot([0.0, 1.0], [0.0, 0.5], color="#000000")
+        axes.set_title("Hip flexion moment, % BW")
+        axes.set_xlabel("of somebody")
+        return painting.svg(figure, "a")
 
     for language, texts in (
         ("en", ("Hip flexion moment, % BW", "0.4")),

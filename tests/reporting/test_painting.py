@@ -12,7 +12,7 @@ from matplotlib.ticker import AutoLocator, ScalarFormatter
 from gaitval.reporting.drawing import by_matplotlib, new_figure
 from gaitval.reporting.font_widths import width
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import X_DATA, LegendKey, Sketch, keys_of, link, new_sketch
+from gaitval.reporting.sketch import X_DATA, LegendKey, Sketch, keys_of, link
 from gaitval.reporting.ticks import round_ticks
 
 X = np.linspace(0.0, 100.0, 101)
@@ -56,20 +56,18 @@ def test_texts_are_as_wide_as_matplotlib_finds_them() -> None:
 
 
 def made() -> Sketch:
-    with new_sketch(3.0) as figure:
-        panels = figure.subplots(2, 2, sharex=True)
-        for number, axes in enumerate(figure.axes):
-            axes.plot(
-                X, 20.0 * np.sin(X / 15.0 + number) * 10.0**number, color="#00558f", label="a"
-            )
-            axes.fill_between(X, X, X + 30.0, color="#d9d9d9")
-            axes.axvline(61.5, color="#707070")
-            axes.plot((5.0, 9.0), (0.1, 0.1), color="#606060", transform=X_DATA)
-            axes.set_ylabel("moment, Nm/kg")
-            axes.margins(y=0.14)
-        panels[1][0].set_ylim(-5.0, 5.0)  # cuts its curve
-        link(panels[1][1], "cycle", "both", 3)
-        figure.legend([*keys_of(*figure.axes), LegendKey("<b>", {"facecolor": "#d9d9d9"})], ncols=3)
+    figure = Sketch(3.0)
+    panels = figure.subplots(2, 2, sharex=True)
+    for number, axes in enumerate(figure.axes):
+        axes.plot(X, 20.0 * np.sin(X / 15.0 + number) * 10.0**number, color="#00558f", label="a")
+        axes.fill_between(X, X, X + 30.0, color="#d9d9d9")
+        axes.axvline(61.5, color="#707070")
+        axes.plot((5.0, 9.0), (0.1, 0.1), color="#606060", transform=X_DATA)
+        axes.set_ylabel("moment, Nm/kg")
+        axes.margins(y=0.14)
+    panels[1][0].set_ylim(-5.0, 5.0)  # cuts its curve
+    link(panels[1][1], "cycle", "both", 3)
+    figure.legend([*keys_of(*figure.axes), LegendKey("<b>", {"facecolor": "#d9d9d9"})], ncols=3)
     return figure
 
 

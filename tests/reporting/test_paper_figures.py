@@ -13,7 +13,7 @@ from html_page import whole_pdf
 from gaitval.reporting import printer
 from gaitval.reporting.painting import svg
 from gaitval.reporting.paper_figures import Letters, _elements, operators, texts
-from gaitval.reporting.sketch import Sketch, new_sketch
+from gaitval.reporting.sketch import Sketch
 from gaitval.reporting.style import SKETCHED
 
 X = np.linspace(0.0, 100.0, 101)
@@ -45,13 +45,13 @@ def test_every_text_and_every_line_of_a_sketch_is_read() -> None:
 
 
 def made() -> Sketch:
-    with new_sketch(2.0) as figure:
-        left, right = figure.subplots(1, 2)[0]
-        left.plot(X, np.sin(X / 9.0), color="#00558f", linestyle=(0, (6, 1.5)), label="sine")
-        left.fill_between(X, X / 100.0, X / 50.0, color="#d96b0a", alpha=0.22)
-        left.set_ylim(-0.5, 1.0)  # cuts both
-        right.plot(X[::20], X[::20], color="#1a1a1a", marker="o", markerfacecolor="none")
-        right.set_xlabel("% of gait cycle")
+    figure = Sketch(2.0)
+    left, right = figure.subplots(1, 2)[0]
+    left.plot(X, np.sin(X / 9.0), color="#00558f", linestyle=(0, (6, 1.5)), label="sine")
+    left.fill_between(X, X / 100.0, X / 50.0, color="#d96b0a", alpha=0.22)
+    left.set_ylim(-0.5, 1.0)  # cuts both
+    right.plot(X[::20], X[::20], color="#1a1a1a", marker="o", markerfacecolor="none")
+    right.set_xlabel("% of gait cycle")
     return figure
 
 

@@ -31,7 +31,6 @@ GATE: Final = "file_gate"
 OWN: Final = {
     "gaitval/apps/cohort/store.py:read": "object storage, of which it reads so many bytes",
     "gaitval/compiled_cache.py:get_source_stamp": "the package's own code",
-    "gaitval/reporting/font_widths.py:_widths": "a font of matplotlib, by a name of ours",
     "gaitval/reporting/printer.py:fetch": "fonts of matplotlib, by names of ours",
     "gaitval/apps/cohort/process.py:peak_memory": "the system's own file on this process",
     "gaitval/datasets/registry.py:registry": "registry.toml of the package",

@@ -13,7 +13,7 @@ from gaitval.reporting.balance_figure import GUESS_COLOUR, MARKS, handles, law
 from gaitval.reporting.figure_data import table
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, WALK_WIDTH
 from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import X_DATA, SketchAxes, new_sketch
+from gaitval.reporting.sketch import X_DATA, Sketch, SketchAxes
 
 
 @dataclass(frozen=True)
@@ -57,14 +57,14 @@ class DrawnSteps:
 
     def placement(self) -> str:
         """The figure as SVG."""
-        with new_sketch(5.2) as figure:
-            axes = figure.subplots(2, 2)
-            _law(axes[0][0], self.aside, 1, "Sideways: foot and extrapolated centre of mass")
-            _law(axes[0][1], self.along, 0, "Forward: foot and extrapolated centre of mass")
-            _shares(axes[1][0], self.hurried)
-            self._recovery(axes[1][1])
-            figure.legend(handles(), ncols=6)
-            return svg(figure, "placement")
+        figure = Sketch(5.2)
+        axes = figure.subplots(2, 2)
+        _law(axes[0][0], self.aside, 1, "Sideways: foot and extrapolated centre of mass")
+        _law(axes[0][1], self.along, 0, "Forward: foot and extrapolated centre of mass")
+        _shares(axes[1][0], self.hurried)
+        self._recovery(axes[1][1])
+        figure.legend(handles(), ncols=6)
+        return svg(figure, "placement")
 
     def _recovery(self, axes: SketchAxes) -> None:
         change = self.velocity - self.plain
