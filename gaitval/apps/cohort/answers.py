@@ -8,6 +8,8 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from gaitval.metrics.results import Summary
+
 Short = Annotated[str, Field(max_length=1000)]
 _Number = Annotated[int | float, Field(allow_inf_nan=False)] | None
 _Count = Annotated[int, Field(ge=0)]
@@ -43,17 +45,11 @@ class _Subject(_Read):
     speed: _Number
 
 
-class _Verdicts(_Read):
-    """The counts of `metrics.results.Summary`, what failed, and what could not be judged."""
+class _Verdicts(Summary):
+    """The counts of the metrics, what failed, and what could not be judged."""
 
-    accepted: _Count
-    refused: _Count
-    not_shown: _Count = 0
-    guess_judged: _Count = 0
-    guess_passes: _Count = 0
-    guess_within: _Count = 0
-    goals: _Count
-    goals_reached: _Count
+    model_config = _Read.model_config
+
     failed: list[Short]
     not_judged: Short = ""
 
