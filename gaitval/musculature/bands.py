@@ -23,7 +23,7 @@ from gaitval.musculature.forces import (
     change_limits,
     rate,
 )
-from gaitval.musculature.leg_metabolics import muscle_rates
+from gaitval.musculature.leg_metabolics import fibre_states, muscle_rates
 from gaitval.musculature.mapping import LegLoads
 from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry
 from gaitval.musculature.pelvis_zero import SHAPES
@@ -187,11 +187,11 @@ def draw(
             wider=float(np.exp(spreads.plateaus * random.normal())),
         )
         parts.append((shared.activation, shared.force, carried))
-        rates = muscle_rates(
+        states = fibre_states(
             found.time, muscles, shared.activation, shared.force, shared.able.passive,
             shared.able.fibre, dynamics_of_activation=found.dynamics_of_activation,
         )  # fmt: skip
-        for model, each in rates.items():
+        for model, each in muscle_rates(muscles, states).items():
             metabolic.setdefault(model, []).append(float(each.total.sum(axis=1).mean()))
     contacts = [part[2] for part in parts]
     factor = np.exp(spreads.model_share * random.normal(size=(draws, 1)))

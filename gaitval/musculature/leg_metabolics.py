@@ -61,23 +61,10 @@ def fibre_states(
     )
 
 
-def muscle_rates(
-    time: Array,
-    muscles: LegMuscles,
-    activation: Array,
-    force: Array,
-    passive: Array,
-    fibre: Array,
-    *,
-    dynamics_of_activation: bool = False,
-) -> dict[str, MuscleRates]:
-    """W of each muscle of a leg, (T, 40), by the name of the model (`metabolics.MODELS`);
-    arguments as of `fibre_states`.
+def muscle_rates(muscles: LegMuscles, states: FibreStates) -> dict[str, MuscleRates]:
+    """W of each of the `muscles` of a leg, (T, 40), in the `states` of their fibres
+    (`fibre_states`), by the name of the model (`metabolics.MODELS`).
     """
-    states = fibre_states(
-        time, muscles, activation, force, passive, fibre,
-        dynamics_of_activation=dynamics_of_activation,
-    )  # fmt: skip
     fibres = fibres_of(muscles)
     return {name: model(states, fibres) for name, model in MODELS.items()}
 
@@ -97,10 +84,11 @@ def leg_rates(
     """(T,) W of all muscles of a `leg` together, by the name of the model; `dynamics_of_activation`
     as for `fibre_states`.
     """
-    rates = muscle_rates(
+    states = fibre_states(
         time, leg.muscles, leg.activation, leg.force, leg.passive, leg.fibre,
         dynamics_of_activation=dynamics_of_activation,
     )  # fmt: skip
+    rates = muscle_rates(leg.muscles, states)
     return {name: each.total.sum(axis=1) for name, each in rates.items()}
 
 

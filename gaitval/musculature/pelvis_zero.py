@@ -62,7 +62,7 @@ def pelvis_zero(tilt: float) -> float:
     """How much further forward, rad, a pelvis lies than its ASIS and PSIS say, expected of a person
     who walks with the mean `tilt` (rad) of their plane.
     """
-    share = SHAPES**2 / (SHAPES**2 + max(SPREAD**2 - SHAPES**2, 0.0))
+    share = min(1.0, (SHAPES / SPREAD) ** 2)
     most = _FARTHEST * SPREAD
     return -share * float(np.clip(tilt - USUAL, -most, most))
 

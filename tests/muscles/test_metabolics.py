@@ -123,9 +123,10 @@ def test_muscles_do_the_work_of_the_joints(found):
 def test_heat_is_never_below_what_live_muscle_gives_off(found):
     for _, side, piece in found.pieces:
         leg = piece.legs[side]
-        rates = muscle_rates(
+        states = fibre_states(
             piece.time, leg.muscles, leg.activation, leg.force, leg.passive, leg.fibre
         )
+        rates = muscle_rates(leg.muscles, states)
         mass = fibres_of(leg.muscles).mass
         for each in rates.values():
             assert (each.total - each.work > mass * (1.0 - 1e-9)).all()
