@@ -252,11 +252,11 @@ def test_a_whole_identification(recorded, tmp_path):
     )  # fmt: skip
     assert found.converged
     assert found.search_distance < 0.5
-    # The search may find a lower minimum of the kind (0.65 lower in S01), and no higher one.
+    # The search may find a lower minimum of the kind (1.2 lower here), and no higher one.
     assert found.deviance_identified < solution.cost + 0.05
-    # What it found is as likely by the fit without it; 0.15 is 0.4 SD along any direction.
+    # What it found is as likely by the fit without it; 0.05 is 0.2 SD along any direction.
     (there,) = Profile(fit, solution)([np.array(found.posterior_mean)])
-    assert there == pytest.approx(solution.cost, abs=0.15)
+    assert there == pytest.approx(solution.cost, abs=0.05)
     assert found.deviance_identified < found.deviance_nominal
     assert "weak" in found.verdicts
     for verdict, used, nominal in zip(found.verdicts, found.identified, found.nominal, strict=True):

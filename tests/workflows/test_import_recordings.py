@@ -105,18 +105,26 @@ def test_the_treadmill_walk_has_the_published_speed_cadence_and_steps(t01, gait_
 @pytest.mark.slow
 def test_consistent_residuals_are_within_opensims_checklist(recorded):
     """Force 25 N peak and 15 N RMS, moment 75 Nm and 50 Nm; Hicks et al. 2015: 5 % of the peak
-    ground reaction. As recorded, both walks are beyond. The peak of t01 is missed by 1 % in one of
-    4500 frames (25.3 N; 20.7 with a sphere of the ball ahead of the toes' joint), as its page says.
-    """
+    ground reaction. As recorded, both walks are beyond. The peak of the force has a test of its
+    own."""
     changed = recorded.walk.consistent
     assert changed is not None
     assert changed.before.force_peak > 25.0
-    assert changed.after.force_peak < (25.5 if changed.after.frames > 1000 else 25.0)
     assert changed.after.force_rms < 15.0
     assert changed.after.moment_peak < 75.0
     assert changed.after.moment_rms < 50.0
     assert changed.after.force_share < 0.05
     assert changed.marker_change_rms < 0.005
+
+
+@pytest.mark.slow
+def test_the_consistent_force_stays_below_opensims_peak(recorded, request):
+    if recorded.walk.consistent.after.frames > 1000:
+        # 25.3 N in one of 4500 frames; 20.7 with a sphere of the ball ahead of the toes' joint
+        request.applymarker(
+            pytest.mark.xfail(strict=True, reason="t01 misses it, as its page says")
+        )
+    assert recorded.walk.consistent.after.force_peak < 25.0
 
 
 @pytest.mark.parametrize("title", SAGITTAL)
