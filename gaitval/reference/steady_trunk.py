@@ -13,9 +13,9 @@ from gaitval.model.body import PARENTS, SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 
 FROM_HZ = 11.0
-"""From which on they are held: a little below the 12 Hz from which a walk's moments count as ringing,
-because strides vary. The twelfth harmonic of a stride of 0.93 s, which harmonics alone left free,
-was most of what rang at that back."""
+"""From which on they are held: a little below the 12 Hz from which a walk's moments count as
+ringing, because strides vary. The twelfth harmonic of a stride of 0.93 s, which harmonics alone
+left free, was most of what rang at that back."""
 
 SHAKING = tuple(
     i for i, name in enumerate(COORDINATES) if i < 3 or name.startswith(("lumbar", "arm", "elbow"))

@@ -435,7 +435,8 @@ def test_what_toes_do_beyond_people_costs_as_well(problem_of_s05):
     found, slope = (each[:, toes] for each in weighted_laws(problem, none, common, 1.0))
     moment = plain / weight + problem.target[:, toes]
     beyond = np.minimum(moment + problem.toe_most, 0.0)
-    assert (beyond < 0.0).any() and (beyond == 0.0).any()
+    assert (beyond < 0.0).any()
+    assert (beyond == 0.0).any()
     np.testing.assert_allclose(found, plain + beyond * problem.toe_excess, atol=1e-12)
     np.testing.assert_allclose(slope, weight + (beyond < 0.0) * problem.toe_excess, atol=1e-12)
 
