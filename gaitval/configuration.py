@@ -202,8 +202,8 @@ class ServoSettings(Section):
     subtalar: Positive = 120.0
     toe: Positive = 30.0
     lumbar: Positive = 480.0
-    """As stiff as three hips' halves: a back of 640 passed the landing on to the trunk, by more than
-    0.03 Nm/kg above 12 Hz in two of ten people (docs/notebook/decisions.md)."""
+    """A back of 640 passed the landing on to the trunk, by more than 0.03 Nm/kg above 12 Hz in two
+    of ten people (docs/notebook/decisions.md)."""
     shoulder: Positive = 64.0
     damping_time: Positive = 0.08
     """Damping / stiffness, s."""
