@@ -36,7 +36,7 @@ class RecordAccuracy(NamedTuple):
     free_moment: float = 0.002
     """BW m, of the free moment under each foot from none, for each body weight that the foot
     carries: that of a foot which turns at 2 to 3 degrees/s. Of 1 to 3e-3 fits of nine people choose
-    this for the tenth, whoever that is (docs/notebook/decisions.md)."""
+    this for the tenth in nine of ten cases (docs/notebook/decisions.md)."""
     flexion_moments: float | None = None
     """Of hip and knee in the sagittal plane, where it is not that of the ankle (`moment`)."""
     hip_centre: float = 0.02
