@@ -59,7 +59,7 @@ def off(folder: Path, accuracy: RecordAccuracy) -> dict[str, float]:
     found = by_kind(reference_curves(fit, model.mass, record.left_phase))
 
     def error(kind: str, name: str) -> float:
-        return rms(found[kind][name] - truth[kind][name])  # type: ignore[index]
+        return rms(found[kind][name] - truth[kind][name])
 
     groups = {
         group: float(np.mean([error(kind, name) for name in sided(names)]))

@@ -378,8 +378,8 @@ def _hold_unrecorded(
         weights[:, row] = 1.0 / (size * mass)
     # Friction turns a foot back by as much as it is loaded: the same turning weighs the same.
     free = FOOT + FOOT_NUMBERS * i + 7
-    size = wanted.record.free_moment * np.maximum(load, LEAST_LOAD)
-    weights[:, free] = 1.0 / (size * mass * GRAVITY)
+    turning = wanted.record.free_moment * np.maximum(load, LEAST_LOAD)
+    weights[:, free] = 1.0 / (turning * mass * GRAVITY)
 
 
 def fit_problem(
