@@ -8,7 +8,7 @@ Patients who stiffen a joint by far more than a tone are not in them.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -151,9 +151,33 @@ def draw(
     seed: int = 1,
 ) -> Draws:
     """Share the moments of one leg of `found` again, `draws` times with other values of what is
-    not known.
+    not known. Frames in which nothing was shared are NaN.
     """
-    leg: LegForces = found.legs[side]  # type: ignore[index]
+    whole: LegForces = found.legs[side]  # type: ignore[index]
+    rows = np.flatnonzero(whole.known)
+    if len(rows) == len(found.time):
+        return _draw(found, whole, draws, spreads, criteria, seed)
+    drawn = _draw(
+        replace(found, time=found.time[rows]), whole.part(rows), draws, spreads, criteria, seed
+    )
+    moved: dict[str, Array] = {}
+    for each in fields(drawn):
+        values = getattr(drawn, each.name)
+        if isinstance(values, np.ndarray):
+            moved[each.name] = np.full((draws, len(found.time), *values.shape[2:]), np.nan)
+            moved[each.name][:, rows] = values
+    return replace(drawn, **moved)  # type: ignore[arg-type]
+
+
+def _draw(
+    found: MuscleForces,
+    leg: LegForces,
+    draws: int,
+    spreads: Spreads,
+    criteria: Sequence[str],
+    seed: int,
+) -> Draws:
+    """`draw` of the `leg` of `found`, all of whose frames are known."""
     published = geometry(leg.loads.angles)
     random = np.random.default_rng(seed)
     weight = found.mass_kg * GRAVITY

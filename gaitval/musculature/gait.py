@@ -286,7 +286,7 @@ def muscles_of(
             for start, end in _joined(whole or motion.spans.get(side, ())):
                 seen = None if recorded is None else recorded.get(motion.name, {}).get(side)
                 found = _share_span(
-                    motion,
+                    _counted(motion) if whole else motion,
                     side,
                     start,
                     end,
@@ -320,6 +320,13 @@ def muscles_of(
         pieces=tuple(pieces),
         remarks=tuple(dict.fromkeys(remarks)),
     )
+
+
+def _counted(motion: LoadedMotion) -> LoadedMotion:
+    """`motion` with its moments known throughout: what its cycles need was looked at when they were
+    counted.
+    """
+    return replace(motion, dynamics=replace(motion.dynamics, known=None, foot_known=None))
 
 
 def _joined(spans: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:

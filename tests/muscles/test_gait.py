@@ -15,8 +15,10 @@ from gaitval.coordinates import ACTUATED
 from gaitval.errors import ArtefactError, ModelError, RecordError
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.feet_on_plates import SETTLING_SECONDS
+from gaitval.gait.foot_forces import settled
 from gaitval.importing.stored_motions import _in_table, _knees
 from gaitval.mocap.mot import read_storage
+from gaitval.mocap.recording import FootForces
 from gaitval.model.markers import MARKERS, save_markers
 from gaitval.musculature import share
 from gaitval.musculature.forces import FALL, RISE, RecordedActivation
@@ -75,11 +77,20 @@ def test_what_is_known_without_a_cycle_is_shared_over_time(motion):
 
 
 def test_frames_beside_unknown_forces_are_not_shared():
-    """The low-pass spreads what made them unknown; the ends of a trial stay."""
+    """The low-pass spreads what made them unknown; the ends of a trial stay. Where the foot then is
+    in the air, an event ends them that only markers show.
+    """
     time = np.arange(200) / 100
-    valid = np.ones((200, 2), dtype=bool)
+    valid, vertical = np.ones((200, 2), dtype=bool), np.full((200, 2), 700.0)
     valid[60:70, 0] = False
-    spans = known_spans(time, valid, np.full((200, 2), 700.0), 70.0, {"right": (), "left": ()})
+    vertical[70:110, 0] = 0.0
+    point = np.where(vertical[..., None] > 0.0, 0.0, np.nan) * np.ones(3)
+    force = vertical[..., None] * [0.0, 0.0, 1.0]
+    known = settled(FootForces(100.0, 0.0, force, point, 0.0 * force, valid))
+    settling = round(100 * SETTLING_SECONDS)
+    assert np.flatnonzero(~known[:, 0]).tolist() == [*range(60 - settling, 70)]
+    assert known[:, 1].all()
+    spans = known_spans(time, known, vertical, 70.0, {"right": (), "left": ()})
     assert spans["left"] == [(0.0, 1.99)]
     first, second = spans["right"]
     assert first == (0.0, pytest.approx(0.59 - SETTLING_SECONDS))
