@@ -149,7 +149,7 @@ def trial_parts(trials: Sequence[WalkingTrial]) -> str:
     message = []
     for walk in trials:
         time, parts = walk.recording.time, []
-        for column, side in enumerate(SIDES):
+        for side in SIDES:
             if walk.moments is None:
                 continue
             times = [

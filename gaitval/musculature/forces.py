@@ -341,9 +341,7 @@ def _share_known(
     paths = geometry(loads.angles)
     options: dict[str, Any] = {"dynamics_of_activation": dynamics_of_activation}
     if known.all():
-        return share_leg(
-            time, loads, paths, muscles, criterion, mass, recorded=recorded, **options
-        )
+        return share_leg(time, loads, paths, muscles, criterion, mass, recorded=recorded, **options)
     stretches = [np.arange(begin, end) for begin, end in zip(*runs(known), strict=True)]
     found = [
         share_leg(
@@ -360,9 +358,9 @@ def _share_known(
     ]
     rows = np.concatenate(stretches)
 
-    def spread(parts: Sequence[Any]) -> dict[str, Array]:
+    def spread(parts: Sequence[Any]) -> dict[str, Any]:
         """The arrays of time of `parts`, of all frames; NaN, and False of flags, between them."""
-        whole = {}
+        whole: dict[str, Any] = {}
         for each in fields(parts[0]):
             values = [getattr(part, each.name) for part in parts]
             if isinstance(values[0], np.ndarray):
@@ -372,8 +370,10 @@ def _share_known(
                 whole[each.name][rows] = joined
         return whole
 
-    unknown = {
-        name: np.where(known.reshape(-1, *[1] * (getattr(loads, name).ndim - 1)), getattr(loads, name), np.nan)
+    unknown: dict[str, Any] = {
+        name: np.where(
+            known.reshape(-1, *[1] * (getattr(loads, name).ndim - 1)), getattr(loads, name), np.nan
+        )
         for name in ("moments", "force", "moment")
     }
     return replace(

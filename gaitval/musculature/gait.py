@@ -501,7 +501,7 @@ SOURCES: Final[Mapping[str, tuple[str, ...]]] = {
     "body mass": ("mass",),
     "moments": ("moment",),
     "co-contraction": ("tone",),
-    "such models at implants": ("model_share", "model_force", "model_split"),
+    "such models at implants": ("model_share", "model_hip", "model_force", "model_split"),
 }
 """What bands are of: names, and what of `Spreads` they are; of the cost, the criteria, too."""
 

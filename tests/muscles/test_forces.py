@@ -236,9 +236,7 @@ def test_nothing_is_said_where_the_force_on_a_foot_is_not_known(walk, dynamics, 
     away = np.ones_like(unknown)
     away[16:39] = False
     np.testing.assert_allclose(leg.contact.hip[away], whole.contact.hip[away], atol=2.0)
-    np.testing.assert_array_equal(
-        marked.legs["left"].contact.hip, found.legs["left"].contact.hip
-    )
+    np.testing.assert_array_equal(marked.legs["left"].contact.hip, found.legs["left"].contact.hip)
     assert np.isfinite(leg.reserve_share()).all()
     (remark,) = (each for each in marked.remarks() if "not known" in each)
     assert f"{walk.time[20]:.2f} to {walk.time[34]:.2f} s" in remark
