@@ -383,7 +383,7 @@ def _share_known(
             "length": paths.length @ muscles.sizes.factors,
             "arms": -(paths.slope @ muscles.sizes.factors),
             "outside": paths.outside,
-        },  # type: ignore[arg-type]
+        },
         loads=replace(loads, **unknown),
         contact=Contact(**spread([part.contact for part in found])),
     )

@@ -296,10 +296,14 @@ def muscles_of(
                     seen,
                     zero,
                 )
+                message = f"{motion.name}: " if len(motions) > 1 else ""
                 if not whole:
                     found = _within(found, start, end)
+                    remarks.append(
+                        f"{message}{side}: no whole cycle is known; shared from {start:.2f} to "
+                        f"{end:.2f} s, where the force on this foot is"
+                    )
                 pieces.append((motion.name, side, found))
-                message = f"{motion.name}: " if len(motions) > 1 else ""
                 remarks += [f"{message}{each}" for each in found.remarks()]
                 cut.setdefault(side, []).extend(
                     (found, a, b) for a, b in whole if start <= a and b <= end
