@@ -50,6 +50,6 @@ def least_hip(found: MuscleGait, motions: Sequence[LoadedMotion]) -> dict[Side, 
         curves.setdefault(side, []).extend(
             np.interp(np.linspace(start, end, 101), piece.time, least) / piece.body_weight
             for start, end in cycles.get((name, side), ())
-            if piece.time[0] <= start and end <= piece.time[-1]
+            if piece.time[0] <= (start + end) / 2 <= piece.time[-1]
         )
     return {side: np.mean(each, axis=0) for side, each in curves.items() if each}

@@ -23,6 +23,7 @@ from gaitval.model.markers import MARKERS, save_markers
 from gaitval.musculature import share
 from gaitval.musculature.forces import FALL, RISE, RecordedActivation
 from gaitval.musculature.gait import CONTACTS, SOURCES, muscles_of, part_of
+from gaitval.musculature.least_hip import least_hip, least_hip_leg
 from gaitval.musculature.mapping import leg_loads, published_angles, sizes
 from gaitval.musculature.own_coordinates import own_lengths, plain_paths
 from gaitval.musculature.paths import COORDINATES, table
@@ -68,6 +69,8 @@ def test_what_is_known_without_a_cycle_is_shared_over_time(motion):
     alone = muscles_of([part])
     assert not alone.legs
     ((_, _, piece),) = alone.pieces
+    (remark,) = (each for each in alone.remarks if "no whole cycle" in each)
+    assert f"{start:.2f} to {start + 0.5:.2f} s" in remark
     # What pads the span for rates is not known.
     assert start <= piece.time[0]
     assert piece.time[-1] <= start + 0.5
@@ -95,6 +98,22 @@ def test_frames_beside_unknown_forces_are_not_shared():
     first, second = spans["right"]
     assert first == (0.0, pytest.approx(0.59 - SETTLING_SECONDS))
     assert second == (pytest.approx(0.70 + SETTLING_SECONDS), 1.99)
+
+
+def test_no_sharing_presses_a_hip_less_than_the_least(motion, found):
+    """It makes the same moments, and is not far below what the default makes of them."""
+    least = least_hip(found, [motion])
+    assert set(least) == {"right", "left"}
+    for criterion in ("contact by volume", "squares"):
+        free = muscles_of([motion], criterion=criterion, dynamics_of_activation=False)
+        for side, leg in free.legs.items():
+            assert (least[side] <= leg.contact["hip"] + 0.01).all()
+    for side, curve in least.items():
+        assert 0.5 * found.legs[side].contact["hip"].max() < curve.max()
+    _, side, piece = found.pieces[0]
+    leg = least_hip_leg(piece.time, piece.legs[side], piece.mass_kg)
+    assert leg.solved.all()
+    assert (leg.reserve_share()[:5] < 0.01).all()
 
 
 def test_a_missing_foot_has_no_muscles(motion):
