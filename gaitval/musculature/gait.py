@@ -301,7 +301,7 @@ def muscles_of(
                     found = _within(found, start, end)
                     remarks.append(
                         f"{message}{side}: no whole cycle is known; shared from {start:.2f} to "
-                        f"{end:.2f} s, where the force on this foot is"
+                        f"{end:.2f} s, where the force on this foot is known"
                     )
                 pieces.append((motion.name, side, found))
                 remarks += [f"{message}{each}" for each in found.remarks()]
