@@ -57,6 +57,15 @@ def test_a_subject_from_a_path(tmp_path):
     assert load_subject(path) == load_subject(str(path)) == load_subject(5)
 
 
+@pytest.mark.parametrize("name", ["mine", "some/mine"])
+def test_the_folder_of_a_run_is_refused_with_the_file_in_it(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).mkdir(parents=True)
+    (tmp_path / name / "subject.toml").write_text(TEXT)
+    with pytest.raises(SubjectError, match=f"{name}/subject.toml"):
+        load_subject(name)
+
+
 @pytest.mark.parametrize("name", ["11", "S00", "14", "WBDS03", "five", ""])
 def test_unknown_names_list_the_valid_ones(name):
     with pytest.raises(SubjectError, match=r"S05 \(WBDS14\)"):
