@@ -189,7 +189,7 @@ def grid(
     linked: bool = True,
     width: float = WIDTH,
 ) -> str:
-    """Rows of `panels` as SVG `figure_name` of a `width` in inches, each row `height` inches: record
+    """Rows of `panels` as SVG `figure_name`, each row `height` and the whole `width` inches: record
     and walk are called by `words`, the band of healthy people by `norm`, or by whose it is, that of
     a curve by `spread`. `linked` panels show the moment of the replay.
     """
