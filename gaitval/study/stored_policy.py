@@ -11,7 +11,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import copy_files, read_json
 from gaitval.configuration import Configuration, EnvironmentSettings, load_configuration
 from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
+from gaitval.datasets.subject_file import builtin_name, load_subject
 from gaitval.display import Displayed
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.gait.record import GaitRecord
@@ -202,6 +202,17 @@ class StoredPolicy(Displayed):
             correction=Adjustment.from_dict(read_json(path), str(path)),
             folder=folder,
         )
+
+
+def page_folder(walker: str, identifier: str, of: str) -> Path:
+    """Where a page `of` something goes by default: beside the run that was given as a `walker`, so
+    that runs of one person keep one each; of another walker, by its `identifier` in reports/.
+    """
+    given = Path(walker)
+    if builtin_name(walker) is None and given.is_dir():
+        run = given.parent if given.name == "baseline" else given
+        return run.parent / f"{run.resolve().name}-{of}"
+    return Path("reports") / f"{identifier}-{of}"
 
 
 def stored_baseline(folder: Path, identifier: str) -> Path | None:

@@ -10,7 +10,7 @@ import pytest
 from gaitval.errors import PolicyError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.study.inputs import CENTRING, walked_files
-from gaitval.study.stored_policy import StoredPolicy
+from gaitval.study.stored_policy import StoredPolicy, page_folder
 
 BASELINE = Path(__file__).parents[2] / "reports/S05/baseline"
 
@@ -48,3 +48,17 @@ def test_what_is_missing_is_what_a_prediction_would_have(folder: Path) -> None:
     with pytest.raises(PolicyError, match=r"correction\.json missing") as refused:
         StoredPolicy.load(folder)
     assert "identification" not in str(refused.value)
+
+
+def test_pages_of_two_runs_of_one_person_do_not_replace_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("reports/S05/baseline", "reports/S05-range/at-0.95", "5"):
+        Path(name).mkdir(parents=True)
+    found = {
+        given: page_folder(given, "S05", "perturbed").as_posix()
+        for given in ("5", "reports/S05", "reports/S05/baseline", "reports/S05-range/at-0.95/")
+    }
+    assert found.pop("reports/S05-range/at-0.95/") == "reports/S05-range/at-0.95-perturbed"
+    assert {*found.values()} == {"reports/S05-perturbed"}

@@ -79,7 +79,7 @@ def perturb(
         Path | None,
         typer.Option(
             "--out", "-o", metavar="FOLDER", show_default=False,
-            help="Folder of the page; by default reports/S05-perturbed.",
+            help="Folder of the page; by default beside the run: reports/S05-perturbed.",
         ),
     ] = None,
 ) -> None:  # fmt: skip
@@ -94,13 +94,14 @@ def perturb(
     from gaitval.apps.balance.study import recoveries
     from gaitval.apps.balance.write import NAME, write_recoveries
     from gaitval.folder_lock import locked
+    from gaitval.study.stored_policy import page_folder
 
     delays = None if delay is None else _delays(delay)
     asked = _grounds(slip or (), trip or (), step_down or (), side)
     grounds = asked if asked or pushes else usual_grounds(_side(side))
     policy = gaitval.load_policy(walker)
     identifier = policy.subject.identifier
-    folder = out or Path("reports") / f"{identifier}-perturbed"
+    folder = out or page_folder(walker, identifier, "perturbed")
     with locked(folder):
         with display.live_view() as live:
             live.started("perturb", identifier)
