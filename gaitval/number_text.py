@@ -12,6 +12,12 @@ def number(value: float | None, digits: int = 2) -> str:
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
+def signed(value: float | None, digits: int = 2) -> str:
+    """A change as `number`, with a plus where it is more; no sign where it rounds to none."""
+    text = number(value, digits)
+    return f"+{text}" if value is not None and value > 0 and text.strip("0.") else text
+
+
 def rough(value: float | None, figures: int = 2) -> str:
     """`value` with as many `figures` as a measured error is worth, never in powers of ten: 0.031,
     1.2, 120; a dash if not measured.

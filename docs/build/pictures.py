@@ -307,7 +307,8 @@ def prepared(step: str, work: Path, done: set[str]) -> None:
         data = os.environ.get("GAITVAL_DATA")
         if data is None and any("{data}" in word for word in words):
             raise Lacking("set GAITVAL_DATA to the folder with the published recordings")
-        root, data = str(ROOT), str(Path(data or "").resolve())
+        # a page shows the path as it was given, and a picture shows no folder of this machine
+        root, data = os.path.relpath(ROOT, work), str(Path(data or "").resolve())
         gaitval(work, *(word.format(data=data, root=root) for word in words))
     done.add(step)
 

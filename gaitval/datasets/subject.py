@@ -11,11 +11,11 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 
 from gaitval.artefacts import write_text
 from gaitval.coordinates import Side
-from gaitval.datasets.identity import Aid, same_name
+from gaitval.datasets.identity import Aid, line_of_text, same_name
 from gaitval.datasets.plausible import implausible
 from gaitval.datasets.stored_gait import Gait, StanceFraction, keys_problems
 from gaitval.datasets.subject_toml import toml_of
@@ -69,7 +69,7 @@ class Trial(StoredPart):
     walking_speed_m_s: FiniteNumber
     stride_time_s: FiniteNumber
     left_phase: FiniteNumber
-    left_phase_from_force: FiniteNumber | None = None
+    left_phase_from_force: Annotated[FiniteNumber, Field(ge=0, lt=1)] | None = None
     mean_vertical_force: FiniteNumber | None = None
     stance_fraction: StanceFraction
     low_pass: RecordedLowPass | None = None
@@ -136,7 +136,7 @@ class Subject(Displayed, StoredPart):
     stride_time_s: FiniteNumber
     left_phase: FiniteNumber
     """Phase of the right cycle at left heel strike, from the pelvis curves of the two sides."""
-    left_phase_from_force: FiniteNumber | None = None
+    left_phase_from_force: Annotated[FiniteNumber, Field(ge=0, lt=1)] | None = None
     """A second estimate, from the vertical forces; not used to compute."""
     mean_vertical_force: FiniteNumber | None = None
     """Mean over the cycle of right + left vertical force, body weights; None if not both were
@@ -166,6 +166,11 @@ class Subject(Displayed, StoredPart):
     """Half the width of the 90 % band of a mean curve of the own trial, median over the cycle (rad,
     Nm/kg, body weights), by its name in `curves.csv`, and of "length_thigh_right" and others (m).
     """
+
+    @field_validator("person", "laboratory", "guessed", "source", "citation", "licence")
+    @classmethod
+    def _one_line(cls, text: str | None) -> str | None:
+        return None if text is None else line_of_text(text)
 
     @model_validator(mode="after")
     def _plausible(self) -> Self:

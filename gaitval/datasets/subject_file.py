@@ -1,5 +1,6 @@
 """Read subjects: from a TOML file, or one of the ten that are built in."""
 
+import os
 import re
 from functools import cache
 from importlib import resources
@@ -24,6 +25,8 @@ BUILTIN: Final[dict[str, tuple[str, str]]] = {
     "S10": ("WBDS39", "T02"),
 }
 """The paper's ten subjects: person and treadmill trial of the WBDS dataset."""
+SUBJECT: Final = "subject.toml"
+"""The file of the subject in the folder of a run, an import or a baseline."""
 
 
 def parse_subject(text: str, where: str) -> Subject:
@@ -66,6 +69,11 @@ def load_subject(name_or_path: str | int | Path) -> Subject:
     the file has problems (all are listed).
     """
     name = str(name_or_path).strip()
+    if builtin_name(name) is None and os.path.isfile(inside := Path(name) / SUBJECT):
+        raise SubjectError(
+            f"{name}: is the folder of a run or an import, but a subject is a file or a number "
+            f"here. Give {inside}."
+        )
     if name.lower().endswith(".toml") or "/" in name:
         values = read_toml(Path(name), SubjectError, "Check the path of the subject file")
         return make_subject(with_identity(values), str(Path(name)))

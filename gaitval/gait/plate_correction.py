@@ -43,12 +43,12 @@ class PlateCorrection(StoredPart):
 
     scale: Annotated[FiniteNumber, Field(gt=0.5, lt=2.0)] = 1.0
     """True force / measured force."""
-    scale_sd: Annotated[FiniteNumber, Field(ge=0)] = 0.0
+    scale_sd: Annotated[FiniteNumber, Field(ge=0, lt=1.0)] = 0.0
     shift_right: Annotated[FiniteNumber, Field(gt=-0.2, lt=0.2)] = 0.0
     """m, by which the centre of pressure under the right foot is too far forward."""
-    shift_right_sd: Annotated[FiniteNumber, Field(ge=0)] = 0.0
+    shift_right_sd: Annotated[FiniteNumber, Field(ge=0, lt=0.2)] = 0.0
     shift_left: Annotated[FiniteNumber, Field(gt=-0.2, lt=0.2)] = 0.0
-    shift_left_sd: Annotated[FiniteNumber, Field(ge=0)] = 0.0
+    shift_left_sd: Annotated[FiniteNumber, Field(ge=0, lt=0.2)] = 0.0
 
     @property
     def shift(self) -> dict[Side, float]:

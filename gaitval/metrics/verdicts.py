@@ -197,7 +197,7 @@ def value_text(row: Verdict) -> str:
     """The value of a `row` with its unit."""
     if row.value is None:
         return "not measured"
-    return f"{row.value:.3g}{unit_text(row.unit)}"
+    return f"{row.value:.3g}{unit_text(row.unit)}".replace("-", "−", row.value < 0)
 
 
 def bound_text(row: Verdict, bound: float | None) -> str:

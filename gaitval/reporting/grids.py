@@ -30,6 +30,7 @@ from gaitval.reporting.figures import (
 )
 from gaitval.reporting.painting import svg
 from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, Sketch, SketchAxes, link
+from gaitval.reporting.style import WIDTH
 
 KINEMATICS: Final = (
     ("angles/pelvis_tilt", "angles/pelvis_list", "angles/pelvis_rotation"),
@@ -174,6 +175,9 @@ UNITS: Final = {
 }
 
 
+_LEGEND_LINE: Final = 0.17  # inches, of the 8 points of its letters and the space between
+
+
 def grid(
     panels: Sequence[Sequence[Panel]],
     *,
@@ -183,15 +187,19 @@ def grid(
     norm: str = "",
     spread: str = SPREAD,
     linked: bool = True,
+    width: float = WIDTH,
 ) -> str:
-    """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
-    by `words`, the band of healthy people by `norm`, or by whose it is, that of a curve by
-    `spread`. `linked` panels show the moment of the replay.
+    """Rows of `panels` as SVG `figure_name`, each row `height` and the whole `width` inches: record
+    and walk are called by `words`, the band of healthy people by `norm`, or by whose it is, that of
+    a curve by `spread`. `linked` panels show the moment of the replay.
     """
-    figure = Sketch(height * len(panels) + 0.45)
+    shown = [panel for row in panels for panel in row]
+    handles = _handles(shown, words, norm, spread)
+    lines = 2 if width >= WIDTH else -(-len(handles) // 2)
+    figure = Sketch(height * len(panels) + 0.11 + _LEGEND_LINE * lines, width)
     every = figure.subplots(len(panels), len(panels[0]), sharex=True)
     units = any(_begins(row, i) for row in panels for i in range(1, len(row)))
-    figure.placed = (0.56, 0.55 if units else 0.42)  # below a legend of two lines
+    figure.placed = (0.22 + _LEGEND_LINE * lines, 0.55 if units else 0.42)
     for number, (row, axes_of_row) in enumerate(zip(panels, every, strict=True)):
         for column, (panel, axes) in enumerate(zip(row, axes_of_row, strict=True)):
             if linked and panel.curves:
@@ -201,9 +209,7 @@ def grid(
                 axes.set_ylabel(UNITS[panel.kind])
     for axes in every[-1]:
         axes.set_xlabel("% of gait cycle")
-    shown = [panel for row in panels for panel in row]
-    handles = _handles(shown, words, norm, spread)
-    figure.legend(handles, ncols=-(-len(handles) // 2), fontsize=8.0)
+    figure.legend(handles, ncols=-(-len(handles) // lines), fontsize=8.0)
     return svg(figure, figure_name)
 
 

@@ -18,7 +18,7 @@ from gaitval.configuration import ReportSettings
 from gaitval.conventions import beside, convention_of
 from gaitval.memory import without_search
 from gaitval.missing_extras import need
-from gaitval.number_text import number, rough
+from gaitval.number_text import number, rough, signed
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.compiled_templates import CompiledTemplates
 from gaitval.reporting.contents import with_contents
@@ -139,6 +139,7 @@ def _in_language(language: str) -> dict[str, Callable[..., Any]]:
     return {
         "number": fixed,
         "figures": lambda text: words(language).figures(str(text)),
+        "signed": lambda value, digits=2: words(language).figures(signed(value, digits)),
         "rough": lambda value: words(language).figures(rough(value)),
         "dated": lambda text: words(language).dated(str(text)),
         "count": lambda value: words(language).count(value),

@@ -31,10 +31,15 @@ from gaitval.reporting.figure_data import Tables
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.muscle_figures import DrawnMuscles
 from gaitval.reporting.spoken import Draw
+from gaitval.reporting.style import WIDTH
 from gaitval.simulation.rollout import Rollout
 
 STRIDES: Final = 8
 """Drawn of each side: more are one grey area."""
+NARROW: Final = "curves_narrow"
+"""The small figure of the sheet for a screen so narrow that the wide one would have to scroll."""
+NARROW_WIDTH: Final = 3.6
+"""Inches: the smallest text, 7.5 points, is 9 pixels on a screen of 360."""
 
 
 def strides_of(folder: Path, metrics: Metrics) -> dict[str, Array]:
@@ -100,9 +105,10 @@ def figures(
         ]
         for row in rows["curves"]
     ]
+    rows[NARROW] = [list(column) for column in zip(*rows["curves"], strict=True)]
     adults = "parameter/cadence" in normal
     healthy = "healthy adults, ± SD" if adults else ""  # the sheet's footnote says how many
-    heights = {"curves": 0.92, "kinematics": 1.27, "kinetics": 1.35}
+    heights = {"curves": 0.92, NARROW: 1.1, "kinematics": 1.27, "kinetics": 1.35}
     words = ("record" if metrics.is_recorded_at_all else "prediction", "walk")
     draws: dict[str, Draw] = {
         name: partial(
@@ -112,6 +118,7 @@ def figures(
             figure_name=name,
             words=words,
             norm=healthy,
+            width=NARROW_WIDTH if name == NARROW else WIDTH,
         )
         for name, each in rows.items()
     }
@@ -119,7 +126,7 @@ def figures(
     tables: dict[str, Callable[[], str]] = {
         name: partial(grids.grid_table, each, beside)
         for name, each in rows.items()
-        if name != "curves"
+        if name not in ("curves", NARROW)
     }
     if (shown := walked_muscles(metrics)) is not None:
         draws |= {"activations": shown.activations, "contacts": shown.contacts}

@@ -63,6 +63,9 @@ starts from nothing) ..."""
 NEED = "need.json"
 """... and whether it needs training: by itself, so that other figures with the same answer do not
 train again."""
+CENTRING = "centring.json"
+"""In the run of a prediction, which identifies nothing: the share of the policy's action bias that
+is removed. Its body is the one that was scaled."""
 STORED_FILES = (
     "subject.toml",
     "configuration.toml",
@@ -72,6 +75,18 @@ STORED_FILES = (
     METRICS,
 )
 """What a baseline keeps of a run folder; enough to simulate the policy again."""
+
+
+def walked_files(folder: Path) -> tuple[str, ...]:
+    """The files of a run, a baseline or a prediction in `folder` without which nobody walks."""
+    predicted = (folder / CENTRING).is_file()
+    return tuple(
+        CENTRING if predicted and name == "identification.json" else name
+        for name in STORED_FILES
+        if name != METRICS
+    )
+
+
 UNFINISHED = "unfinished/push"
 """Where an unfinished `push` keeps the walks that it has done."""
 REPEATS = "rollouts/repeats.json"

@@ -12,6 +12,7 @@ from typing import Final
 
 from gaitval.artefacts import copy_files, read_json, write_json
 from gaitval.study.inputs import (
+    CENTRING,
     GAIN,
     METRICS,
     NEED,
@@ -149,14 +150,14 @@ def predicted_correction_stage(run: Run) -> Stage:
             freedom=TOWARDS_PREDICTION,
             on_progress=run.observer.progress,
         )
-        write_json(run.folder / "centring.json", {"centring": share})
+        write_json(run.folder / CENTRING, {"centring": share})
         save_correction(run, result)
 
     return Stage(
         "correct",
         correct_walk,
         inputs=("model.urdf", "reference.npz", *(f"policy/{name}" for name in POLICY_FILES)),
-        outputs=("centring.json", "correction.json", STARTS),
+        outputs=(CENTRING, "correction.json", STARTS),
         values=run.sections(*SIMULATION_SECTIONS, "correction", "validation"),
     )
 

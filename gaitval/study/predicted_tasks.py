@@ -16,7 +16,7 @@ from gaitval.policy.processes import side_by_side
 from gaitval.prediction.known import KnownRecord
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study.inputs import corrected_task, walking_task
+from gaitval.study.inputs import CENTRING, corrected_task, walking_task
 from gaitval.study.stage import Run, Stage
 
 SPEEDS: Final = 6
@@ -93,6 +93,6 @@ def predicted_task(run: Run) -> tuple[WalkingTask, NDArray[np.float64]]:
     """As `inputs.validated_task`, for a prediction `run`: the body as scaled, and another share of
     the policy's action bias removed.
     """
-    share = read_json(run.folder / "centring.json")["centring"]
+    share = read_json(run.folder / CENTRING)["centring"]
     task = corrected_task(run, walking_task(run)).with_environment(centring=share)
     return task, nominal_parameters()

@@ -11,13 +11,13 @@ from gaitval.arrays import Array
 from gaitval.artefacts import copy_files, read_json
 from gaitval.configuration import Configuration, EnvironmentSettings, load_configuration
 from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
+from gaitval.datasets.subject_file import builtin_name, load_subject
 from gaitval.display import Displayed
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.identified_body import identified_model
 from gaitval.model.body import BodyModel
-from gaitval.model.parameters import PARAMETERS
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.model.urdf import model_hash
 from gaitval.one_thread import one_thread
 from gaitval.policy.storage import Policy, load_policy, load_start
@@ -25,7 +25,13 @@ from gaitval.prediction.slopes import body_on
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study.inputs import POLICY_FILES, STORED_FILES, body_parameters, target_record
+from gaitval.study.inputs import (
+    CENTRING,
+    POLICY_FILES,
+    body_parameters,
+    target_record,
+    walked_files,
+)
 from gaitval.study.stage import Run
 
 if TYPE_CHECKING:
@@ -98,7 +104,14 @@ class StoredPolicy(Displayed):
     @cached_property
     def identified_model(self) -> BodyModel:
         """The same before mu, with legs that differ by what was found."""
+        if self.predicted:
+            return self.model
         return identified_model(self.model, self.folder / "identification.json")
+
+    @property
+    def predicted(self) -> bool:
+        """Whether it walks a prediction, for which nothing is identified: mu is nominal."""
+        return (self.folder / CENTRING).is_file()
 
     @cached_property
     def task(self) -> WalkingTask:
@@ -147,13 +160,15 @@ class StoredPolicy(Displayed):
 
     def save(self, path: str | Path) -> None:
         """Copy the files of the policy into a folder, each whole or not at all."""
-        copy_files(self.folder, Path(path), STORED_FILES[:-1])
+        copy_files(self.folder, Path(path), walked_files(self.folder))
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read what `save` wrote, a run folder or a baseline. Raises PolicyError."""
+        """Read what `save` wrote, the folder of a run or a prediction, or a baseline. Raises
+        PolicyError.
+        """
         folder = Path(path).resolve()
-        missing = [name for name in STORED_FILES[:-1] if not (folder / name).is_file()]
+        missing = [name for name in walked_files(folder) if not (folder / name).is_file()]
         if missing:
             raise PolicyError(
                 f"{folder}: {', '.join(missing)} missing, so there is no policy to walk here. Give "
@@ -162,20 +177,42 @@ class StoredPolicy(Displayed):
         subject = load_subject(folder / "subject.toml")
         configuration = load_configuration(folder / "configuration.toml")
         scaled = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
+        network = load_policy(
+            folder / "policy",
+            model_hash=model_hash(body_on(scaled, configuration.record)),
+            environment=configuration.environment,
+        )
+        if (folder / CENTRING).is_file():
+            share = read_json(folder / CENTRING)["centring"]
+            environment = configuration.environment.model_copy(update={"centring": share})
+            configuration = configuration.model_copy(update={"environment": environment})
+            nominal = identified = nominal_parameters()
+        else:
+            nominal, identified = (
+                body_parameters(folder / "identification.json", which)
+                for which in ("nominal", "identified")
+            )
         path = folder / "correction.json"
         return cls(
             subject=subject,
-            network=load_policy(
-                folder / "policy",
-                model_hash=model_hash(body_on(scaled, configuration.record)),
-                environment=configuration.environment,
-            ),
+            network=network,
             configuration=configuration,
-            nominal=body_parameters(folder / "identification.json", "nominal"),
-            identified=body_parameters(folder / "identification.json"),
+            nominal=nominal,
+            identified=identified,
             correction=Adjustment.from_dict(read_json(path), str(path)),
             folder=folder,
         )
+
+
+def page_folder(walker: str, identifier: str, of: str) -> Path:
+    """Where a page `of` something goes by default: beside the run that was given as a `walker`, so
+    that runs of one person keep one each; of another walker, by its `identifier` in reports/.
+    """
+    given = Path(walker)
+    if builtin_name(walker) is None and given.is_dir():
+        run = given.parent if given.name == "baseline" else given
+        return run.parent / f"{run.resolve().name}-{of}"
+    return Path("reports") / f"{identifier}-{of}"
 
 
 def stored_baseline(folder: Path, identifier: str) -> Path | None:

@@ -12,6 +12,7 @@ from gaitval.metrics.walk_results import Endurance, StoredPushes, StoredStarts, 
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.processes import kept_workers
 from gaitval.study.inputs import (
+    CENTRING,
     IDENTIFIED,
     POLICY_FILES,
     PUSHED,
@@ -154,7 +155,7 @@ def repeat_stage(run: Run, *, predicted: bool = False) -> Stage:
             "subject.toml",
             "model.urdf",
             "reference.npz",
-            *(("centring.json",) if predicted else (IDENTIFIED, "identification.json")),
+            *((CENTRING,) if predicted else (IDENTIFIED, "identification.json")),
             "correction.json",
             *(f"policy/{name}" for name in POLICY_FILES),
         ),

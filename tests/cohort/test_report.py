@@ -99,6 +99,22 @@ def test_each_study_says_how_many_limits_it_kept_and_which_failed(tmp_path):
     assert "Every limit" not in page
 
 
+def test_who_is_not_judged_does_not_fail(tmp_path):
+    """Nothing was recorded of the forces of one: that is no pass, and no failure."""
+    store, outcomes = Store(str(tmp_path / "studies")), []
+    for name, reason in (("good", ""), ("bare", "Not judged: forces.")):
+        found = quick_study.summary(name, f"{len(reason):08x}", 1.0, 1)
+        found["verdicts"] |= {"accepted": 10, "refused": 0, "failed": [], "not_judged": reason}
+        (tmp_path / "studies" / name).mkdir(parents=True)
+        (tmp_path / "studies" / name / SUMMARY).write_text(json.dumps(found))
+        outcomes.append(outcome(name))
+    text = " ".join(plain(write_report(tmp_path, store, outcomes).read_text()).split())
+    assert "1 is not judged" in text
+    assert "kept in 1 of 2 finished studies" in text
+    assert "an acceptance limit" not in text
+    assert "Not judged: forces." in text
+
+
 @pytest.fixture
 def seeded(tmp_path):
     """10 records of 6 people with 3 seeds each; the third one's are far off."""

@@ -57,6 +57,15 @@ def test_a_subject_from_a_path(tmp_path):
     assert load_subject(path) == load_subject(str(path)) == load_subject(5)
 
 
+@pytest.mark.parametrize("name", ["mine", "some/mine"])
+def test_the_folder_of_a_run_is_refused_with_the_file_in_it(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).mkdir(parents=True)
+    (tmp_path / name / "subject.toml").write_text(TEXT)
+    with pytest.raises(SubjectError, match=f"{name}/subject.toml"):
+        load_subject(name)
+
+
 @pytest.mark.parametrize("name", ["11", "S00", "14", "WBDS03", "five", ""])
 def test_unknown_names_list_the_valid_ones(name):
     with pytest.raises(SubjectError, match=r"S05 \(WBDS14\)"):
@@ -159,12 +168,25 @@ def test_the_paper_s_swapped_mass_and_height():
         ({"leg_length_m": None, "leg_lenght_m": 0.8}, ["1 problem\n", "did you mean leg_length_m"]),
         ({"colour": "blue"}, ["colour: unknown key. Remove it"]),
         ({"gait": None}, ["gait: missing"]),
+        ({"left_phase_from_force": 49.8}, ["left_phase_from_force = 49.8"]),
+        ({"plates": {"scale_sd": 5.0}}, ["plates.scale_sd = 5"]),
+        ({"plates": {"shift_left_sd": 3.6}}, ["plates.shift_left_sd = 3.6"]),
+        ({"person": "Ann\x00a"}, ["person: ", "letter 4 is '\\x00'"]),
+        ({"laboratory": "Lab\x7f"}, ["laboratory: ", "letter 4 is '\\x7f'"]),
+        ({"licence": "CC\ud800"}, ["licence: ", "'\\ud800'"]),
+        ({"source": "T05\u202e50T"}, ["source: ", "'\\u202e'"]),
     ],
 )
 def test_refused_with_a_hint(values, hints):
     message = refusal(changed(**values))
     for hint in hints:
         assert hint in message
+
+
+def test_a_text_over_several_lines_is_one_line():
+    subject = make_subject(changed(citation="Ann, Bo,\n  Cy (2020)\tGait"), "mine")
+    assert subject.citation == "Ann, Bo, Cy (2020) Gait"
+    assert parse_subject(subject.to_toml(), "again") == subject
 
 
 def test_every_problem_is_listed():

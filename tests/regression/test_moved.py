@@ -1,4 +1,4 @@
-"""What the last line of a check counts."""
+"""What the first line of a check counts."""
 
 import io
 import re
@@ -27,7 +27,7 @@ def message(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
 def test_what_improved_is_not_counted_as_within_its_margin(message: io.StringIO) -> None:
     judge_moved([row("kept"), row("improved"), row("kept")], Path("S05"))
     assert "moved by more than their margin" in message.getvalue()
-    assert "Figures: 2 of 3 measures within their margins of S05, 1 improved (table above)" in (
+    assert "Figures: 2 of 3 measures within their margins of S05, 1 improved (table below)" in (
         message.getvalue()
     )
 
@@ -53,3 +53,6 @@ def test_where_nothing_moved_there_is_no_table(message: io.StringIO) -> None:
 def test_a_loss_is_counted_of_all(message: io.StringIO) -> None:
     with pytest.raises(ToleranceError, match="1 of 3 measures are worse than in S05"):
         judge_moved([row("kept"), row("improved"), row("lost")], Path("S05"))
+    answer, *rest = message.getvalue().splitlines()
+    assert "1 of 3 measures are worse than in S05" in answer
+    assert any("lost" in line for line in rest)

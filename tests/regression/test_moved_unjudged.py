@@ -13,11 +13,12 @@ def row(baseline, current, change="kept"):
     return Row("angle_rmse", "knee_angle_r", "deg", baseline, current, 1.0, change, "recorded")
 
 
-def test_a_baseline_without_figures_is_not_judged():
+def test_a_baseline_without_figures_is_not_judged(capsys):
     with pytest.raises(ToleranceError, match="not judged"):
         judge_moved([row(None, None), row(None, 2.0, "improved")], Path("S05"))
     with pytest.raises(ToleranceError, match="not judged"):
         judge_moved([], Path("S05"))
+    assert all("not judged" in line for line in capsys.readouterr().out.split("Figures: ")[1:])
 
 
 def test_what_the_baseline_lacks_is_not_counted_as_kept(capsys):

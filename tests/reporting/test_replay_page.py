@@ -27,6 +27,10 @@ pytestmark = pytest.mark.slow  # a browser
 
 FIRST_FRAME = "performance.getEntriesByName('replay-first-frame').length > 0"
 THREE_PERCENT = "+document.querySelector('.replay-slider input').value >= 3"
+SCROLLED = (
+    "[...document.querySelectorAll('.sheet .scroll')]"
+    ".filter((e) => e.scrollWidth > e.clientWidth + 1).map((e) => e.getAttribute('aria-label'))"
+)
 BLUE, ORANGE = (0x00, 0x55, 0x8F), (0xD9, 0x6B, 0x0A)
 
 
@@ -392,6 +396,8 @@ def test_dark_mode_and_a_small_window(chromium, folder):
     assert pixels[2, -2].max() < 60
     assert overflow(opened.page) <= 0
     assert violations(opened.page) == []
+    opened.page.set_viewport_size({"width": 500, "height": 900})
+    assert opened.page.evaluate(SCROLLED) == []  # the first page is seen whole
     assert opened.complaints == []
     opened.context.close()
 

@@ -12,6 +12,7 @@ from gaitval.metrics.results import read_metrics
 from gaitval.quantities import JOINT_CONTACT
 from gaitval.reporting.figures import centre_of_mass
 from gaitval.reporting.run_grids import (
+    NARROW,
     _recorded,
     _walked,
     figures,
@@ -45,12 +46,12 @@ def test_without_plates_every_figure_is_there(run):
     folder, subject, metrics = run
     draws, tables = figures(metrics, subject, strides_of(folder, metrics))
     muscles = {"activations", "contacts"}
-    assert draws.keys() == {"curves", "kinematics", "kinetics", "forces"} | muscles
+    assert draws.keys() == {"curves", NARROW, "kinematics", "kinetics", "forces"} | muscles
     assert "<svg" in draws["kinematics"]()
     assert all(tables.values())
 
 
-@pytest.mark.parametrize("name", ["curves", "kinematics", "kinetics", "forces"])
+@pytest.mark.parametrize("name", ["curves", NARROW, "kinematics", "kinetics", "forces"])
 def test_curves_are_those_of_the_metrics_of_their_own_side(walked, name):
     """Of both sides, mean and SD, record and walk, in the unit of the grid."""
     _, subject, metrics = walked

@@ -79,7 +79,7 @@ def perturb(
         Path | None,
         typer.Option(
             "--out", "-o", metavar="FOLDER", show_default=False,
-            help="Folder of the page; by default reports/S05-perturbed.",
+            help="Folder of the page; by default beside the run: reports/S05-perturbed.",
         ),
     ] = None,
 ) -> None:  # fmt: skip
@@ -94,13 +94,14 @@ def perturb(
     from gaitval.apps.balance.study import recoveries
     from gaitval.apps.balance.write import NAME, write_recoveries
     from gaitval.folder_lock import locked
+    from gaitval.study.stored_policy import page_folder
 
     delays = None if delay is None else _delays(delay)
     asked = _grounds(slip or (), trip or (), step_down or (), side)
     grounds = asked if asked or pushes else usual_grounds(_side(side))
     policy = gaitval.load_policy(walker)
     identifier = policy.subject.identifier
-    folder = out or Path("reports") / f"{identifier}-perturbed"
+    folder = out or page_folder(walker, identifier, "perturbed")
     with locked(folder):
         with display.live_view() as live:
             live.started("perturb", identifier)
@@ -108,16 +109,18 @@ def perturb(
             kinds: tuple[str, ...] = ("push", "slip", "trip", "step")
             if asked and not pushes:
                 kinds = kinds[1:]
-            found = recoveries(identifier, who, kinds=kinds, grounds=grounds, largest=largest)
+            found = recoveries(
+                identifier, who, kinds=kinds, grounds=grounds, largest=largest, say=live.say
+            )
         write_recoveries(found, who, folder)
     _say(found.result)
     display.plain(f"Page: {folder / NAME}.html")
 
 
 def _say(result: "PerturbResult") -> None:
-    """What is not as in people, who stood, and how much is as in people."""
-    if result.steady_fell:
-        display.plain("It falls without any disturbance.")
+    """Who stood and how much is as in people, then what is not."""
+    for answer in result.answers():
+        display.plain(answer)
     for row in result.quantities:
         if not row.right_sign or row.inside is False:
             display.plain(f"Not as people: {row.words} ({row.source})")
@@ -125,9 +128,6 @@ def _say(result: "PerturbResult") -> None:
         settings = ", ".join(f"{name} {value:g}" for name, value in each.settings.items())
         stood = f"{sum(each.survived)} of {len(each.survived)} starts survived"
         display.plain(f"{each.kind} ({settings}): {stood}")
-    if result.quantities:
-        right, count = result.as_people["walker"]
-        display.plain(f"As people: {right} of {count} published quantities")
 
 
 def _delays(text: str) -> tuple[float, float, float]:

@@ -55,6 +55,10 @@ class LinearMapResult(Result):
     steps: Count
 
 
+GROUND_WORDS: Final = {"slip": "slips", "trip": "trips", "step": "steps down"}
+"""Of the kinds of disturbed ground."""
+
+
 class GroundResult(Result):
     """Walks on one kind of disturbed ground."""
 
@@ -136,3 +140,22 @@ class PerturbResult(Result):
     ]
     """In how many of the compared quantities each has the published sign, and is within what was
     published where that has bounds; and of how many it says something."""
+
+    def answers(self) -> list[str]:
+        """What it survived, and how much is as in people, a sentence each."""
+        if self.steady_fell:
+            return ["It falls without any disturbance, so nothing was compared."]
+        found = []
+        if self.pushes:
+            fell = sum(each.fell for each in self.pushes)
+            found.append(f"Pushes: {len(self.pushes) - fell} of {len(self.pushes)} survived.")
+        starts: dict[str, list[bool]] = {}
+        for each in self.grounds:
+            starts.setdefault(GROUND_WORDS[each.kind], []).extend(each.survived)
+        if starts:
+            stood = (f"{word} {sum(each)} of {len(each)}" for word, each in starts.items())
+            found.append(f"Starts that survived: {', '.join(stood)}.")
+        if self.quantities:
+            right, count = self.as_people["walker"]
+            found.append(f"As people in {right} of {count} published quantities.")
+        return found

@@ -466,10 +466,14 @@ def curve_words(name: str) -> str:
     return f"{side} {word}{' moment' if kind == 'moments' else ''}"
 
 
+CHANGED: Final = ("changed", None)
+"""Levels of what is counted as a change; without bands the test of the cycles alone says so."""
+
+
 def sentence(curve: CurveChange, region: RegionOfChange, change: Change) -> str:
     """What changed there, in words."""
     digits, sign = _DIGITS[curve.unit], _SIGNS[curve.unit]
-    size = f"{region.difference:+.{digits}f}"
+    size = f"{region.difference:+.{digits}f}".replace("-", "−")
     if region.half is not None:
         size += f" ± {region.half:.{digits}f}"
     where = f"{region.first}–{region.last} % of the cycle"
@@ -482,7 +486,19 @@ def sentence(curve: CurveChange, region: RegionOfChange, change: Change) -> str:
     return (
         f"{name[0].upper()}{name[1:]}{_phase(curve.name, region, change)} "
         f"{size}{sign} ({where}), {said}"
-    ).replace("-", "−", 1 if region.difference < 0 else 0)
+    )
+
+
+def headline(change: Change) -> str:
+    """The answer in a sentence: how much changed, or that it was not judged."""
+    if not change.judged:
+        return f"Not judged: too few cycles{'' if change.same_markers else ', and no bands'}."
+    count = sum(region.level in CHANGED for _, region in change.findings())
+    if not count:
+        chance = "strides differ by chance" if change.same_markers else "measuring again would"
+        return f"No curve changed by more than {chance}."
+    what = "of curves" if change.same_markers else "by more than measuring again would"
+    return f"{count} change{'' if count == 1 else 's'} {what}."
 
 
 def _phase(name: str, region: RegionOfChange, change: Change) -> str:

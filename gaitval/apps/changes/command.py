@@ -40,7 +40,7 @@ def change(
     cycles of the sessions differ, by one test of all curves, and by more than putting the markers
     on again would change. Writes OUT/change.html, change.pdf, change.json and tables as CSV.
     """
-    from gaitval.apps.changes.change import change_between, sentence
+    from gaitval.apps.changes.change import CHANGED, change_between, headline, sentence
     from gaitval.apps.changes.visits import read_visit
     from gaitval.apps.changes.write import NAME, result_of, write_change
     from gaitval.errors import ConfigurationError
@@ -55,21 +55,16 @@ def change(
         except ConfigurationError as error:
             result = result_of(found)
             page = f"Written: {out / NAME}.json. No page: {error}"
-    for line in (result.speed, *result.notes):
+    for line in (result.speed, headline(found), *result.notes):
         if line:
             display.plain(line)
     said = [
         sentence(curve, region, found)
         for curve, region in found.findings()
-        if region.level in ("changed", None)
+        if region.level in CHANGED
     ]
     for line in said[:SHOWN]:
         display.plain(f"{line}.")
     if len(said) > SHOWN:
         display.plain(f"And {len(said) - SHOWN} more changes, on the page.")
-    if not found.judged:
-        display.plain("Not judged: too few cycles, and no bands.")
-    elif not said:
-        chance = "strides differ by chance" if found.same_markers else "measuring again would"
-        display.plain(f"No curve changed by more than {chance}.")
     display.plain(page)

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any, Final
 
-from gaitval.apps.changes.change import Change, sentence
+from gaitval.apps.changes.change import CHANGED, Change, headline, sentence
 from gaitval.apps.changes.results import ChangeResult
 from gaitval.apps.changes.visits import Visit
 from gaitval.build_info import now, source_commit
@@ -25,11 +25,11 @@ _ALL: Final = {
 def write_change_page(found: Change, result: ChangeResult, folder: Path) -> None:
     """Write the page of what was `found`, with its `result`, into `folder`."""
     every = found.findings()
-    changed = [one for one in every if one[1].level in ("changed", None)]
+    changed = [one for one in every if one[1].level in CHANGED]
     perhaps = [one for one in every if one[1].level == "perhaps"]
     context = {
         "result": result,
-        "judged": found.judged,
+        "headline": headline(found),
         "before": _head(found.before),
         "after": _head(found.after),
         "changed": [_row(*one, found) for one in changed][:SHOWN],
@@ -153,7 +153,7 @@ def _panel(found: Change, name: str, side: Side, known: Any) -> Panel:
         DrawnCurve(side, change.before, _band(found, found.before, key), which="record"),
         DrawnCurve(side, change.after, _band(found, found.after, key), which="walk"),
     )
-    shown = [r for r in change.regions if r.level in ("changed", None)]
+    shown = [r for r in change.regions if r.level in CHANGED]
     regions = {side: [(float(r.first), float(r.last)) for r in shown]} if shown else {}
     stance = found.after.parameters.get(f"stance_fraction_{side[0]}")
     toe_off = {} if stance is None else {side: 100.0 * stance.mean}

@@ -60,6 +60,8 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
     errors = list(dict.fromkeys(values.loc[values["kind"] == "error", "name"]))
     skills = list(dict.fromkeys(values.loc[values["kind"] == "skill", "name"]))
     links = {name: _link(folder, store, name, "report.html") for name in done["study"]}
+    failing = done["refused"] > 0
+    unjudged = ~failing & (done["not_judged"].fillna("") != "")
     return {
         "title": _title(folder.resolve().name),
         "version": __version__,
@@ -70,7 +72,9 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
         "finished": len(done),
         "records": records_of(done).nunique(),
         "people": people_of(done).nunique(),
-        "clean": int(((done["refused"] == 0) & (done["not_judged"].fillna("") == "")).sum()),
+        "clean": int((~failing & ~unjudged).sum()),
+        "failing": int(failing.sum()),
+        "unjudged": int(unjudged.sum()),
         "ages": _range(done["age"], 0, "years"),
         "speeds": _range(done["speed"], 2, "m/s"),
         "seconds": _range(done["seconds"], 0, "s"),

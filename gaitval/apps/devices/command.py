@@ -45,7 +45,7 @@ def device(
             "--out",
             "-o",
             metavar="FOLDER",
-            help="Folder of the report; by default reports/S05-hip_exo.",
+            help="Folder of the report; by default beside the run: reports/S05-hip_exo.",
             show_default=False,
         ),
     ] = None,
@@ -77,6 +77,7 @@ def device(
     from gaitval.folder_lock import locked
     from gaitval.model.devices.device import load_devices
     from gaitval.model.devices.loads import trunk_load
+    from gaitval.study.stored_policy import page_folder
 
     # Wrong devices are refused before the person is made, which takes seconds.
     given = [each for name in devices or () for each in load_devices(name)]
@@ -85,7 +86,7 @@ def device(
         given.append(trunk_load(load, person.task.model.mass))
     fitted = [*person.own, *given]
     names = "-".join(each.name for each in fitted)
-    folder = out or Path("reports") / f"{person.name}-{names}"
+    folder = out or page_folder(walker, person.name, names)
     # Held before anybody walks: where it cannot be written to, nothing would be kept.
     with locked(folder):
         with display.live_view() as live:

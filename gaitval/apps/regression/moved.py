@@ -38,9 +38,44 @@ def judge_moved(
     baseline: Path,
     anew: str = "store a new baseline with `gaitval baseline SUBJECT`",
 ) -> None:
-    """Print which of `rows` moved; raise ToleranceError if accuracy of `baseline` was lost, which
-    says how to make it `anew`.
+    """Print whether accuracy of `baseline` was lost, then which of `rows` moved. Raises
+    ToleranceError if it was, or was not judged; it says how to make the baseline `anew`.
     """
+    compared = [row for row in rows if row.change != "new"]
+    # What the baseline did not measure cannot have become worse, and is no measure that was kept.
+    judged = [row for row in compared if row.baseline is not None]
+    failures = lost(compared)
+    kept = sum(row.change == "kept" for row in judged)
+    unseen = sorted({row.measure for row in compared if row.measure in _deciding()})
+    unseen = [name for name in unseen if name not in {row.measure for row in judged}]
+    problem = ""
+    if failures:
+        answer = (
+            f"{len(failures)} of {len(compared)} measures are worse than in {baseline} by more "
+            "than their margin"
+        )
+        problem = f"If the change is intended, {anew}."
+    elif not judged:
+        answer = (
+            f"not judged. None of the {len(compared)} measures has a value in {baseline}, so "
+            "nothing can be lost or kept"
+        )
+        problem = f"To have values, {anew}."
+    elif unseen:
+        answer = (
+            f"not judged. {baseline} has no value of {', '.join(unseen)}, which decides: whether "
+            f"it was lost is not known; {len(judged)} others are not worse"
+        )
+        problem = f"To have one, {anew}."
+    else:
+        improved = "" if kept == len(judged) else f", {len(judged) - kept} improved (table below)"
+        rest = len(compared) - len(judged)
+        unjudged = f"; {rest} not judged, which it has not" if rest else ""
+        answer = (
+            f"{kept} of {len(judged)} measures within their margins of {baseline}{improved}"
+            f"{unjudged}"
+        )
+    display.output.print(f"Figures: {answer}{'.' if problem else ''}")
     print_moved(rows)
     if added := new(rows):
         names = ", ".join(dict.fromkeys(row.measure for row in added))
@@ -48,35 +83,8 @@ def judge_moved(
             f"New: {len(added)} measures that {baseline} lacks, so a loss there would not be seen "
             f"({names}). To compare them from now on, {anew}."
         )
-        rows = [row for row in rows if row.change != "new"]
-    failures = lost(rows)
-    if failures:
-        raise ToleranceError(
-            f"Figures: {len(failures)} of {len(rows)} measures are worse than in {baseline} by "
-            f"more than their margin (table above). If the change is intended, {anew}."
-        )
-    # What the baseline did not measure cannot have become worse, and is no measure that was kept.
-    judged = [row for row in rows if row.baseline is not None]
-    if not judged:
-        raise ToleranceError(
-            f"Figures: not judged. None of the {len(rows)} measures has a value in {baseline}, so "
-            f"nothing can be lost or kept. To have one, {anew}."
-        )
-    seen = {row.measure for row in judged}
-    if unseen := sorted({row.measure for row in rows if row.measure in _deciding()} - seen):
-        raise ToleranceError(
-            f"Figures: not judged. {baseline} has no value of {', '.join(unseen)}, which decides: "
-            f"whether it was lost is not known; {len(judged)} others are not worse. To have one, "
-            f"{anew}."
-        )
-    kept = sum(row.change == "kept" for row in judged)
-    improved = "" if kept == len(judged) else f", {len(judged) - kept} improved (table above)"
-    rest = len(rows) - len(judged)
-    unjudged = f"; {rest} not judged, which it has not" if rest else ""
-    display.output.print(
-        f"Figures: {kept} of {len(judged)} measures within their margins of {baseline}{improved}"
-        f"{unjudged}"
-    )
+    if problem:
+        raise ToleranceError(f"Figures: {answer}. {problem}")
 
 
 def _deciding() -> set[str]:

@@ -1,0 +1,62 @@
+"""`gaitval perturb`: what it says first, and its whole path once."""
+
+import io
+from pathlib import Path
+
+import pytest
+from html_page import only_html
+from typer.testing import CliRunner
+
+from gaitval import cli
+from gaitval.apps.balance.results import GroundResult, PerturbResult
+from gaitval.artefacts import read_json
+from gaitval.terminal import display
+
+
+def ground(kind: str, *survived: bool) -> GroundResult:
+    return GroundResult.model_construct(kind=kind, survived=list(survived))
+
+
+def result(**changes: object) -> PerturbResult:
+    given = {"steady_fell": False, "pushes": [], "grounds": [], "quantities": []} | changes
+    return PerturbResult.model_construct(**given)
+
+
+def test_falls_are_said_before_what_is_as_in_people():
+    found = result(
+        grounds=[ground("slip", False, False), ground("slip", True, False), ground("trip", True)],
+        quantities=[None] * 4,
+        as_people={"walker": [3, 4]},
+    )
+    first, second = found.answers()
+    assert "slips 1 of 4" in first
+    assert "trips 1 of 1" in first
+    assert "3 of 4" in second
+    assert "pushes" not in first.lower()
+
+
+def test_who_falls_undisturbed_is_not_compared():
+    (message,) = result(steady_fell=True).answers()
+    assert "without any disturbance" in message
+
+
+@pytest.mark.slow  # a reference motion and forty walks
+def test_pushes_and_grounds_of_a_stored_walker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    for module in ("study", "write"):
+        monkeypatch.setattr(f"gaitval.apps.balance.{module}.PHASES", 2)
+    monkeypatch.setattr("gaitval.apps.balance.study.RANDOM", 8)
+    monkeypatch.setattr("gaitval.apps.balance.study.STEADY", 4)
+    only_html(monkeypatch)
+    told = io.StringIO()
+    monkeypatch.setattr(display, "messages", display.Terminal(file=told, width=200))
+    out = tmp_path / "perturbed"
+    arguments = ["perturb", "5", "--pushes", "--slip", "0.5:0.02", "--out", str(out)]
+    done = CliRunner().invoke(cli.app, arguments)
+    assert done.exit_code == 0, done.output
+    found = PerturbResult.model_validate(read_json(out / "perturb.json"))
+    assert len(found.pushes) == 2 * 2 * 2 + 2 * 2
+    assert done.output.startswith(found.answers()[0])
+    page = (out / "perturb.html").read_text(encoding="utf-8")
+    assert found.answers()[0] in page
+    assert (out / "figures" / "placement.csv").is_file()
+    assert "pushes" in told.getvalue()  # what comes next is said
