@@ -42,11 +42,10 @@ setup: ## Install what the main job needs into .venv; FOR="cohort test" for more
 subject: setup ## The main job for subject S (1-10); SCRATCH=1 trains from nothing, OUT=, SET="a=b c=d"
 	@$(BIN)/gaitval subject $(S) $(if $(OUT),--out $(OUT)) $(if $(filter-out 0,$(SCRATCH)),--scratch) $(settings)
 
-# Hundreds of tests start Python, which else would compile the same again and again.
-test: export PYTHONDONTWRITEBYTECODE =
 test: setup ## All tests but the slow ones; SLOW=1 for those too, PYTEST_ARGS="-k scaling" for some
 	@# The tests run side by side: threads of linear algebra beside them would wait for each other.
-	@OMP_NUM_THREADS=1 $(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder \
+	@# Hundreds of them start Python, which else might compile the same again and again.
+	@OMP_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder \
 		$(if $(filter-out 0,$(SLOW)),,-m 'not slow') $(PYTEST_ARGS)
 
 lint: setup ## ruff and mypy --strict
