@@ -44,7 +44,8 @@ subject: setup ## The main job for subject S (1-10); SCRATCH=1 trains from nothi
 
 test: setup ## All tests but the slow ones; SLOW=1 for those too, PYTEST_ARGS="-k scaling" for some
 	@# The tests run side by side: threads of linear algebra beside them would wait for each other.
-	@OMP_NUM_THREADS=1 $(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder \
+	@# Hundreds of them start Python, which else might compile the same again and again.
+	@OMP_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder \
 		$(if $(filter-out 0,$(SLOW)),,-m 'not slow') $(PYTEST_ARGS)
 
 lint: setup ## ruff and mypy --strict

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from experiments.shipped import csv_text, parser_of, ship
+from gaitval.apps.patients.strides import AXES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.record import HARMONICS_CAP, periodic_through
@@ -23,20 +24,6 @@ from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.statistics_results import GaitProfile
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "gait" / "gps_controls.csv"
-
-VARIABLES = {
-    "pelvis_1": "pelvis_list",
-    "pelvis_2": "pelvis_tilt",
-    "pelvis_3": "pelvis_rotation",
-    "hip_1": "hip_adduction",
-    "hip_2": "hip_flexion",
-    "hip_3": "hip_rotation",
-    "knee_2": "knee_angle",
-    "ankle_2": "ankle_angle",
-    "foot_3": "foot_progression",
-}
-"""Names of the source. All signs are the project's: curves of the same people in the source and in
-the built-in subjects have a positive correlation (tests/metrics/test_gait_profile.py)."""
 
 STATED = {
     "control": (4.9, 1.3),
@@ -63,7 +50,7 @@ STEP = 0.1
 def strides(data: Path) -> pd.DataFrame:
     """Index group, subject, side (r, l) and angle; columns 0 to 100."""
     table = pd.read_csv(data / "gps" / "strides.csv")
-    table["angle"] = table["angle"].map(VARIABLES)
+    table["angle"] = table["angle"].map(AXES)
     table["side"] = table["side"].str.lower()
     table = table.set_index(["group", "subject", "side", "angle"]).drop(columns="trial")
     table.columns = pd.RangeIndex(101)

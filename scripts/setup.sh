@@ -224,6 +224,8 @@ compile=--no-compile
 "$bin/python" -c 'import dartpy, weasyprint' ||
     stop "dartpy or weasyprint cannot be loaded: a system library is missing (see above). Try:
     $(line_for_this_system "$libraries")"
+# Nor would it keep our own, which is not installed but stands here.
+[ "$compile" = --no-compile ] || "$bin/python" -m compileall -q -j 0 gaitval
 printf '%s\n' "$wanted" "$asked" >"$stamp"
 rm -f "$unfinished"
 echo "setup: done"

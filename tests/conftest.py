@@ -58,6 +58,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    # The whole package contains a plug-in of pytest, which would rewrite its assertions, too: there
+    # are none, and each worker took a second to find that out.
+    config.pluginmanager.rewrite_hook._must_rewrite.discard("gaitval")
+    config.pluginmanager.rewrite_hook._marked_for_rewrite_cache.clear()
     missing = missing_data()
     if missing and config.getoption("--require-data"):
         raise pytest.UsageError(f"--require-data: {missing}")

@@ -36,7 +36,7 @@ RUNS: dict[str, list[str]] = {
     "import": ["import", *RECORDED, "--out", "out/sample"],
 }
 """A run of a command, where one is cheap; of the others, the help and all that they import."""
-SLOW = {"check", "import", "markers"}
+SLOW = {"check", "import", "markers", "history", "judge", "events", "scale"}
 EVERYTHING = """
 import importlib, pkgutil, sys
 from typer.testing import CliRunner

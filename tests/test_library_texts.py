@@ -4,6 +4,8 @@ import subprocess
 import sys
 import textwrap
 
+import pytest
+
 CODE = """
     import gaitval.cli
     import gaitval.measurement.balance, gaitval.reporting.drawing
@@ -39,6 +41,7 @@ def test_a_command_leaves_them_out_and_the_libraries_do_what_they_did():
     assert "matplotlib False" in printed
 
 
+@pytest.mark.slow
 def test_a_program_that_imports_gaitval_keeps_them():
     printed = result(CODE.replace("import gaitval.cli", "import gaitval"))
     assert "scipy False True" in printed

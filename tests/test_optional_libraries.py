@@ -75,6 +75,7 @@ def test_a_command_that_nobody_registers_is_named() -> None:
         plugins.load(plugins.COMMANDS, "nothing")
 
 
+@pytest.mark.slow
 def test_another_distribution_adds_a_command_and_a_reader(tmp_path: Path) -> None:
     """Installed beside gaitval, in a folder of its own; one that cannot be loaded says whose it
     is."""

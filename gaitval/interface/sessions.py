@@ -18,7 +18,7 @@ def import_session(
     out: str | Path,
     config: str | Path | None = None,
     settings: Sequence[str] = (),
-    tell: Notify = silent,
+    notify: Notify = silent,
     **options: Any,
 ) -> Session:
     """Turn a laboratory's recordings into a subject, as `gaitval import` does.
@@ -34,7 +34,7 @@ def import_session(
     out : folder for the files; the subject is named after it.
     config : TOML file of settings, or the name of a built-in one, as for `--config`.
     settings : "section.key=value", as for `--set`.
-    tell : called with each decision: the step, and a sentence.
+    notify : called with each decision: the step, and a sentence.
     options : any other field of `ImportOptions`, which says what each is: `sex`, "F" or "M", is
         needed; mass (kg) and height (m), if no C3D file knows them.
 
@@ -78,7 +78,7 @@ def import_session(
         checked(ImportOptions, {"static": static, "trials": trials, **options}),
         Path(out),
         configuration=load_configuration(config, settings=settings),
-        notify=tell,
+        notify=notify,
     )
     return Session.load(out)
 

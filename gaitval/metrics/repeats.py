@@ -14,7 +14,8 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.metrics.comparator import Comparator
 from gaitval.metrics.rollouts import Rollouts, compared_cycles, endurance
-from gaitval.metrics.validation import ENDURANCE, measures_of_walk
+from gaitval.metrics.validation import measures_of_walk
+from gaitval.metrics.verdict_rows import ENDURANCE
 from gaitval.metrics.walk_results import Repeat
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_together
 from gaitval.policy.storage import Policy

@@ -85,7 +85,7 @@ from gaitval.metrics.tolerances import Measure, Verdict, measured
 from gaitval.metrics.torques import torques_of
 from gaitval.metrics.typed import number, numbers, rounded
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
-from gaitval.metrics.verdict_rows import judged, measure_rows, spread_in_repeats, summary
+from gaitval.metrics.verdict_rows import ENDURANCE, judged, measure_rows, spread_in_repeats, summary
 from gaitval.metrics.walk_muscles import walk_motion
 from gaitval.metrics.walk_results import (
     CountBySide,
@@ -105,9 +105,6 @@ from gaitval.simulation.rollout import Rollout
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
-
-ENDURANCE = ("consecutive_cycles", "falls")
-"""Measures of how far walks go. Not of the second engine: it walks the compared cycles only."""
 
 EXTERNAL_LOAD = (
     "no external force is applied to the body, by construction; checked in "

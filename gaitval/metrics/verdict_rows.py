@@ -9,6 +9,9 @@ from gaitval.metrics.spread import Repeated, spread_of, spread_of_falls, spread_
 from gaitval.metrics.tolerances import Measure, Spread, Verdict, evaluate
 from gaitval.metrics.walk_results import Endurance, PushRecovery
 
+ENDURANCE = ("consecutive_cycles", "falls")
+"""Measures of how far walks go. Not of the second engine: it walks the compared cycles only."""
+
 
 def spread_in_repeats(
     verdict: Verdict, repeated: Repeated, pushes: PushRecovery | None, starts: Sequence[Endurance]

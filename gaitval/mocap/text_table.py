@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -103,6 +104,10 @@ def numbers_of(
                 f"{path}: line {first_line + i} has {len(fields)} fields, but the header has "
                 f"{width}: {why}."
             )
+        if "_" not in row and row.isascii():  # then Python reads a number as `plain_float` does
+            with suppress(ValueError):  # a gap, or damage
+                table[i] = [float(field) for field in fields]
+                continue
         wrong = ""
         try:
             # what a gap is called costs time to look for, and most rows have none

@@ -10,10 +10,9 @@ reserve, is nearly nothing; or a contact force, with a small one, if the criteri
 
 The dual problem has one unknown a row, seven at most, and is smooth and convex; Newton's method
 (`dual_newton`) solves a frame in some ten steps. Four solvers were tried on 100 frames of 40
-muscles and 6 rows (`experiments/muscle_solvers.py`): quadprog and daqp give the same activations to
-1e-15, clarabel and osqp to 1e-5. Newton's method took 1 ms, daqp 50, quadprog 180, clarabel 560,
-osqp 850; none takes a³ but clarabel, which needs cones for it, and each would be a further
-dependency.
+muscles and 6 rows: quadprog and daqp give the same activations to 1e-15, clarabel and osqp to 1e-5.
+Newton's method took 1 ms, daqp 50, quadprog 180, clarabel 560, osqp 850; none takes a³ but
+clarabel, which needs cones for it, and each would be a further dependency.
 """
 
 from dataclasses import dataclass, field

@@ -12,7 +12,7 @@ from gaitval.metrics.origin import curve_origin
 from gaitval.metrics.record_results import Kind
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.shown_quantities import of_record, of_walk
-from gaitval.metrics.validation import ENDURANCE
+from gaitval.metrics.verdict_rows import ENDURANCE
 from gaitval.metrics.walk_results import TorqueShares
 from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.reporting.figures import NAMES

@@ -4,17 +4,31 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import warp as wp
 from simulation_fixtures import task_of_subject
 
-from gaitval.apps.accelerator.walkers import AcceleratedWalkers, _bodies
 from gaitval.constants import GRAVITY
 from gaitval.errors import ConfigurationError
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.simulation.walker import Trajectory, Walker
 
+pytestmark = pytest.mark.slow
 COUNT = 6
-DEVICES = [device.alias for device in wp.get_devices()]
+
+
+@pytest.fixture(params=["cpu", "cuda:0"])
+def device(request):
+    import warp
+
+    if request.param not in [each.alias for each in warp.get_devices()]:
+        pytest.skip(f"no {request.param}")
+    return request.param
+
+
+def accelerated_walkers(walkers, device):
+    """Loaded here: every worker collects this file, and Warp takes a second and more to load."""
+    from gaitval.apps.accelerator.walkers import AcceleratedWalkers
+
+    return AcceleratedWalkers(walkers, device)
 
 
 @pytest.fixture(scope="module")
@@ -48,12 +62,12 @@ def wanted(rng, actions):
         )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("device", DEVICES)
 def test_their_steps_are_those_of_the_compiled_engine(tasks, device):
     """0.3 s of it, to single precision; by then every foot has landed or left the ground."""
+    import warp
+
     alone, together = crowd(tasks), crowd(tasks)
-    accelerated = AcceleratedWalkers(together, device)
+    accelerated = accelerated_walkers(together, device)
     landed = np.zeros((COUNT, 2, 2), dtype=bool)
     for action, (offset, force, pace) in enumerate(wanted(np.random.default_rng(5), 30)):
         for i, walker in enumerate(alone):
@@ -62,7 +76,7 @@ def test_their_steps_are_those_of_the_compiled_engine(tasks, device):
                 landed[i, :, on] |= (walker.mean_ground_reaction[:, 2] > 20.0) == bool(on)
         if action % 2:  # also what is on the device already
             offset, force, pace = (
-                wp.array(values, dtype=float, device=device) for values in (offset, force, pace)
+                warp.array(values, dtype=float, device=device) for values in (offset, force, pace)
             )
         accelerated.advance(offset, force, pace)
         accelerated.leave()
@@ -83,7 +97,9 @@ def test_their_steps_are_those_of_the_compiled_engine(tasks, device):
 
 def test_mujocos_step_with_that_damping_is_ours(tasks):
     """In double precision, with MuJoCo's C step in the place of DART's."""
-    (walker,) = (Walker(tasks[0]),)
+    from gaitval.apps.accelerator.walkers import _bodies
+
+    walker = Walker(tasks[0])
     peer = Walker(tasks[0], engine="dart")
     peer._outside = _bodies([walker])[0]
     for each in (walker, peer):
@@ -96,14 +112,13 @@ def test_mujocos_step_with_that_damping_is_ours(tasks):
     np.testing.assert_allclose(peer.state, walker.state, atol=1e-9)
 
 
-@pytest.mark.parametrize("device", DEVICES)
 def test_without_ground_and_servos_momentum_is_only_gravitys(tasks, device):
     walkers = [Walker(tasks[0]) for _ in range(2)]
     for walker in walkers:
         standing_at(walker, 0.2)
         walker.state[0, 5] += 1.0  # a metre above the ground
         walker._memory[:] = 0.0
-    accelerated = AcceleratedWalkers(walkers, device)
+    accelerated = accelerated_walkers(walkers, device)
     before = [centre_of_mass_velocity(walker) for walker in walkers]
     none = np.zeros((2, 25))
     pushes = np.zeros((2, 6))
@@ -135,11 +150,10 @@ def centre_of_mass_velocity(walker):
     return (there[1] - there[0]) / (2 * half)
 
 
-@pytest.mark.slow
 def test_where_it_stopped_a_walker_goes_on_alone(tasks):
     """Its state, offset and contact forces are back: the next action has no jump."""
     alone, together = crowd(tasks), crowd(tasks)
-    accelerated = AcceleratedWalkers(together, "cpu")
+    accelerated = accelerated_walkers(together, "cpu")
     for offset, force, pace in wanted(np.random.default_rng(8), 4):
         for i, walker in enumerate(alone):
             walker.step(offset[i], force[i], pace=pace[i])
@@ -160,4 +174,4 @@ def test_another_contact_law_is_refused(tasks):
     contact = configuration.contact.model_copy(update={"law": "cubic"})
     task = replace(tasks[0], configuration=configuration.model_copy(update={"contact": contact}))
     with pytest.raises(ConfigurationError, match=r"contact\.law: Cubic .* only hunt_crossley"):
-        AcceleratedWalkers([Walker(task)], "cpu")
+        accelerated_walkers([Walker(task)], "cpu")

@@ -42,9 +42,8 @@ def test_planted_effects_are_found():
     assert found.residual_sd == pytest.approx(WITHIN, rel=0.1)
 
 
-@pytest.mark.parametrize(
-    ("people", "trials"), [pytest.param(5, 4, marks=pytest.mark.slow), (10, 3)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("people", "trials"), [(5, 4), (10, 3)])
 def test_intervals_of_few_people_cover_at_their_rate(people, trials):
     """95 % of 80 intervals of each coefficient: 72 and more but for three tries in a hundred. By z,
     and with age and sex of 5 people, that of age covered 76 %. In few of these cohorts speeds

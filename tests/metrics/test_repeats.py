@@ -8,7 +8,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.comparator import compared_with
 from gaitval.metrics.repeats import repeated_walks
 from gaitval.metrics.spread import repeated_values
-from gaitval.metrics.validation import ENDURANCE
+from gaitval.metrics.verdict_rows import ENDURANCE
 from gaitval.model.parameters import nominal_parameters
 from gaitval.study.stored_policy import general_walker
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitval.errors import RecordError
-from gaitval.mocap.text_table import sample_rate, with_gaps
+from gaitval.mocap.text_table import numbers_of, sample_rate, with_gaps
 
 
 class TestSampleRate:
@@ -32,3 +32,16 @@ def test_a_marker_that_lacks_a_coordinate_was_not_seen():
     seen = np.isfinite(with_gaps(markers)).all(axis=2)
     assert seen.tolist() == [[True, False, False]]
     assert np.isnan(with_gaps(markers)[~seen]).all()
+
+
+def test_gaps_are_read_whoever_wrote_them():
+    rows = ["1e3\t -.5 ", "\t2", "NULL\t1.#QNAN", "nan(ind)\tNaN"]
+    found = numbers_of(Path("a"), rows, 1, 2, "\t")
+    np.testing.assert_array_equal(found[:2], [[1e3, -0.5], [np.nan, 2.0]])
+    assert np.isnan(found[2:]).all()
+
+
+@pytest.mark.parametrize("field", ["1_0", "\u0661", "1,5", "x"])
+def test_what_only_python_takes_for_a_number_is_damage(field):
+    with pytest.raises(RecordError, match=f"line 8: '{field}' is not a number"):
+        numbers_of(Path("a"), ["1\t2", f"3\t{field}"], 7, 2, "\t")

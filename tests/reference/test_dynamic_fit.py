@@ -15,7 +15,6 @@ from simulation_fixtures import DartPeer, mirror_image, symmetric, task_of_subje
 from gaitval.configuration import ContactSettings
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
-from gaitval.datasets.subject_file import BUILTIN
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import HARMONICS_CAP, periodic_through
 from gaitval.model.body import SEGMENTS
@@ -48,8 +47,12 @@ MISSED_FORCE = {("S08", "vertical_l"): 2.6}
 other weights in another minimum, at 2.25."""
 
 FITTED = ("S05",)
-"""Of the built-in subjects, those whose references every run of the tests fits; CI fits all."""
-PEOPLE = [pytest.param(each, marks=() if each in FITTED else pytest.mark.slow) for each in BUILTIN]
+"""Whose references every run of the tests fits; CI also fits the two that come nearest to limits.
+The other seven are fitted where baselines are made."""
+PEOPLE = [
+    pytest.param(each, marks=() if each in FITTED else pytest.mark.slow)
+    for each in (*FITTED, "S01", "S08")
+]
 
 
 @pytest.fixture(
@@ -316,7 +319,7 @@ def test_a_stiffer_ground_carries_the_feet_higher(task):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fitted", PEOPLE[::4], indirect=True)  # of ten: two more fits each
+@pytest.mark.parametrize("fitted", PEOPLE[:2], indirect=True)  # two more fits each
 def test_a_hip_centre_that_the_laboratory_has_elsewhere_is_found(fitted):
     """Moments of the right leg as if its hip centre were 12 mm further back and 8 mm further
     outward: the fit finds most of that (its prior is 20 mm about the model's), on that side alone,
@@ -345,7 +348,7 @@ def test_a_hip_centre_that_the_laboratory_has_elsewhere_is_found(fitted):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fitted", PEOPLE[::4], indirect=True)
+@pytest.mark.parametrize("fitted", PEOPLE[:2], indirect=True)
 def test_a_fit_that_begins_with_that_of_a_similar_body_is_as_near_and_sooner_there(
     fitted, monkeypatch
 ):

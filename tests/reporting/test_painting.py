@@ -107,7 +107,7 @@ def test_texts_are_escaped_said_once_and_found_by_the_replay() -> None:
 
 def test_a_report_loads_no_library_that_draws_or_prints_and_none_it_does_not_need() -> None:
     """Each of them took between a seventh and a half of a second of what a report takes."""
-    heavy = ("matplotlib", "weasyprint", "torch", "pandas")
+    heavy = ("matplotlib", "weasyprint", "torch", "pandas", "gymnasium")
     program = f"import gaitval.reporting.report, sys; print({{*{heavy!r}}} & {{*sys.modules}} or 0)"
     found = subprocess.run(
         [sys.executable, "-P", "-c", program], capture_output=True, text=True, check=True

@@ -17,7 +17,20 @@ from gaitval import cli
 ROOT = Path(__file__).parents[2]
 BASELINES = sorted((ROOT / "reports").glob("S*/baseline"))
 WALKED = ("S05",)
-"""Subjects whose stored policies walk in every run of the tests; those of all walk in CI."""
+"""Subjects whose stored policies walk in every run of the tests."""
+OFTEN = (*WALKED, "S08", "S10")
+"""Those that walk in CI, and so does who was stored by other code than the first of them."""
+
+
+def _code(baseline):
+    return json.loads((baseline / "seal.json").read_text(encoding="utf-8"))["code"]
+
+
+TRIED = [
+    baseline
+    for baseline in BASELINES
+    if baseline.parent.name in OFTEN or _code(baseline) != _code(ROOT / "reports/S05/baseline")
+]
 
 
 def _run(*command):
@@ -37,7 +50,7 @@ def test_subject_5_has_a_baseline():
     "baseline",
     [
         pytest.param(path, marks=() if path.parent.name in WALKED else pytest.mark.slow)
-        for path in BASELINES
+        for path in TRIED
     ],
     ids=lambda path: path.parent.name,
 )

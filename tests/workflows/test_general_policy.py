@@ -1,9 +1,6 @@
 """The general policy that is stored in the repository: it walks everybody, and is no result."""
 
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +18,6 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy, load_start
 from gaitval.study.stored_policy import DELAYED, SLOW, SLOW_STRIDE, general_policy
 
-ROOT = Path(__file__).parents[2]
 WALKED = ("S05",)
 """Whom it walks in every run of the tests; all of them in CI."""
 
@@ -94,13 +90,6 @@ def test_a_slow_virtual_person_falls_with_the_general_policy_alone(slow, falls):
     assert stride > SLOW_STRIDE
     policy = load_start(general_policy() / (SLOW if slow else ""), Configuration().environment)
     assert fell(policy, task) == falls
-
-
-@pytest.mark.slow
-def test_the_command_that_trained_it_runs(tmp_path):
-    command = [sys.executable, "-m", "experiments.general_policy", "S05", "--samples", "1"]
-    subprocess.run([*command, "--work", tmp_path / "work", "--out", tmp_path], check=True, cwd=ROOT)
-    assert load_start(tmp_path, Configuration().environment).about["samples"] > 0
 
 
 def test_who_is_taught_begins_as_the_teacher_and_comes_nearer_to_it(task):

@@ -182,6 +182,7 @@ class TestWhereADoubtIsSaid:
         assert page.index("1 warning about the recording") < page.index("quality limits")
         assert "turns the foot outwards" in page
 
+    @pytest.mark.slow  # that a clean recording raises none is tested always
     def test_a_clean_page_has_no_doubts(self, made, tmp_path):
         result = command(made.request, tmp_path / "out")
         assert result.exit_code == 0

@@ -43,7 +43,7 @@ def test_python_has_it(place: Path) -> None:
     code = f"""
 import gaitval as gv, inspect
 print(inspect.signature(gv.import_session).parameters["note"])
-gv.import_session(None, "no.c3d", sex="F", out="out", note="{NOTE}", tell=print)
+gv.import_session(None, "no.c3d", sex="F", out="out", note="{NOTE}", notify=print)
 """
     message = ran(place, "-c", code)
     assert "note: " in message

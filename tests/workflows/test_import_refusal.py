@@ -106,6 +106,7 @@ def test_without_the_forces_of_a_foot_they_are_absent_unless_mirrored(session, t
     assert load_subject(out / "subject.toml").origin(side, "kinetics") == "mirrored"
 
 
+@pytest.mark.slow  # what is missing is tested always, of the session
 def test_the_command_says_what_is_missing_and_the_line_that_fills_it_in(
     session, tmp_path, monkeypatch
 ):

@@ -88,6 +88,7 @@ def test_a_stored_baseline_must_have_it(place: Path) -> None:
     assert "swing_knee_error of right is missing from the measures" in message
 
 
+@pytest.mark.slow
 def test_python_has_it(place: Path) -> None:
     code = (
         "import gaitval as gv; limits = gv.limits()\n"
