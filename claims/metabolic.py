@@ -196,7 +196,7 @@ def loads(given: claims.Given) -> list[Claim]:
     """A vest of 10 to 30 % of body mass and masses on the legs, against Silder's and Browning's."""
     from scipy.stats import spearmanr
 
-    measured = _measured(given.data, "silder", tuple(LOADS))
+    measured = rates_of(given.data, "silder", tuple(LOADS)).mean(axis=0)
     costs = _all(given)
     rows = []
     for name, read in _models(costs).items():
@@ -216,26 +216,35 @@ def loads(given: claims.Given) -> list[Claim]:
         rows.append(
             Claim(f"masses on legs, {name}: pairs in order", 100.0 * np.mean(right), "%", len(MORE))
         )
+    alike, rates = near(costs), rates_of(given.data, "silder", tuple(LOADS))
     inside = [
-        _within(costs, key, "none", float(measured[i] - measured[0]))
-        for i, key in enumerate(LOADS)
-        if i
+        within(alike, key, "none", rates[:, i] - rates[:, 0]) for i, key in enumerate(LOADS) if i
     ]
     rows.append(Claim("vest: measured changes inside the band", _percent(inside), "%", len(inside)))
     return rows
 
 
-def _within(costs: Mapping[int, Mapping[str, Any]], now: str, before: str, change: float) -> bool:
-    """Whether a measured `change` of the mean rate lies in the band of a person's change."""
-    from gaitval.apps.devices.costs import person_band
+def within(costs: Mapping[int, Mapping[str, Any]], now: str, before: str, people: "Array") -> bool:
+    """Whether the mean of the `people` (n,) measured changes of rate lies in the band of a group,
+    of the `costs` of others in the conditions `now` and `before`.
+    """
+    from gaitval.apps.devices.costs import group_band
 
-    changes = [
-        float(np.mean([each[now][model] - each[before][model] for each in costs.values()]))
-        for model in next(iter(costs.values()))[now]
-    ]
-    low, high = person_band(changes)
+    changes = np.array(
+        [
+            [each[now][model] - rate for model, rate in each[before].items()]
+            for each in costs.values()
+        ]
+    )
+    low, high = group_band(changes, len(people))
+    change = float(people.mean())
     print(now, "against", before, f"{low:.2f} to {high:.2f}, measured {change:.2f}", flush=True)
     return low <= change <= high
+
+
+def near(costs: Mapping[int, Mapping[str, Any]]) -> dict[int, Mapping[str, Any]]:
+    """Of `costs` those of people who walk about as fast as people were measured."""
+    return {n: each for n, each in costs.items() if abs(each["speed"] - ANKLE_SPEED) < NEAR}
 
 
 def _percent(found: Sequence[bool]) -> float:
@@ -276,8 +285,8 @@ def ankle(given: claims.Given) -> list[Claim]:
     """A powered ankle of five sizes, the motion kept, of those who walk about as fast as its
     wearers: pairs whose order is that measured.
     """
-    measured = _measured(given.data, "jackson", ANKLE)
-    costs = {n: each for n, each in _all(given).items() if abs(each["speed"] - ANKLE_SPEED) < NEAR}
+    rates = rates_of(given.data, "jackson", ANKLE)
+    measured, costs, least = rates.mean(axis=0), near(_all(given)), ANKLE.index(NO_WORK)
     rows = []
     for name, read in _models(costs).items():
         means = [np.mean([read(each[key]) for each in costs.values()]) for key in ANKLE]
@@ -291,7 +300,7 @@ def ankle(given: claims.Given) -> list[Claim]:
             Claim(f"ankle, {name}: pairs in order", 100.0 * np.mean(right), "%", len(right))
         )
     inside = [
-        _within(costs, key, NO_WORK, float(measured[i] - measured[ANKLE.index(NO_WORK)]))
+        within(costs, key, NO_WORK, rates[:, i] - rates[:, least])
         for i, key in enumerate(ANKLE)
         if key != NO_WORK
     ]
@@ -338,8 +347,8 @@ def cheapest(given: claims.Given) -> list[Claim]:
     ]
 
 
-def _measured(data: Path, experiment: str, conditions: tuple[str, ...]) -> "Array":
-    """Mean rate, W/kg, of each of the `conditions`, of the people who did all of them."""
+def rates_of(data: Path, experiment: str, conditions: tuple[str, ...]) -> "Array":
+    """(people, conditions) rate, W/kg, of the people who did all of the `conditions`."""
     rates: dict[str, dict[str, float]] = {}
     with (data / "metabolic" / "measured.csv").open(newline="") as file:
         for row in csv.DictReader(file):
@@ -347,4 +356,4 @@ def _measured(data: Path, experiment: str, conditions: tuple[str, ...]) -> "Arra
                 own = rates.setdefault(row["subject"], {})
                 own[row["condition"]] = float(row["metabolic_w_kg"])
     whole = [own for own in rates.values() if len(own) == len(conditions)]
-    return np.array([np.mean([own[each] for own in whole]) for each in conditions])
+    return np.array([[own[each] for each in conditions] for own in whole])

@@ -291,14 +291,14 @@ def cost(given: claims.Given) -> list[Claim]:
     """
     from scipy.stats import spearmanr
 
-    from claims.metabolic import ANKLE_SPEED, NEAR, _measured, _middle
-    from gaitval.apps.devices.costs import person_band
+    from claims.metabolic import ANKLE_SPEED, NEAR, _middle, rates_of, within
 
     names = {
         "level": "sildbw0", "load_10": "sild10w0", "load_20": "sild20w0", "load_30": "sild30w0",
         "up_5": "sildbw5", "up_5_load_20": "sild20w5",
     }  # fmt: skip
-    measured, walks = _measured(given.data, "silder", tuple(names.values())), _all(given)
+    rates, walks = rates_of(given.data, "silder", tuple(names.values())), _all(given)
+    measured = rates.mean(axis=0)
     usual = [each for each in walks.values() if abs(each["level"]["speed"] - ANKLE_SPEED) < NEAR]
     rows = []
     for title, read in (("mean of two", _middle), ("joints", lambda rates: rates["joints"])):
@@ -312,18 +312,10 @@ def cost(given: claims.Given) -> list[Claim]:
             what = f"vest and 5 %, {title}{who}"
             rows.append(Claim(f"{what}: rank correlation", rank, "1", len(names)))
             rows.append(Claim(f"{what}: slope on measured", slope, "1", len(names)))
-    inside = []
-    for i, name in enumerate(names):
-        if i:
-            changes = [
-                float(
-                    np.mean([w[name]["gross"][m] - w["level"]["gross"][m] for w in walks.values()])
-                )
-                for m in walks[TEN[0]]["level"]["gross"]
-            ]
-            low, high = person_band(changes)
-            inside.append(bool(low <= measured[i] - measured[0] <= high))
-            print(name, f"{low:.2f} to {high:.2f}, measured {measured[i] - measured[0]:.2f}")
+    gross = {i: {name: each[name]["gross"] for name in names} for i, each in enumerate(usual)}
+    inside = [
+        within(gross, name, "level", rates[:, i] - rates[:, 0]) for i, name in enumerate(names) if i
+    ]
     rows.append(
         Claim("vest and 5 %: measured changes inside the band", 100.0 * float(np.mean(inside)), "%",
               len(inside))
