@@ -207,7 +207,7 @@ METABOLIC_JOINTS: Final = Quantity(
     axis="metabolic rate",
     unit="W/kg",
     note="Heat by the moments of hip, knee and ankle of a leg, and work by their positive power, "
-    "less what comes back of the negative, with efficiencies of 25 and 120 %. The body’s rate is "
+    "less what comes back of the negative, with efficiencies of 0.25 and 1.2. The body’s rate is "
     "that of two such legs. Its other two numbers were found so that other people’s level walking "
     "costs what a published equation says. "
     f"{_LEFT_OUT}",
