@@ -6,7 +6,7 @@ is what the muscles have to do. What is known is kept below `work`.
 
 import csv
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -223,30 +223,41 @@ def loads(given: claims.Given) -> list[Claim]:
         rows.append(
             Claim(f"masses on legs, {name}: pairs in order", 100.0 * np.mean(right), "%", len(MORE))
         )
-    alike, rates = near(costs), rates_of(given.data, "silder", tuple(LOADS))
-    inside = [
-        within(alike, key, "none", rates[:, i] - rates[:, 0]) for i, key in enumerate(LOADS) if i
-    ]
-    rows.append(Claim("vest: measured changes inside the band", _percent(inside), "%", len(inside)))
-    return rows
+    rates = rates_of(given.data, "silder", tuple(LOADS))
+    changes = {key: rates[:, i] - rates[:, 0] for i, key in enumerate(LOADS) if i}
+    return rows + coverage("vest", near(costs), "none", changes)
 
 
-def within(costs: Mapping[int, Mapping[str, Any]], now: str, before: str, people: "Array") -> bool:
-    """Whether the mean of the `people` (n,) measured changes of rate lies in the band of a group,
-    of the `costs` of others in the conditions `now` and `before`.
+def coverage(
+    what: str,
+    costs: Mapping[int, Mapping[str, Any]],
+    before: str,
+    changes: Mapping[str, "Array"],
+) -> list[Claim]:
+    """Whether measured `changes` (people,) W/kg of the rate, by condition, lie in the bands that the
+    `costs` of others give of the change from the condition `before`: means in the band of a group,
+    people in that of a person.
     """
-    from gaitval.apps.devices.costs import group_band
+    from gaitval.apps.devices.costs import group_band, person_band
 
-    changes = np.array(
-        [
-            [each[now][model] - rate for model, rate in each[before].items()]
-            for each in costs.values()
+    means, people = [], []
+    for now, measured in changes.items():
+        rates = [
+            [each[now][m] - rate for m, rate in each[before].items()] for each in costs.values()
         ]
-    )
-    low, high = group_band(changes, len(people))
-    change = float(people.mean())
-    print(now, "against", before, f"{low:.2f} to {high:.2f}, measured {change:.2f}", flush=True)
-    return low <= change <= high
+        modelled = np.array(rates)
+        low, high = group_band(modelled, len(measured))
+        means.append(low <= measured.mean() <= high)
+        text = f"{low:.2f} to {high:.2f}, measured {measured.mean():.2f}"
+        low, high = person_band(modelled.mean(axis=0).tolist())
+        inside = (low <= measured) & (measured <= high)
+        people += inside.tolist()
+        text += f"; of a person {low:.2f} to {high:.2f}, {inside.sum()} of {len(inside)}"
+        print(now, "against", before, text, flush=True)
+    return [
+        Claim(f"{what}: measured changes inside the band", _percent(means), "%", len(means)),
+        Claim(f"{what}: people inside a person's band", _percent(people), "%", len(people)),
+    ]
 
 
 def near(costs: Mapping[int, Mapping[str, Any]]) -> dict[int, Mapping[str, Any]]:
@@ -306,15 +317,8 @@ def ankle(given: claims.Given) -> list[Claim]:
         rows.append(
             Claim(f"ankle, {name}: pairs in order", 100.0 * np.mean(right), "%", len(right))
         )
-    inside = [
-        within(costs, key, NO_WORK, rates[:, i] - rates[:, least])
-        for i, key in enumerate(ANKLE)
-        if key != NO_WORK
-    ]
-    rows.append(
-        Claim("ankle: measured changes inside the band", _percent(inside), "%", len(inside))
-    )
-    return rows
+    changes = {key: rates[:, i] - rates[:, least] for i, key in enumerate(ANKLE) if key != NO_WORK}
+    return rows + coverage("ankle", costs, NO_WORK, changes)
 
 
 @claims.measured()

@@ -326,7 +326,7 @@ def cost(given: claims.Given) -> list[Claim]:
     """
     from scipy.stats import spearmanr
 
-    from claims.metabolic import ANKLE_SPEED, NEAR, _middle, rates_of, within
+    from claims.metabolic import ANKLE_SPEED, NEAR, _middle, coverage, rates_of
 
     names = {
         "level": "sildbw0", "load_10": "sild10w0", "load_20": "sild20w0", "load_30": "sild30w0",
@@ -348,11 +348,5 @@ def cost(given: claims.Given) -> list[Claim]:
             rows.append(Claim(f"{what}: rank correlation", rank, "1", len(names)))
             rows.append(Claim(f"{what}: slope on measured", slope, "1", len(names)))
     gross = {i: {name: each[name]["gross"] for name in names} for i, each in enumerate(usual)}
-    inside = [
-        within(gross, name, "level", rates[:, i] - rates[:, 0]) for i, name in enumerate(names) if i
-    ]
-    rows.append(
-        Claim("vest and 5 %: measured changes inside the band", 100.0 * float(np.mean(inside)), "%",
-              len(inside))
-    )  # fmt: skip
-    return rows
+    changes = {name: rates[:, i] - rates[:, 0] for i, name in enumerate(names) if i}
+    return rows + coverage("vest and 5 %", gross, "level", changes)
