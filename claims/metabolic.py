@@ -6,7 +6,7 @@ is what the muscles have to do. What is known is kept below `work`.
 
 import csv
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -234,9 +234,9 @@ def coverage(
     before: str,
     changes: Mapping[str, "Array"],
 ) -> list[Claim]:
-    """Whether measured `changes` (people,) W/kg of the rate, by condition, lie in the bands that the
-    `costs` of others give of the change from the condition `before`: means in the band of a group,
-    people in that of a person.
+    """Whether measured `changes` (people,) W/kg of the rate, by condition, lie in the bands that
+    the `costs` of others give of the change from the condition `before`: means in the band of a
+    group, people in that of a person.
     """
     from gaitval.apps.devices.costs import group_band, person_band
 
