@@ -30,7 +30,7 @@ FADED = -0.02
 @njit_borrowing
 def smooth_share(radius: float, x: float) -> float:
     """What of a foot's load at rest is on a sphere of a `radius` and a penetration `x`, both m, but
-    for a factor that all spheres share; below no ground it fades, and is 0 where the force is.
+    for a factor that all spheres share. It fades above the ground, as the force does.
     """
     if x < FADED:
         return 0.0
