@@ -130,6 +130,7 @@ def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():
         ([(-0.5, -0.52, -0.48, -0.5)], "costs less, by every assumption"),
         ([(0.5, 0.5, 0.5, 0.5), (-0.5, -0.5, -0.5, -0.5)], "assumption decides the sign"),
         ([(0.5, -0.3, 0.6, 0.1)], "models decide the sign, not the device"),
+        ([(-0.2, -0.15, -0.2, -0.9)], "every model says that walking costs less, but"),
         ([(0.5, 0.5, 0.5, 0.5), (-0.6, 0.3, -0.6, -0.1)], "Nor do the assumptions"),
         ([], ""),
     ],

@@ -55,6 +55,12 @@ class CostChange(NamedTuple):
         return int(self.low > 0.0) - int(self.high < 0.0)
 
     @property
+    def agreed(self) -> int:
+        """1 if it costs more by every model, -1 if less, 0 if they have both signs."""
+        found = list(self.changes.values())
+        return int(min(found) > 0.0) - int(max(found) < 0.0)
+
+    @property
     def person(self) -> tuple[float, float]:
         """Low and high of 90 % of one person's change."""
         return person_band(list(self.changes.values()))
@@ -164,10 +170,20 @@ def in_words(changes: Sequence[CostChange]) -> str:
         for sign, way in ((1, "more"), (-1, "less"))
         if by[sign]
     ]
-    said.append(
-        f"Where it is {_listed(by[0])}, the models decide the sign, not the device: they do not "
-        "agree whether walking costs more or less."
-    )
+    unsure = [each for each in changes if not each.sign]
+    for sign, way in ((1, "more"), (-1, "less")):
+        alike = [each.assumption for each in unsure if each.agreed == sign]
+        if alike:
+            said.append(
+                f"Where it is {_listed(alike)}, every model says that walking costs {way}, but "
+                "they are so far apart that one more model might not."
+            )
+    apart = [each.assumption for each in unsure if not each.agreed]
+    if apart:
+        said.append(
+            f"Where it is {_listed(apart)}, the models decide the sign, not the device: they do "
+            "not agree whether walking costs more or less."
+        )
     if len({each.middle > 0.0 for each in changes}) > 1:
         said.append("Nor do the assumptions, by the mean of the models.")
     return " ".join(said)
