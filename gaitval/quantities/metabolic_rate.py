@@ -40,8 +40,9 @@ HEAT: Final = 0.268
 RETURNED: Final = 0.614
 """Of their negative power, what comes back as positive: tendons give it back, and muscles of two
 joints pass it on. Work that lifts the body or a load, or that a device does, was never stored; so
-it costs, or saves, more than the same positive power of level walking. A leg cannot give back more
-than its positive power in a cycle.
+it costs, or saves, more than the same positive power of level walking. Downhill, where a leg
+absorbs more than it does, the rest is braked, not stored: what returns is a share of the smaller of
+both.
 
 Heat and what returns are of forty people of another laboratory, of whom no figure is shipped (Bovi
 et al. 2011, Gait Posture 33:6, twenty adults and twenty young people, ten conditions of 0.84 to
@@ -99,8 +100,8 @@ def leg_rate(size: Array, positive: Array, negative: Array) -> Array:
     """Metabolic rate (T,) W/kg or W of a leg over whole cycles, of the sizes of its joints' moments
     and their positive and negative power (the latter not negative), summed over its joints.
     """
-    returned, own = RETURNED * float(np.mean(negative)), float(np.mean(positive))
-    back = RETURNED * min(1.0, own / returned) if returned > 0.0 else RETURNED
+    absorbed, own = float(np.mean(negative)), float(np.mean(positive))
+    back = RETURNED * min(1.0, own / absorbed) if absorbed > 0.0 else RETURNED
     paid, lost = positive - back * negative, (1.0 - back) * negative
     return np.asarray(HEAT * size + paid / CONCENTRIC + lost / ECCENTRIC)
 
