@@ -28,6 +28,17 @@ FADED = -0.02
 
 
 @njit_borrowing
+def smooth_share(radius: float, x: float) -> float:
+    """What of a foot's load at rest is on a sphere of a `radius` and a penetration `x`, both m, but
+    for a factor that all spheres share. It fades above the ground, as the force does.
+    """
+    if x < FADED:
+        return 0.0
+    root = sqrt(x * x + SMOOTHING)
+    return sqrt(radius) * root * sqrt(root) / (1.0 + exponential(-2.0 * PENETRATION_SLOPE * x))
+
+
+@njit_borrowing
 def _force(
     law: "HuntCrossley", radius: float, height: float, velocity: Array, out: Array
 ) -> tuple[float, float]:

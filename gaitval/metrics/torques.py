@@ -14,6 +14,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.compiled import njit
 from gaitval.constants import GRAVITY
+from gaitval.contact.hunt_crossley import smooth_share
 from gaitval.coordinates import ACTUATED, COORDINATES, RANGES, SIDES
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.metrics.cycles import GaitCycles, step_of
@@ -111,7 +112,8 @@ class GroundRows:
 
     Attributes
     ----------
-    power : (T, 2) W, of the ground on the right and the left foot with its toes.
+    power : (T, 2) W, of the ground on the right and the left foot with its toes, a foot in swing
+        too, which the smooth contact law brakes by a newton or two up to 2 cm above the ground.
     slip : (T, 2) m/s, mean size of the slip of the spheres that are pressed in, weighted with the
         depth to the power of 1.5, as their force is.
     """
@@ -125,12 +127,13 @@ def _ground_rows(
     tree: Tree, feet: Array, rollout: tuple[Array, ...], power: Array, slip: Array
 ) -> None:
     positions, rates, forces, centres, free = rollout
-    frames, velocity = empty_frames(), np.zeros(3)
+    frames, velocity, mean = empty_frames(), np.zeros(3), np.zeros((2, 3))
     spheres = tree.sphere_segment.shape[0]
     for row in range(positions.shape[0]):
         forward(tree.joint_position, positions[row], frames, SEGMENT_COUNT)
         velocities(rates[row], frames, SEGMENT_COUNT)
-        load = np.zeros(2)
+        load, near = np.zeros(2), np.zeros(2)
+        mean[:] = 0.0
         for n in range(spheres):
             side = 0 if n < spheres // 2 else 1
             s = tree.sphere_segment[n]
@@ -138,27 +141,34 @@ def _ground_rows(
             depth = tree.sphere_radius[n] - frames.origin[s, 2] - r[2]
             # Where the contact law has its force: in the middle of the overlap.
             r[2] = -0.5 * depth - frames.origin[s, 2]
+            share = smooth_share(tree.sphere_radius[n], depth)
             depth = max(0.0, depth) ** 1.5
             w, v = frames.angular[s], frames.linear[s]
             velocity[0] = v[0] + w[1] * r[2] - w[2] * r[1]
             velocity[1] = v[1] + w[2] * r[0] - w[0] * r[2]
+            velocity[2] = v[2] + w[0] * r[1] - w[1] * r[0]
+            near[side] += share
+            mean[side] += share * velocity
             load[side] += depth
             slip[row, side] += depth * np.sqrt(velocity[0] ** 2 + velocity[1] ** 2)
         for side in range(2):
             slip[row, side] = slip[row, side] / load[side] if load[side] > 0.0 else 0.0
-            # Of a rigid foot; without load the force is nothing, and where it acts unknown.
             s = feet[side]
             w, v = frames.angular[s], frames.linear[s]
             force, arm = forces[row, side], centres[row, side] - frames.origin[s]
-            if np.isfinite(arm[0]):
+            if np.isfinite(arm[0]):  # of a rigid foot
                 power[row, side] = np.dot(force, v + np.cross(w, arm)) + free[row, side] * w[2]
+            elif near[side] > 0.0:
+                # Where less than a newton acts is not in a walk: on the spheres that are nearest.
+                power[row, side] = np.dot(force, mean[side]) / near[side]
 
 
 def ground_rows(rollout: Rollout, model: BodyModel) -> GroundRows:
     """What the ground did in a `rollout` of the body `model` (before mu).
 
     Its power is that on a rigid foot, and on the toes besides: they turn against the foot under the
-    ground's moment about their joint, which the joint's own holds (they weigh 0.2 kg).
+    ground's moment about their joint, which the joint's own holds (they weigh 0.2 kg). Of a foot
+    without a centre of pressure it is that on the spheres, each of which moves with its own part.
     """
     tree = tree_arrays(apply_parameters(model, rollout.mu))
     power, slip = np.zeros((2, len(rollout.time), 2))
@@ -168,7 +178,8 @@ def ground_rows(rollout: Rollout, model: BodyModel) -> GroundRows:
     _ground_rows(tree, feet, tuple(map(np.ascontiguousarray, motion)), power, slip)
     for side in range(2):
         toes = ACTUATED.index(f"mtp_angle_{SIDES[side][0]}")
-        power[:, side] -= rollout.moments[:, toes] * rollout.velocities[:, 6 + toes]
+        loaded = np.isfinite(rollout.centre_of_pressure[:, side, 0])
+        power[:, side] -= loaded * rollout.moments[:, toes] * rollout.velocities[:, 6 + toes]
     return GroundRows(power, slip)
 
 

@@ -3,8 +3,8 @@
 Two models side by side, for nobody's muscles are measured. That of the muscles
 (`gaitval.musculature.metabolics`) has heat and work of forty muscles a leg; that of the joints has
 heat by the size of their moments and work by their power, as Kim and Roberts (2015) Int J Numer
-Meth Biomed Eng e02721 and Roberts et al. (2016) PLoS ONE 11:e0168070 have it, with three numbers of
-our own (`HEAT`, `WORK`, `RETURNED`): their tables could not be read.
+Meth Biomed Eng e02721 and Roberts et al. (2016) PLoS ONE 11:e0168070 have it, with the efficiencies
+of Margaria (1968) and two numbers of our own (`HEAT`, `RETURNED`): their tables could not be read.
 
 Each side's figures are those of a person both of whose legs are like that one; the person's are the
 mean of both sides.
@@ -29,22 +29,28 @@ from gaitval.quantities.quantity import (
     StrideTimes,
 )
 
-HEAT: Final = 0.983
+CONCENTRIC: Final = 0.25
+"""Efficiency of positive work that no negative work has paid for: Margaria (1968) Int Z Angew
+Physiol 25:339-351, as its public implementation has it; 0.2 to 0.3 in laboratories (Afschrift et
+al. 2025, PLoS Comput Biol, abstract, who find models of muscles at 0.58)."""
+ECCENTRIC: Final = 1.2
+"""Of negative work that does not come back, likewise: a W of it costs 0.83 W."""
+HEAT: Final = 0.268
 """W/kg for each Nm/kg of the size of the moments of hip, knee and ankle, sagittal."""
-WORK: Final = 2.300
-"""W for each W of their positive power that no negative power has paid for."""
-RETURNED: Final = 0.601
+RETURNED: Final = 0.614
 """Of their negative power, what comes back as positive: tendons give it back, and muscles of two
 joints pass it on. Work that lifts the body or a load, or that a device does, was never stored; so
-it costs, or saves, more than the same positive power of level walking. A leg cannot give back more
-than its positive power in a cycle.
+it costs, or saves, more than the same positive power of level walking. Downhill, where a leg
+absorbs more than it does, the rest is braked, not stored: what returns is a share of the smaller of
+both.
 
-The three are of forty people of another laboratory, of whom no figure is shipped (Bovi et al. 2011,
-Gait Posture 33:6, twenty adults and twenty young people, nine conditions of 0.84 to 1.59 m/s),
-whose rates are taken to be the mean of `expected_rates`: RMS of the nine 0.033 W/kg, and 0.049
-where each is left out (`experiments/joint_metabolics.py`). Without what is returned they were 0.098
-and 0.123. So the level of this model says nothing new about level walking; what it says of a slope,
-a load or a device is a prediction."""
+Heat and what returns are of forty people of another laboratory, of whom no figure is shipped (Bovi
+et al. 2011, Gait Posture 33:6, twenty adults and twenty young people, ten conditions of 0.84 to
+1.95 m/s), whose rates are taken to be what the load carriage equation of `expected_rates` says: the
+other one is a straight line, by which a metre never costs least. RMS of the ten 0.34 W/kg
+(`experiments/joint_metabolics.py`). So the level of this model says nothing new about level
+walking; what it says of a slope, a load, a device or the speed of the least cost is a prediction.
+"""
 
 CENTRAL: Final = "bhargava"
 """The model of muscles that stands for them: of seven, it and one more followed measured rates of
@@ -94,9 +100,10 @@ def leg_rate(size: Array, positive: Array, negative: Array) -> Array:
     """Metabolic rate (T,) W/kg or W of a leg over whole cycles, of the sizes of its joints' moments
     and their positive and negative power (the latter not negative), summed over its joints.
     """
-    returned, own = RETURNED * float(np.mean(negative)), float(np.mean(positive))
-    share = min(1.0, own / returned) if returned > 0.0 else 1.0
-    return np.asarray(HEAT * size + WORK * (positive - share * RETURNED * negative))
+    absorbed, own = float(np.mean(negative)), float(np.mean(positive))
+    back = RETURNED * min(1.0, own / absorbed) if absorbed > 0.0 else RETURNED
+    paid, lost = positive - back * negative, (1.0 - back) * negative
+    return np.asarray(HEAT * size + paid / CONCENTRIC + lost / ECCENTRIC)
 
 
 def joint_rates(curves: Curves, stride_time: StrideTimes) -> Found | None:
@@ -201,8 +208,9 @@ METABOLIC_JOINTS: Final = Quantity(
     axis="metabolic rate",
     unit="W/kg",
     note="Heat by the moments of hip, knee and ankle of a leg, and work by their positive power, "
-    "less what comes back of the negative. The body’s rate is that of two such legs. Its three "
-    "numbers were found so that other people’s level walking costs what published equations say. "
+    "less what comes back of the negative, with efficiencies of 0.25 and 1.2. The body’s rate is "
+    "that of two such legs. Its other two numbers were found so that other people’s level walking "
+    "costs what a published equation says. "
     f"{_LEFT_OUT}",
     needs=("angles", "moments"),
     curves={"leg": "Metabolic rate of a leg, from joints"},

@@ -5,7 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitval.apps.devices.costs import change_of, cost_changes, in_words, model_band, person_band
+from gaitval.apps.devices.costs import (
+    change_of,
+    cost_changes,
+    group_band,
+    in_words,
+    model_band,
+    person_band,
+)
 from gaitval.apps.devices.curves import JOINTS as JOINTS_OF_LEG
 from gaitval.apps.devices.search import value
 from gaitval.coordinates import SIDES
@@ -16,7 +23,7 @@ from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.loads import ALONG, LARGEST, trunk_load
 from gaitval.musculature.metabolics import REST
 from gaitval.quantities.metabolic_cost import JOINTS, PERSON, MetabolicCost
-from gaitval.quantities.metabolic_rate import HEAT, RETURNED, WORK
+from gaitval.quantities.metabolic_rate import CONCENTRIC, ECCENTRIC, HEAT, RETURNED
 from gaitval.scaling.scaling import scale_subject
 
 MODELS = ("bhargava", "umberger", "uchida", JOINTS)
@@ -58,7 +65,8 @@ def test_a_search_may_want_the_cheapest_walk():
         stride_time=dict.fromkeys(SIDES, 1.1),
     )
     aim = Aim(joint="ankle_angle", quantity="cost")
-    expected = REST + 6 * (HEAT * 0.4 + WORK * (0.1 - RETURNED * 0.05) / 1.1)
+    paid, lost = 0.1 - RETURNED * 0.05, (1.0 - RETURNED) * 0.05
+    expected = REST + 6 * (HEAT * 0.4 + (paid / CONCENTRIC + lost / ECCENTRIC) / 1.1)
     assert value(aim, curves) == pytest.approx(expected)
     assert aim.unit == "W/kg"
     assert "metabolic" in aim.in_words()
@@ -89,6 +97,23 @@ def test_a_band_of_a_person_holds_people_who_change_unlike():
     assert by_models / 4000 < 0.7
 
 
+def test_a_band_of_a_group_holds_the_mean_of_other_people():
+    """Six walk in models, fifteen others are measured; a band of models alone is too narrow."""
+    random = np.random.default_rng(3)
+    inside, by_models = 0, 0
+    for _ in range(4000):
+        *models, right = 0.02 * random.normal(size=5)
+        own = 0.2 * random.normal(size=6)
+        change = right + 0.2 * random.normal(size=15).mean()
+        seen = np.array(models) + own[:, np.newaxis]
+        low, high = group_band(seen, 15)
+        inside += low <= change <= high
+        low, high = model_band(seen.mean(axis=0))
+        by_models += low <= change <= high
+    assert inside / 4000 == pytest.approx(0.90, abs=0.03)
+    assert by_models / 4000 < 0.75
+
+
 def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():
     slower = _with("moments kept", -0.5, -0.5, -0.5, -0.5, speed=1.1)
     fallen = _with("learned", -0.5, -0.5, -0.5, -0.5, fell=True)
@@ -105,6 +130,7 @@ def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():
         ([(-0.5, -0.52, -0.48, -0.5)], "costs less, by every assumption"),
         ([(0.5, 0.5, 0.5, 0.5), (-0.5, -0.5, -0.5, -0.5)], "assumption decides the sign"),
         ([(0.5, -0.3, 0.6, 0.1)], "models decide the sign, not the device"),
+        ([(-0.2, -0.15, -0.2, -0.9)], "every model says that walking costs less, but"),
         ([(0.5, 0.5, 0.5, 0.5), (-0.6, 0.3, -0.6, -0.1)], "Nor do the assumptions"),
         ([], ""),
     ],

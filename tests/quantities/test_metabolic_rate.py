@@ -9,10 +9,11 @@ from gaitval.musculature.metabolics import REST
 from gaitval.quantities import METABOLIC_JOINTS
 from gaitval.quantities.joint_power import JOINTS
 from gaitval.quantities.metabolic_rate import (
+    CONCENTRIC,
+    ECCENTRIC,
     HEAT,
     RETURNED,
     SPORTS_MEDICINE,
-    WORK,
     expected_rates,
     joint_rates,
     leg_rate,
@@ -36,28 +37,38 @@ def test_a_held_moment_costs_heat_alone():
         assert found.figures["gross"][f"body_{side}"] == pytest.approx(REST + net)
 
 
-def test_work_that_is_absorbed_alone_costs_no_work_and_gives_none_back():
+def test_work_that_is_absorbed_alone_costs_little_and_gives_none_back():
     angle = np.sin(2 * np.pi * PHASE)
     rate = 2 * np.pi / 1.1 * np.cos(2 * np.pi * PHASE)
     along, against = (joint_rates(_curves(angle, sign * rate), TIMES) for sign in (1.0, -1.0))
     heat = 3 * HEAT * np.abs(rate)[:-1].mean()
-    work = 3 * WORK * (rate**2)[:-1].mean()
+    work = 3 * (rate**2)[:-1].mean()
     net = {name: found.figures["net"]["body_r"] for name, found in
            (("along", along), ("against", against))}  # fmt: skip
-    assert net["along"] == pytest.approx(2 * (heat + work), rel=0.01)
-    assert net["against"] == pytest.approx(2 * heat, rel=0.01)
+    assert net["along"] == pytest.approx(2 * (heat + work / CONCENTRIC), rel=0.01)
+    assert net["against"] == pytest.approx(2 * (heat + work / ECCENTRIC), rel=0.01)
 
 
 def test_work_that_was_absorbed_before_is_returned_in_part():
     # As much is absorbed as is done: a held moment over a joint that swings.
     size, done = np.full(100, 0.5), 0.5 * np.clip(np.sin(2 * np.pi * PHASE[:-1]), 0.0, None)
     absorbed = np.roll(done, 50)
-    rate = leg_rate(size, done, absorbed)
-    assert rate.mean() == pytest.approx(HEAT * 0.5 + WORK * (1.0 - RETURNED) * done.mean())
+    heat, work = HEAT * 0.5, done.mean()
+    lost = (1.0 - RETURNED) * work
+    expected = heat + lost / CONCENTRIC + lost / ECCENTRIC
+    assert leg_rate(size, done, absorbed).mean() == pytest.approx(expected)
     # Lifting was never stored: the same work without any absorbed costs all of it.
-    assert leg_rate(size, done, 0 * done).mean() == pytest.approx(HEAT * 0.5 + WORK * done.mean())
-    # What is absorbed downhill cannot come back: a walk never costs less than to hold its moments.
-    assert leg_rate(size, done, 5 * absorbed).mean() == pytest.approx(HEAT * 0.5)
+    assert leg_rate(size, done, 0 * done).mean() == pytest.approx(heat + work / CONCENTRIC)
+    # What is absorbed downhill is not all stored: no more comes back than if as much was done.
+    braked = expected + 4.0 * work / ECCENTRIC
+    assert leg_rate(size, done, 5 * absorbed).mean() == pytest.approx(braked)
+
+
+def test_lifting_the_body_costs_four_times_its_work():
+    """Each further W of positive work, be it that less was absorbed before it or not."""
+    size, done = np.full(100, 0.5), np.full(100, 1.0)
+    level, up = (leg_rate(size, done + more, 0.8 * done).mean() for more in (0.0, 0.6))
+    assert up - level == pytest.approx(0.6 / 0.25)
 
 
 def test_a_joint_that_was_not_measured_leaves_it_out():

@@ -2,8 +2,9 @@
 
 A change is of one person between two walks at one speed, so most of what models do not know of the
 person cancels. What does not is the model: `model_band` is where one more of such models would lie,
-and decides the sign. Nor do people change alike: `person_band` is where one person's change lies,
-whose rate is as far from a model's in each of the two walks as people's are on the level.
+and decides the sign. Nor do people change alike: `change_band` is where the change of those who
+walk lies, be it one person (`person_band`), whose rate is as far from a model's in each of the two
+walks as people's are on the level, or the mean of a group.
 """
 
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from scipy.stats import t as student
 
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
+from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.musculature.metabolics import REST
 from gaitval.number_text import number
@@ -51,6 +53,12 @@ class CostChange(NamedTuple):
     def sign(self) -> int:
         """1 if it costs more by all of the band, -1 if it costs less, 0 if models disagree."""
         return int(self.low > 0.0) - int(self.high < 0.0)
+
+    @property
+    def agreed(self) -> int:
+        """1 if it costs more by every model, -1 if less, 0 if they have both signs."""
+        found = list(self.changes.values())
+        return int(min(found) > 0.0) - int(max(found) < 0.0)
 
     @property
     def person(self) -> tuple[float, float]:
@@ -115,15 +123,33 @@ def model_band(values: Sequence[float]) -> tuple[float, float]:
     return middle - reach, middle + reach
 
 
-def person_band(values: Sequence[float]) -> tuple[float, float]:
-    """Low and high of 90 % of one person's change, of those that models gave as `values`: their
-    band, and the difference of two rates that are `PERSON` off each.
+def change_band(values: Sequence[float], own: float) -> tuple[float, float]:
+    """Low and high of 90 % of a change that models gave as `values`: the band of one more model,
+    and what is not known of those who walk, a standard deviation `own`. All in the same unit.
     """
     low, high = model_band(values)
-    own = float(normal.ppf(0.5 + SHARE / 2.0)) * np.sqrt(2.0) * PERSON
-    reach = float(np.hypot((high - low) / 2.0, own))
+    reach = float(np.hypot((high - low) / 2.0, float(normal.ppf(0.5 + SHARE / 2.0)) * own))
     middle = float(np.mean(values))
     return middle - reach, middle + reach
+
+
+def person_band(values: Sequence[float]) -> tuple[float, float]:
+    """`change_band` of one person, whose two rates are `PERSON` off each, W/kg."""
+    return change_band(values, np.sqrt(2.0) * PERSON)
+
+
+def group_band(changes: Array, measured: int) -> tuple[float, float]:
+    """`change_band` of the mean of a `measured` number of people, of others' `changes` (people,
+    models): both groups are samples of people who change as unlike as these do.
+    """
+    people = len(changes)
+    if people < 2:
+        return -np.inf, np.inf
+    spread = float(np.std(changes.mean(axis=1), ddof=1)) * np.sqrt(1.0 / people + 1.0 / measured)
+    # Of so few people the spread itself is not well known: Student's t.
+    edge = 0.5 + SHARE / 2.0
+    own = spread * float(student.ppf(edge, people - 1) / normal.ppf(edge))
+    return change_band(changes.mean(axis=0).tolist(), own)
 
 
 def in_words(changes: Sequence[CostChange]) -> str:
@@ -144,10 +170,20 @@ def in_words(changes: Sequence[CostChange]) -> str:
         for sign, way in ((1, "more"), (-1, "less"))
         if by[sign]
     ]
-    said.append(
-        f"Where it is {_listed(by[0])}, the models decide the sign, not the device: they do not "
-        "agree whether walking costs more or less."
-    )
+    unsure = [each for each in changes if not each.sign]
+    for sign, way in ((1, "more"), (-1, "less")):
+        alike = [each.assumption for each in unsure if each.agreed == sign]
+        if alike:
+            said.append(
+                f"Where it is {_listed(alike)}, every model says that walking costs {way}, but "
+                "they are so far apart that one more model might not."
+            )
+    apart = [each.assumption for each in unsure if not each.agreed]
+    if apart:
+        said.append(
+            f"Where it is {_listed(apart)}, the models decide the sign, not the device: they do "
+            "not agree whether walking costs more or less."
+        )
     if len({each.middle > 0.0 for each in changes}) > 1:
         said.append("Nor do the assumptions, by the mean of the models.")
     return " ".join(said)
