@@ -14,10 +14,13 @@ each estimated from the rest, would have been estimated best (stacking: Wolpert 
 
 The regression is the mean of four that look at different things, because a few people cannot say
 which is best, with as much noise as signal in each. What it knows is of one laboratory: how its
-markers sit shows in its angles and its moments. On another laboratory's people it makes some
-moments worse (docs/how-to/predict.md), so there e + l + w · f is all, with the lever of the step
-width alone, half of how the ankle's angle changes its moment, and what laboratories that import
-differ by from that of these people (`elsewhere`).
+markers sit shows in its angles and its moments. So half of l + r is of the same regressions
+through these people and those of other laboratories (`gaitval.prediction.laboratories`), who say
+how angles go with kinetics wherever markers sit. On another laboratory's people what is known of
+one makes some moments worse (docs/how-to/predict.md), so there e + l + w · f is all, with the lever
+of the step width alone, what all laboratories say of the moments of hip and knee, half of how the
+ankle's angle changes its moment, and what laboratories that import differ by from that of these
+people (`elsewhere`).
 """
 
 from collections.abc import Mapping, Sequence
