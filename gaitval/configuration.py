@@ -201,7 +201,9 @@ class ServoSettings(Section):
     ankle: Positive = 240.0
     subtalar: Positive = 120.0
     toe: Positive = 30.0
-    lumbar: Positive = 640.0
+    lumbar: Positive = 480.0
+    """A back of 640 passed the landing on to the trunk, by more than 0.03 Nm/kg above 12 Hz in two
+    of ten people (docs/notebook/decisions.md)."""
     shoulder: Positive = 64.0
     damping_time: Positive = 0.08
     """Damping / stiffness, s."""

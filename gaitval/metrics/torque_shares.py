@@ -32,7 +32,9 @@ def moment_parts(rollout: Rollout, task: WalkingTask) -> dict[str, Array]:
     servo = task.configuration.servo
     stiffness = servo_stiffness(servo, task.model.mass)
     damping = servo.damping_time * stiffness
-    tables = reference_tables(task.reference, servo.feed_forward)
+    tables = reference_tables(
+        task.reference, servo.feed_forward, task.configuration.environment.physics_step
+    )
     # the servo reads the phase before the step, and the state after it (implicit damping)
     before = rollout.phase[:-1]
     # p of the law above: how fast the phase runs compared with the reference's stride

@@ -172,6 +172,18 @@ def ground_rows(rollout: Rollout, model: BodyModel) -> GroundRows:
     return GroundRows(power, slip)
 
 
+def slip_of(model: BodyModel, positions: Array, velocities: Array) -> Array:
+    """`GroundRows.slip` (T, 2) of any motion of the body `model`: `positions` and `velocities`
+    (T, 31).
+    """
+    power, slip = np.zeros((2, len(positions), 2))
+    none, nowhere = np.zeros((len(positions), 2, 3)), np.full((len(positions), 2, 3), np.nan)
+    motion = positions, velocities, none, nowhere, none[..., 0]
+    feet = np.array([SEGMENTS.index(f"foot_{side[0]}") for side in SIDES])
+    _ground_rows(tree_arrays(model), feet, tuple(map(np.ascontiguousarray, motion)), power, slip)
+    return slip
+
+
 def creep(rollout: Rollout, ground: GroundRows, rows: slice, mass: float, side: int) -> float:
     """`CREEP_PERCENTILE` of the slip, m/s, of the foot of a `side` with at least `LOADED`."""
     loaded = rollout.ground_reaction[rows, side, 2] > LOADED * mass * GRAVITY

@@ -89,12 +89,16 @@ _NEAR_GAIN = 1e-3
 
 MOST_DAMPING = 1e4
 
+LEAST_LOAD = 0.3
+"""BW that a foot carries at least where its free moment is weighed against its load: a foot that
+carries less is landing or leaving."""
 
-TOE_MOMENT_MOST = 0.17
-"""Nm/kg, from which on the moment at the metatarsophalangeal joints costs: the mean of the largest
-in 22 adults walking barefoot, 0.13, and a standard deviation, 0.04 (Kim et al. 2012, Int J Precis
-Eng Manuf 13:1481, abstract). Nothing that is compared with a record depends on it, so walkers of
-fits without it braked with their toes, by up to 0.44 Nm/kg, what their ankles pushed too much."""
+
+TOE_MOMENT, TOE_MOMENT_SD = 0.13, 0.04
+"""Nm/kg, largest moment at the metatarsophalangeal joints in 22 adults walking barefoot (Kim et al.
+2012, Int J Precis Eng Manuf 13:1481, abstract). Nothing that is compared with a record depends on
+it: walkers of fits without it braked with their toes, by up to 0.44 Nm/kg, what their ankles pushed
+too much, or had toes that took up nothing."""
 
 
 class LawAccuracy(NamedTuple):
@@ -122,14 +126,17 @@ class ConventionAccuracy(NamedTuple):
     lumbar: float = np.deg2rad(10.0)
     """Of each harmonic; the trunk's rotation is what limits the lumbar joint."""
     translation: float = 0.03
-    toe_moment: float = 0.015
-    """Nm/kg, of the moment at the toes beyond `TOE_MOMENT_MOST`."""
+    toe_moment: float = TOE_MOMENT_SD
+    """Nm/kg, of the moment at the toes from what is expected of people (`_toe_moment`)."""
+    toe_excess: float = 0.015
+    """Nm/kg, of what of it is beyond the mean and a standard deviation of people, which costs as
+    well."""
     subtalar_moment: float = 0.1
     rotation_moment: float = 0.3
     """Nm/kg, of the moments at the subtalar joints and about the thighs' axes from none."""
     steady_moment: float = 0.05
-    """Nm/kg, of each harmonic beyond `SMOOTH_HARMONIC` of what bends the upper body, and of the
-    same turns of pelvis and arms. Fits of a quarter to twice of it follow the record alike."""
+    """Nm/kg, of each harmonic from `steady_trunk.FROM_HZ` on of what bends the upper body, and of
+    the same turns of pelvis and arms. Fits of a quarter to twice of it follow the record alike."""
 
 
 class Accuracy(NamedTuple):
@@ -162,6 +169,7 @@ INFERENCE = Accuracy(
         toes=np.deg2rad(5.0),
         arms=np.deg2rad(1.0),
         toe_moment=np.inf,
+        toe_excess=np.inf,
         subtalar_moment=np.inf,
         rotation_moment=np.inf,
         steady_moment=np.inf,
@@ -213,6 +221,8 @@ class Problem(NamedTuple):
     penalty, miss : (31, R, n), (31, R): the residuals that are linear in a coordinate's series are
         penalty @ change + miss.
     prior : (C,) 1 / standard deviation that `Solution.common` has beforehand, about zero.
+    toe_most, toe_excess : Nm, a moment at the toes from which on it costs as well, and the weight
+        of what is beyond.
     """
 
     bodies: Bodies
@@ -228,6 +238,8 @@ class Problem(NamedTuple):
     penalty: Array
     miss: Array
     prior: Array
+    toe_most: float = np.inf
+    toe_excess: float = 0.0
 
 
 class Solution(NamedTuple):
@@ -299,8 +311,8 @@ def _penalties(
     """Rows (31, R, n) and constants (31, R) of the residuals that are linear in the unknowns:
     departures of the coordinates, of which the initial motion has `departure` (T, 31) from the
     record, and roughness of their change, which trunk and arms hold closer: to the amplitudes
-    `steady` (H,) rad. The trunk is held instead of the lumbar coordinates, of which only the change
-    is kept small.
+    `steady` (H,) rad, infinite where they are free. The trunk is held instead of the lumbar
+    coordinates, of which only the change is kept small.
     """
     instants, terms = series.shape
     # Mean, cosines, sines: the order of a series' columns.
@@ -308,7 +320,7 @@ def _penalties(
     high = harmonic > SMOOTH_HARMONIC
     # Acceleration grows with the square of the harmonic.
     roughness = np.diag(ROUGHNESS * high * (harmonic / SMOOTH_HARMONIC) ** 2)
-    closer = np.diag(np.concatenate([[0.0], np.tile(1.0 / steady, 2)]) * high)
+    closer = np.diag(np.concatenate([[0.0], np.tile(1.0 / steady, 2)]))
     penalty = np.zeros((len(COORDINATES), instants + terms, terms))
     miss = np.zeros(penalty.shape[:2])
     # A sum over instants divided by their number: the mean square does not depend on how many there
@@ -335,28 +347,39 @@ def moment_accuracy(accuracy: RecordAccuracy, name: str) -> float:
     return accuracy.flexion_moments
 
 
+def _toe_moment(load: Array, extension: Array) -> Array:
+    """Nm/kg (T,), what is expected of the toes: the moment of a spring whose force the foot's
+    `load` presses on, as large as people's at its largest. Negative resists `extension`, rad.
+    """
+    shape = np.maximum(load, 0.0) * np.maximum(extension, 0.0)
+    return -TOE_MOMENT * shape / max(float(shape.max()), _NO_SHIFT)
+
+
 def _hold_unrecorded(
     target: Array,
     weights: Array,
     wanted: Accuracy,
     mass: float,
     i: int,
+    extension: Array,
 ) -> None:
     """Target and weights (T, 52) of moments that no record has, of the right (`i` 0) or the left
-    (1) leg of a body of `mass` kg.
+    (1) leg of a body of `mass` kg, whose toes are extended by `extension` (T,) rad.
     """
     side, accuracy = SIDES[i][0], wanted.convention
+    load = target[:, FOOT + FOOT_NUMBERS * i + 2] / (mass * GRAVITY)
     for name, moment, size in (
-        # Negative resists extension; it counts only beyond this (`weighted_laws`).
-        ("mtp_angle", -TOE_MOMENT_MOST, accuracy.toe_moment),
+        ("mtp_angle", _toe_moment(load, extension), accuracy.toe_moment),
         ("subtalar_angle", 0.0, accuracy.subtalar_moment),
         ("hip_rotation", 0.0, accuracy.rotation_moment),
     ):
         row = COORDINATES.index(f"{name}_{side}")
         target[:, row] = mass * moment
         weights[:, row] = 1.0 / (size * mass)
+    # Friction turns a foot back by as much as it is loaded: the same turning weighs the same.
     free = FOOT + FOOT_NUMBERS * i + 7
-    weights[:, free] = 1.0 / (wanted.record.free_moment * mass * GRAVITY)
+    turning = wanted.record.free_moment * np.maximum(load, LEAST_LOAD)
+    weights[:, free] = 1.0 / (turning * mass * GRAVITY)
 
 
 def fit_problem(
@@ -422,7 +445,7 @@ def fit_problem(
             # A plate that is shifted forward changes a sagittal moment by the vertical force times
             # the shift.
             lever[:, row, i] = SHIFT_SIGNS.get(name, 0.0) * target[:, place + 2]
-        _hold_unrecorded(target, weights, accuracy, model.mass, i)
+        _hold_unrecorded(target, weights, accuracy, model.mass, i, path[0][:, _TOES[i]])
         power = record.moments[f"ankle_angle_{side[0]}"](own[:, i])
         power *= record.angles[f"ankle_angle_{side[0]}"].derivative(own[:, i]) / time
         target[:, POWER.start + i] = power * model.mass
@@ -452,6 +475,8 @@ def fit_problem(
         penalty=penalty,
         miss=miss,
         prior=1.0 / np.array([*[shift] * 2, accuracy.convention.lean, *[hip] * 4]),
+        toe_most=(TOE_MOMENT + TOE_MOMENT_SD) * model.mass,
+        toe_excess=norm / (accuracy.convention.toe_excess * model.mass),
     )
 
 
@@ -486,10 +511,14 @@ def weighted_laws(
         low = problem.swinging[:, i] & (out[:, height] < SWING_CLEARANCE)
         weight[low, height] = problem.clearance_weight
         residual[low, height] = out[low, height] - SWING_CLEARANCE
-        # Likewise a moment at the toes, from what people's are.
+        # Likewise what of a moment at the toes is more than people's; it is added to the residual
+        # from what is expected, so that one number stays one residual.
         toes = _TOES[i]
-        residual[:, toes] = np.minimum(residual[:, toes], 0.0)
-        weight[residual[:, toes] == 0.0, toes] = 0.0
+        beyond = np.minimum(out[:, toes] + problem.toe_most, 0.0)
+        weighted = residual[:, toes] * weight[:, toes] + beyond * problem.toe_excess
+        weight[beyond < 0.0, toes] += problem.toe_excess
+        held = weight[:, toes] > 0.0
+        residual[held, toes] = weighted[held] / weight[held, toes]
     return residual * weight, weight
 
 

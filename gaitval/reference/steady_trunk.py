@@ -12,6 +12,11 @@ from gaitval.coordinates import COORDINATES
 from gaitval.model.body import PARENTS, SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 
+FROM_HZ = 11.0
+"""From which on they are held: a little below the 12 Hz from which a walk's moments count as
+ringing, because strides vary. The twelfth harmonic of a stride of 0.93 s, which harmonics alone
+left free, was most of what rang at that back."""
+
 SHAKING = tuple(
     i for i, name in enumerate(COORDINATES) if i < 3 or name.startswith(("lumbar", "arm", "elbow"))
 )
@@ -36,6 +41,7 @@ def upper_body_inertia(model: BodyModel) -> float:
 
 def steady_amplitude(model: BodyModel, rates: Array, moment: float) -> Array:
     """Amplitudes (H,) rad of angles of `SHAKING` that change at angular frequencies `rates` (H,)
-    1/s, with which `moment` Nm/kg bends the upper body.
+    1/s, with which `moment` Nm/kg bends the upper body; infinite below `FROM_HZ`.
     """
-    return moment * model.mass / (upper_body_inertia(model) * np.asarray(rates) ** 2)
+    amplitude = moment * model.mass / (upper_body_inertia(model) * np.asarray(rates) ** 2)
+    return np.where(np.asarray(rates) < 2.0 * np.pi * FROM_HZ, np.inf, amplitude)

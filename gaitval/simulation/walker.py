@@ -237,9 +237,13 @@ class Walker:
         self.weight = task.model.mass * GRAVITY
         stiffness = servo_stiffness(task.configuration.servo, task.model.mass)
         self.gains = np.vstack([stiffness, task.configuration.servo.damping_time * stiffness])
-        self.tables = reference_tables(task.reference, task.configuration.servo.feed_forward)
         self._outside = _outside_engine(engine, task.model, self.physics_step)
         self._substeps = MUJOCO_STEPS if engine == "mujoco" else 1
+        self.tables = reference_tables(
+            task.reference,
+            task.configuration.servo.feed_forward,
+            self.physics_step / self._substeps,
+        )
         self._work = workspace(len(task.model.spheres))
         arrays = walker_arrays(len(task.model.spheres)) if arrays is None else arrays
         self.arrays = arrays

@@ -29,9 +29,11 @@ from gaitval.reference.dynamic_fit import (
     consistent_reference,
     fit_problem,
     solve,
+    weighted_laws,
 )
 from gaitval.reference.dynamic_fit import fitted as fit_of
 from gaitval.reference.motion import HIP_SIGNS, about_record, build_reference, side_phase
+from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
 from gaitval.simulation.walker import Trajectory, Walker
 
 GRAVITY = 9.81
@@ -391,6 +393,52 @@ def test_a_foot_swings_from_after_its_toe_off_until_before_its_heel_strike():
         toe_off = task.record.stance_fraction[side]
         expected = (own > toe_off + 0.04) & (own < 0.96)
         np.testing.assert_array_equal(problem.swinging[:, i], expected)
+
+
+@pytest.fixture(scope="module")
+def problem_of_s05():
+    record, model, built = of_s05()
+    problem = fit_problem(built, record, model, ContactSettings(), Accuracy(), shift_sd=0.0)
+    return problem, record, model
+
+
+@pytest.mark.parametrize("i", [0, 1])
+def test_toes_are_expected_to_resist_as_peoples_when_the_heel_rises(problem_of_s05, i):
+    problem, record, model = problem_of_s05
+    own = np.mod(side_phase(record, SIDES[i], np.arange(INSTANTS) / INSTANTS), 1.0)
+    toe_off = record.stance_fraction[SIDES[i]]
+    moment = problem.target[:, COORDINATES.index(f"mtp_angle_{SIDES[i][0]}")] / model.mass
+    assert moment.min() == pytest.approx(-0.13)
+    # "at pre-swing" (Kim et al. 2012): in the last third of stance; none before the heel rises
+    assert 0.67 * toe_off < own[moment.argmin()] < toe_off
+    assert np.abs(moment[(own < 0.2) | (own > toe_off + 0.02)]).max() < 0.01
+
+
+@pytest.mark.parametrize("i", [0, 1])
+def test_a_turning_foot_weighs_the_same_whatever_it_carries(problem_of_s05, i):
+    """Friction's moment is in proportion to the load: so is the moment of one weight."""
+    problem, _, model = problem_of_s05
+    load = problem.target[:, FOOT + FOOT_NUMBERS * i + 2] / (model.mass * GRAVITY)
+    weight = problem.weight[:, FOOT + FOOT_NUMBERS * i + 7]
+    loaded = load > 0.35
+    np.testing.assert_allclose(np.ptp((weight * load)[loaded]), 0.0, atol=1e-12)
+    assert load[loaded].max() > 2.0 * load[loaded].min()
+
+
+def test_what_toes_do_beyond_people_costs_as_well(problem_of_s05):
+    """One residual: that from what is expected and that beyond the most, added."""
+    problem, _, _ = problem_of_s05
+    none, common = np.zeros((len(COORDINATES), problem.series[0].shape[1])), np.zeros(7)
+    toes = [COORDINATES.index(f"mtp_angle_{side}") for side in "rl"]
+    slack = problem._replace(toe_excess=0.0)
+    plain, weight = (each[:, toes] for each in weighted_laws(slack, none, common, 1.0))
+    found, slope = (each[:, toes] for each in weighted_laws(problem, none, common, 1.0))
+    moment = plain / weight + problem.target[:, toes]
+    beyond = np.minimum(moment + problem.toe_most, 0.0)
+    assert (beyond < 0.0).any()
+    assert (beyond == 0.0).any()
+    np.testing.assert_allclose(found, plain + beyond * problem.toe_excess, atol=1e-12)
+    np.testing.assert_allclose(slope, weight + (beyond < 0.0) * problem.toe_excess, atol=1e-12)
 
 
 def test_no_number_of_a_fit_changes():

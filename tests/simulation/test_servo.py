@@ -9,6 +9,7 @@ from gaitval.coordinates import ACTUATED
 from gaitval.simulation.servo import (
     FEED_FORWARD_HZ,
     REFERENCE_MASS,
+    TARGET_LAG,
     reference_tables,
     servo_stiffness,
 )
@@ -45,3 +46,18 @@ def test_what_is_fed_forward_is_what_muscles_give(task):
         wave = np.cos(2 * np.pi * harmonic * phase) * np.ones(task.reference.moments.shape[1])
         tables = reference_tables(replace(task.reference, moments=wave), 0.5)
         np.testing.assert_allclose(tables.moments[:-1], 0.5 * share * wave, atol=1e-6)
+
+
+def test_what_is_asked_for_is_as_late_at_every_step(task):
+    """A table that is read one step before the state that it acts on asks, at any step, for what
+    the reference has the lag before that state."""
+    phase = task.reference.phase
+    usual = reference_tables(task.reference, 1.0).positions[:-1]
+    for step in (0.25 * TARGET_LAG, 2.0 * TARGET_LAG):
+        table = reference_tables(task.reference, 1.0, step).positions[:-1]
+        at = phase + (TARGET_LAG - step) / task.reference.stride_time
+        for column, late in zip(usual.T, table.T, strict=True):
+            expected = np.interp(phase, at, column, period=1.0)
+            np.testing.assert_allclose(late, expected, atol=2e-4)
+    # and it is not what nobody would notice
+    assert np.abs(table - usual).max() > 2e-3
