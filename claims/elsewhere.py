@@ -38,11 +38,13 @@ from gaitval.prediction.deviations import (
 from gaitval.prediction.estimate import OFFSETS, WIDER_WITH_TOTAL, estimate
 from gaitval.prediction.force_split import difference, together
 from gaitval.prediction.known import known_record
+from gaitval.prediction.laboratories import Laboratories
+from gaitval.prediction.laboratories import pooled as laboratories_of
 from gaitval.prediction.normal_form import SAMPLES, normal_form
 from gaitval.prediction.population import on_the_line, other_people, with_others_kinetics
 from gaitval.prediction.speed_line import dimensionless_speed
 from gaitval.scaling.scaling import scale_subject
-from gaitval.study.estimate_stage import of_known, with_kinetics
+from gaitval.study.estimate_stage import Elsewhere, of_known, with_kinetics
 
 ARNOLD: Final = "stanfordnmbl+balance-exo-sim/results/experiments"
 GAIT2354: Final = "opensim-org+opensim-models/Pipelines/Gait2354_Simbody/subject01"
@@ -163,6 +165,14 @@ def pooled(found: Sequence[ImportedElsewhere]) -> Array:
     )
 
 
+def regressed_from(found: Sequence[ImportedElsewhere]) -> Laboratories:
+    """What a regression through people of several laboratories has of these, with their plates."""
+    unfitted, people = np.zeros((2, len(KINETICS), SAMPLES)), builtin_subjects()
+    trials = [trial_of(each.full, each.full.record(), unfitted) for each in found]
+    everybody = learned_from(found[0].known, people)
+    return laboratories_of(trials, [each.laboratory for each in found], everybody)
+
+
 def _expected(known: Subject) -> GaitRecord:
     """What is expected of a person before markers say anything of the forces."""
     people = builtin_subjects()
@@ -173,11 +183,12 @@ def _expected(known: Subject) -> GaitRecord:
     return with_kinetics(record, known, found.expected + found.regressed)
 
 
-def _person(of: ImportedElsewhere, laboratories: Array) -> PersonElsewhere:
+def _person(of: ImportedElsewhere, others: Sequence[ImportedElsewhere]) -> PersonElsewhere:
     people, contact = builtin_subjects(), load_configuration().contact
     full, known = of.full, of.known
     usual = known_record(known, RecordSettings(), people)
-    found = of_known(usual, known, scale_subject(known).model, contact, laboratories)
+    beside = Elsewhere(pooled(others), regressed_from(others))
+    found = of_known(usual, known, scale_subject(known).model, contact, beside)
     one = units(known.leg_length_m)
     vertical = GRAVITY * found.expected[:, VERTICAL]
     kinetics = one * found.kinetics
@@ -260,7 +271,7 @@ def laboratories(given: claims.Given) -> list[Claim]:
     found = imported(given.public)
     people = []
     for each in found:
-        others = pooled([other for other in found if other.laboratory != each.laboratory])
+        others = [other for other in found if other.laboratory != each.laboratory]
         people.append(_person(each, others))
     moved, bands = left_out(people)
     truth, line = (np.array([getattr(each, a) for each in people]) for a in ("truth", "line"))

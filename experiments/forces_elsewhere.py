@@ -1,11 +1,13 @@
-"""Shipped: writes `gaitval/prediction/forces_elsewhere.json`, how forces of people of five other
-laboratories differ from what the built-in people have one expect.
+"""Shipped: writes `forces_elsewhere.json` and `laboratories.json` of `gaitval/prediction`.
 
-    python -m experiments.forces_elsewhere ../public          # the file
-    python -m experiments.forces_elsewhere ../public --check  # fails if it is another
+    python -m experiments.forces_elsewhere ../public          # the files
+    python -m experiments.forces_elsewhere ../public --check  # fails if they are others
 
-Reads the recordings of `claims.elsewhere`, with plates. Of all together, every laboratory as heavy
-as another, the second moment is kept in its `COMPONENTS` largest directions: no person's own curve.
+How forces of people of five other laboratories differ from what the built-in people have one
+expect; and angles, moments and forces of the same people for a regression. Reads the recordings of
+`claims.elsewhere`, with plates. Of all together, every laboratory as heavy as another, the second
+moment of forces is kept in its `COMPONENTS` largest directions, and gaits are turned onto their
+principal directions (`gaitval.prediction.laboratories`): no person's own curve.
 """
 
 from json import dumps
@@ -14,15 +16,17 @@ from pathlib import Path
 import numpy as np
 
 import gaitval.prediction
-from claims.elsewhere import imported, pooled
+from claims.elsewhere import imported, pooled, regressed_from
 from experiments.shipped import parser_of, ship
+from gaitval.prediction import laboratories
 from gaitval.prediction.force_split import STORE, UNIT
 
 FILE = Path(gaitval.prediction.__file__).parent / STORE
+ALL = FILE.with_name(laboratories.STORE)
 COMPONENTS = 12
 """Of 34. What is left out is less than the roughness that is added."""
 SOURCE = (
-    "Pooled statistics of ground reaction forces of 17 people of five laboratories (Arnold 2013; "
+    "Pooled statistics of gait of 17 people of five laboratories (Arnold 2013; "
     "Gait2354 and Rajagopal 2016 of OpenSim; McGill and Shriners, Montreal; Plug-in Gait samples "
     "of BTKData), computed by experiments/forces_elsewhere.py. No recording is kept. Licences: of "
     "Montreal's MIT, of BTKData BSD-3-Clause; the others name none, and nothing of theirs but this "
@@ -42,9 +46,21 @@ def forces_elsewhere(public: Path) -> str:
     return dumps(stored, separators=(",", ":")).replace("],", "],\n") + "\n"
 
 
+def gaits_elsewhere(public: Path) -> str:
+    """The other file."""
+    rows = laboratories.to_rows(regressed_from(imported(public)))
+    whole = np.rint(rows / laboratories.UNIT).astype(int).tolist()
+    stored = {"source": SOURCE, "rows": whole}
+    return dumps(stored, separators=(",", ":")).replace("],", "],\n") + "\n"
+
+
 def main() -> None:
     """Command line; see the module's docstring."""
-    ship({FILE: forces_elsewhere}, parser_of(__doc__).parse_args(), "forces_elsewhere")
+    ship(
+        {FILE: forces_elsewhere, ALL: gaits_elsewhere},
+        parser_of(__doc__).parse_args(),
+        "forces_elsewhere",
+    )
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ class DeviationTrial(NamedTuple):
     @property
     def ankle_angles(self) -> Array:
         """(2, n) rad, right and left."""
-        return _angles_of(self.gait, ("ankle_angle",))[:, 0]
+        return angles_of(self.gait, ("ankle_angle",))[:, 0]
 
 
 class Deviation(NamedTuple):
@@ -112,7 +112,8 @@ def fit_of(curves: Curves, record: GaitRecord, leg_length: float) -> Array:
     return kinetics_of_curves(curves, leg_length) - kinetics_of_curves(target, leg_length)
 
 
-def _angles_of(gait: NormalForm, names: Sequence[str]) -> Array:
+def angles_of(gait: NormalForm, names: Sequence[str]) -> Array:
+    """(2, k, n) rad, the k angles `names` of a gait, right and left."""
     angles = gait.angles.reshape(2, len(_LEG), SAMPLES)
     return np.asarray(angles[:, [_LEG.index(name) for name in names]])
 
@@ -137,8 +138,8 @@ def deviation(trial: DeviationTrial, people: Sequence[Sequence[DeviationTrial]])
     wider = trial.step_width / _usual_step_width(people, trial.gait.speed) - 1.0
     pelvis = trial.pelvic_width - float(np.mean([person[0].pelvic_width for person in people]))
     return Deviation(
-        _angles_of(trial.gait, SAGITTAL) - _angles_of(usual, SAGITTAL),
-        _angles_of(trial.gait, OTHER) - _angles_of(usual, OTHER),
+        angles_of(trial.gait, SAGITTAL) - angles_of(usual, SAGITTAL),
+        angles_of(trial.gait, OTHER) - angles_of(usual, OTHER),
         trial.gait.stride_time - usual.stride_time,
         kinetics_of(trial.gait) - expected_kinetics,
         trial.fit,

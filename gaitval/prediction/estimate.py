@@ -14,10 +14,13 @@ each estimated from the rest, would have been estimated best (stacking: Wolpert 
 
 The regression is the mean of four that look at different things, because a few people cannot say
 which is best, with as much noise as signal in each. What it knows is of one laboratory: how its
-markers sit shows in its angles and its moments. On another laboratory's people it makes some
-moments worse (docs/how-to/predict.md), so there e + l + w · f is all, with the lever of the step
-width alone, half of how the ankle's angle changes its moment, and what laboratories that import
-differ by from that of these people (`elsewhere`).
+markers sit shows in its angles and its moments. So half of l + r is of the same regressions
+through these people and those of other laboratories (`gaitval.prediction.laboratories`), who say
+how angles go with kinetics wherever markers sit. On another laboratory's people what is known of
+one makes some moments worse (docs/how-to/predict.md), so there e + l + w · f is all, with the lever
+of the step width alone, what all laboratories say of the moments of hip and knee, half of how the
+ankle's angle changes its moment, and what laboratories that import differ by from that of these
+people (`elsewhere`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,6 +42,7 @@ from gaitval.prediction.deviations import (
     deviations,
     kinetics_of,
 )
+from gaitval.prediction.laboratories import SHARE, Laboratories, differences, stored
 from gaitval.prediction.worth import MissedPerson, left_over
 
 NOISE: Final = 1.0
@@ -49,15 +53,15 @@ WIDER_ELSEWHERE: Final = np.array([[1.9], [1.6], [1.7], [1.6], [1.3], [1.4], [1.
 """By how much the bands of `KINETICS` are wider for people of another laboratory: recordings of
 others with plates, imported without them, needed it when the total of both feet was shared out by
 the vertical force that is expected."""
-WIDER_WITH_TOTAL: Final = np.array([[2.0], [1.5], [1.6], [1.4], [1.2], [1.0], [0.9]])
+WIDER_WITH_TOTAL: Final = np.array([[1.2], [1.5], [1.5], [1.4], [1.2], [1.2], [0.9]])
 """The same, of people whose markers say the total (`python -m claims elsewhere.laboratories`)."""
 
-OFFSETS: Final = {"hip_flexion": 0.029, "knee_angle": -0.015}
+OFFSETS: Final = {"hip_flexion": 0.007, "knee_angle": -0.004}
 """Arms of the vertical force, m, that moments (flexion positive) of people whom `gaitval import`
-read have beside those that are estimated by the ten: their hips are 29 and their knees 15 mm
-further ahead of the force, as if the leg were turned by 2 degrees about the ankle. Those of the ten
-are about the hip centres of their own laboratory and its plates. Mean of five laboratories, each as
-heavy (standard deviation between them 0.014 and 0.009): `python -m claims elsewhere.laboratories`.
+read have beside those that are estimated: about other hip centres and on other plates than those of
+the built-in people. Mean of five laboratories, each as heavy (standard deviation between them 0.009
+and 0.010): `python -m claims elsewhere.laboratories`. Without what people of all laboratories say
+of moments they were 0.029 and -0.015.
 """
 
 
@@ -82,6 +86,14 @@ _VERTICAL: Final = KINETICS.index(("forces", "vertical"))
 _ANKLE: Final = KINETICS.index(("moments", "ankle_angle"))
 ANKLE_SHARE: Final = 0.5
 """What 33 people's ankles count beside the ten with all their curves: convention."""
+ALL_SHARE: Final = 0.5
+"""What a regression through people of all laboratories counts beside that through the built-in
+people and the 33 ankles: as much. Convention."""
+_ELSEWHERE: Final = [
+    KINETICS.index(("moments", name)) for name in ("hip_flexion", "hip_adduction", "knee_angle")
+]
+"""What that says of people of another laboratory, too: forces follow from their total, and of
+ankles more people are known."""
 LEVERS: Final = (
     Lever("step_width", _MEDIAL, _MEDIAL, anywhere=True),
     Lever(
@@ -176,19 +188,36 @@ def _ridge(seen: Sequence[Blocks], targets: Array) -> _Ridge:
 
 
 def _levered(
-    found: Sequence[Deviation], of: Deviation, levers: Sequence[Lever]
+    found: Sequence[Deviation],
+    of: Deviation,
+    levers: Sequence[Lever],
+    others: Sequence[Deviation] = (),
 ) -> tuple[Array, list[Array]]:
-    """What `levers` say of another person's kinetics, (2, 7, n), and what they leave of `found`."""
-    explained, rest = np.zeros_like(of.usual), [each.kinetics.copy() for each in found]
+    """What `levers` say of another person's kinetics, (2, 7, n), by `found`; and what they leave of
+    these and of `others`, who do not say how much they count.
+    """
+    explained, every = np.zeros_like(of.usual), [*found, *others]
+    rest = [each.kinetics.copy() for each in every]
     for of_what, moved, by, _ in levers:
-        long = [getattr(each, of_what) * each.usual[:, by] for each in found]
-        upper = sum(np.sum(arm * left[:, moved]) for arm, left in zip(long, rest, strict=True))
-        lower = sum(np.sum(arm**2) for arm in long) * (1.0 + NOISE / len(found))
+        arms = [getattr(each, of_what) * each.usual[:, by] for each in every]
+        known = list(zip(arms, rest, strict=True))[: len(found)]
+        upper = sum(np.sum(arm * left[:, moved]) for arm, left in known)
+        lower = sum(np.sum(arm**2) for arm, _ in known) * (1.0 + NOISE / len(found))
         share = upper / lower if lower > 0.0 else 0.0
-        for arm, left in zip(long, rest, strict=True):
+        for arm, left in zip(arms, rest, strict=True):
             left[:, moved] -= share * arm
         explained[:, moved] += share * getattr(of, of_what) * of.usual[:, by]
     return explained, rest
+
+
+def _explained(found: Sequence[Deviation], targets: Sequence[Array], of: Deviation) -> Array:
+    """(2, k, n) what the gaits `found` say of another person's, of their `targets` (2, k, n)."""
+    seen, flat = list(zip(*map(_blocks, found), strict=True)), np.concatenate([*targets])
+    by_kind = [
+        _ridge(kind, flat.reshape(len(flat), -1)).of(mine)
+        for kind, mine in zip(seen, _blocks(of), strict=True)
+    ]
+    return np.asarray(np.mean(by_kind, axis=0).reshape(2, *flat.shape[1:]))
 
 
 def _regressed(
@@ -198,17 +227,33 @@ def _regressed(
     person's.
     """
     both = [np.concatenate([r, each.fit], axis=1) for r, each in zip(rest, found, strict=True)]
-    targets = np.concatenate(both)
-    seen = list(zip(*map(_blocks, found), strict=True))
-    explained = np.mean(
-        [
-            _ridge(kind, targets.reshape(len(targets), -1)).of(mine)
-            for kind, mine in zip(seen, _blocks(of), strict=True)
-        ],
-        axis=0,
-    ).reshape(2, *targets.shape[1:])
-    kinetics, fit = np.split(explained, 2, axis=1)
+    kinetics, fit = np.split(_explained(found, both, of), 2, axis=1)
     return kinetics, fit
+
+
+def _through_all(
+    people: Sequence[Sequence[Deviation]],
+    others: Sequence[Deviation],
+    rest: Sequence[Array],
+    of: Deviation,
+) -> Array:
+    """(2, 7, n) what gaits of `people` and rows of other laboratories say of the `rest` of another
+    person's kinetics. A regression is weighted by rows that are as much larger.
+    """
+    count = len(people)
+    weights = [(1.0 - SHARE) / count / len(each) for each in people for _ in each]
+    weights += [SHARE] * len(others)
+    every = [each for person in people for each in person] + [*others]
+    heavy = [
+        each._replace(
+            sagittal=root * each.sagittal,
+            other=root * each.other,
+            stride_time=root * each.stride_time,
+        )
+        for root, each in zip(np.sqrt(weights), every, strict=True)
+    ]
+    targets = [root * left for root, left in zip(np.sqrt(weights), rest, strict=True)]
+    return _explained(heavy, targets, of)
 
 
 class _Parts(NamedTuple):
@@ -218,13 +263,29 @@ class _Parts(NamedTuple):
     own: Array
 
 
-def _parts(of: Deviation, people: Sequence[Sequence[DeviationTrial]], angles: bool) -> _Parts:
-    found = [each for person in deviations(people) for each in person]
-    explained, rest = _levered(found, of, [each for each in LEVERS if angles or each.anywhere])
+def _parts(
+    of: Deviation,
+    trial: DeviationTrial,
+    people: Sequence[Sequence[DeviationTrial]],
+    without: str,
+    angles: bool,
+    laboratories: Laboratories,
+) -> _Parts:
+    """Of a `trial` that differs as `of` from what is expected of anybody; nothing is read of the
+    person called `without`.
+    """
+    at_home, others = deviations(people), differences(laboratories, people)
+    found = [each for person in at_home for each in person]
+    levers = [each for each in LEVERS if angles or each.anywhere]
+    explained, rest = _levered(found, of, levers, others)
+    by_all = explained + _through_all(at_home, others, rest, of)
     if not angles:
-        return _Parts(explained, of.fit)
-    kinetics, fit = _regressed(found, rest, of)
-    return _Parts(explained + kinetics, of.fit - fit)
+        explained[:, _ELSEWHERE] = by_all[:, _ELSEWHERE]
+        return _with_ankles(_Parts(explained, of.fit), trial, of.usual, without, angles)
+    kinetics, fit = _regressed(found, rest[: len(found)], of)
+    parts = _Parts(explained + kinetics, of.fit - fit)
+    parts = _with_ankles(parts, trial, of.usual, without, angles)
+    return parts._replace(regressed=parts.regressed + ALL_SHARE * (by_all - parts.regressed))
 
 
 def _with_ankles(
@@ -256,19 +317,23 @@ def _weights(remains: Sequence[Array], own: Sequence[Array], errors: Sequence[Ar
 
 
 def estimate(
-    trial: DeviationTrial, people: Sequence[Sequence[DeviationTrial]], *, angles: bool = True
+    trial: DeviationTrial,
+    people: Sequence[Sequence[DeviationTrial]],
+    *,
+    angles: bool = True,
+    laboratories: Laboratories | None = None,
 ) -> Estimate:
     """The kinetics of a person whose forces were not recorded, from angles, times and fit of their
     `trial`; kinetics of its gait are not read. `people` are the trials of others, at least four,
     the own first. `angles`: look at how angles differ, too: only for people of the others'
-    laboratory.
+    laboratory. `laboratories`: people of others, else those that come with the package.
     """
+    known = stored() if laboratories is None else laboratories
     remains, own, errors = [], [], []
     for i, person in enumerate(people):
         rest = [*people[:i], *people[i + 1 :]]
         truth = deviation(person[0], rest)
-        parts = _parts(truth, rest, angles)
-        parts = _with_ankles(parts, person[0], truth.usual, trial.person, angles)
+        parts = _parts(truth, person[0], rest, trial.person, angles, known)
         remains.append(truth.kinetics - parts.regressed)
         own.append(parts.own)
         errors.append(np.mean(truth.kinetics**2, axis=(0, 2)))
@@ -284,7 +349,7 @@ def estimate(
     half_width = wide * np.sqrt(np.mean(np.square(missed), axis=(0, 1)))
     half_width = half_width if angles else WIDER_ELSEWHERE * half_width
     of = deviation(trial, people)
-    parts = _with_ankles(_parts(of, people, angles), trial, of.usual, trial.person, angles)
+    parts = _parts(of, trial, people, trial.person, angles, known)
     kinetics = of.usual + parts.regressed + weights[:, None] * parts.own
     kinetics[:, -1] = np.maximum(kinetics[:, -1], 0.0)  # the ground does not pull
     more = left_over(seen, len(FORCES))

@@ -10,7 +10,7 @@ import io
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -47,6 +47,7 @@ from gaitval.prediction.estimate import (
 )
 from gaitval.prediction.force_split import with_total
 from gaitval.prediction.known import KINEMATIC_ACCURACY, KnownRecord, is_predicted
+from gaitval.prediction.laboratories import Laboratories
 from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.prediction.seen import (
     at_own_contacts,
@@ -88,6 +89,15 @@ _JOINTS: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "an
 _COLOURS: Final = {"right": "#0072b2", "left": "#d55e00"}
 
 
+class Elsewhere(NamedTuple):
+    """Of other laboratories than the built-in people's: how forces differ
+    (`force_split.covariance`), and what a regression has of their people.
+    """
+
+    forces: Array
+    people: Laboratories
+
+
 def stage(run: Run) -> Stage:
     """Known record and reference of `run` → the estimate's table and page."""
     return Stage(
@@ -125,29 +135,29 @@ def of_known(
     subject: Subject,
     model: BodyModel,
     contact: ContactSettings,
-    laboratories: Array | None = None,
+    laboratories: Elsewhere | None = None,
 ) -> Estimate:
     """The estimate of the kinetics of `subject`, of whom `known` has the angles and what kinetics
     are expected of anybody; the scaled `model` walks on the ground of `contact`. `laboratories`:
-    how forces differ in others, else as the package has it (`force_split.covariance`).
+    else those that come with the package.
     """
+    forces, those = (None, None) if laboratories is None else laboratories
     (record, accuracy), others = known, builtin_subjects()
-    own = with_total(at_own_contacts(record, subject), subject, laboratories)
+    own = with_total(at_own_contacts(record, subject), subject, forces)
     reference = consistent_reference(own, model, contact, accuracy)
     fit = fit_of(reference_curves(reference, model.mass, own.left_phase), own, subject.leg_length_m)
     at_home = is_of_the_laboratory(subject)
-    found = estimate(trial_of(subject, record, fit), learned_from(subject, others), angles=at_home)
+    trial, people = trial_of(subject, record, fit), learned_from(subject, others)
+    found = estimate(trial, people, angles=at_home, laboratories=those)
     if _is_of_an_import_elsewhere(subject):
         found = elsewhere(found)
-    return found if own is record else _seen(found, record, subject, laboratories)
+    return found if own is record else _seen(found, record, subject, forces)
 
 
-def _seen(
-    found: Estimate, record: GaitRecord, subject: Subject, laboratories: Array | None
-) -> Estimate:
+def _seen(found: Estimate, record: GaitRecord, subject: Subject, forces: Array | None) -> Estimate:
     """The estimate with what markers say of the forces in what is expected and regressed."""
     there = with_kinetics(record, subject, found.expected + found.regressed)
-    there = with_total(at_own_contacts(there, subject), subject, laboratories)
+    there = with_total(at_own_contacts(there, subject), subject, forces)
     kinetics = kinetics_of(normal_form(there, subject.leg_length_m))
     weights, wide, more = found.weights.copy(), found.half_width, dict(found.left_over)
     if knows_total(subject):  # is what mechanics says of the forces

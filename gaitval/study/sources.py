@@ -39,6 +39,7 @@ DATA: Final = {
     "gaitval.prediction.ankles": ("prediction/ankles.json",),
     "gaitval.prediction.deviations": ("prediction/fits.json",),
     "gaitval.prediction.force_split": ("prediction/forces_elsewhere.json",),
+    "gaitval.prediction.laboratories": ("prediction/laboratories.json",),
     "gaitval.prediction.slopes": ("prediction/slope_angles.csv",),
     "gaitval.reporting.translated": ("reporting/languages/*.po", "reporting/texts.txt"),
     "gaitval.reporting.checklist": ("reporting/checklist.toml",),

@@ -16,6 +16,7 @@ from gaitval.prediction.deviations import (
     stored_fits,
 )
 from gaitval.prediction.estimate import LEVERS, OFFSETS, _blocks, _levered, elsewhere, estimate
+from gaitval.prediction.laboratories import of_rows, stored, to_rows
 from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
 
 NAN = float("nan")
@@ -36,8 +37,10 @@ def trial_of(name: str) -> DeviationTrial:
 
 @pytest.fixture
 def made_up_ankles(monkeypatch):
-    """People who are made up do not have the ankles of real ones."""
+    """People who are made up do not have the ankles of real ones, nor others in laboratories."""
     monkeypatch.setattr("gaitval.prediction.estimate.ANKLE_SHARE", 0.0)
+    nobody = of_rows(np.zeros((0, to_rows(stored()).shape[1])))
+    monkeypatch.setattr("gaitval.prediction.estimate.stored", lambda: nobody)
 
 
 def planted(seed: int, of_angles: float, of_fit: float):
@@ -146,10 +149,28 @@ def test_without_angles_it_is_expectation_ankle_and_mechanics():
         0.5 * ankle_moment(trial.ankle_angles, trial.gait.speed, {trial.person}).change
     )
     whole[:, -1] = np.maximum(whole[:, -1], 0.0)
-    assert np.allclose(found.kinetics, whole, rtol=0.0, atol=1e-15)
+    by_all = [
+        KINETICS.index(("moments", name)) for name in ("hip_flexion", "hip_adduction", "knee_angle")
+    ]
+    rest = [i for i in range(len(KINETICS)) if i not in by_all]
+    assert np.allclose(found.kinetics[:, rest], whole[:, rest], rtol=0.0, atol=1e-15)
+    assert not np.any(found.regressed[:, rest[1:]])
+    assert np.all(np.abs(found.regressed[:, by_all]).max(axis=(0, 2)) > 0.01)
+
+
+def test_half_is_of_the_built_in_people_and_half_of_all_laboratories(monkeypatch):
+    trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
+    found = estimate(trial, people).regressed
+    alone = []
+    for share in (0.0, 1.0):
+        monkeypatch.setattr("gaitval.prediction.estimate.ALL_SHARE", share)
+        alone.append(estimate(trial, people).regressed)
+    np.testing.assert_allclose(found, np.mean(alone, axis=0), atol=1e-12)
+    assert not np.allclose(*alone, atol=0.01)
 
 
 def test_an_ankle_is_half_what_the_ten_and_half_what_more_people_say(monkeypatch):
+    monkeypatch.setattr("gaitval.prediction.estimate.ALL_SHARE", 0.0)
     trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
     more = ankle_moment(trial.ankle_angles, trial.gait.speed, {trial.person})
     found = estimate(trial, people)
