@@ -49,6 +49,7 @@ are named that are not there: of 42 faults planted in HC002D, four instead of tw
 both."""
 RARER: Final = {
     "forces low-passed": 0.1, "markers low-passed": 0.1, "rate": 0.15, "fore-aft gain": 0.05,
+    "mirrored moment": 0.05,
 }  # fmt: skip
 """That a file was low-passed below 6 Hz: a setting that somebody chose, not an accident. That its
 frame rate is wrong, which the cameras' own program writes; what soft tissue does to the body's
@@ -287,6 +288,7 @@ def causes(names: Sequence[str]) -> tuple[Cause, ...]:
             Cause(f"fore-aft gain {plate}", (f"fore-aft gain {plate}",)),
             Cause(f"cross-talk {plate}", (f"cross-talk x {plate}", f"cross-talk y {plate}")),
             Cause(f"offset {plate}", tuple(f"offset {axis} {plate}" for axis in "xyz")),
+            Cause(f"mirrored moment {plate}", (f"mirrored moment {plate}",)),
         ]
     if len(plates) > 1:
         found.append(Cause("place all", tuple(f"place {axis} all" for axis in "xy")))
@@ -553,7 +555,8 @@ def faults_of(
 
 def _matters(cause: Cause, values: Array, reach: float) -> bool:
     """Whether a fault of this size matters: plates that turn as one block also move aside."""
-    size = float(np.linalg.norm(values))
+    # what is mirrored is so once; the other sign is no fault
+    size = float(values[0] if cause.name.startswith("mirrored") else np.linalg.norm(values))
     aside = size * reach if cause.name == "rotation all" else 0.0
     return size > USUAL[kind_of(cause.name)].matters or aside > USUAL["place"].matters
 

@@ -81,6 +81,7 @@ USUAL: Final[Mapping[str, Usual]] = {
     "fore-aft gain": Usual(0.02, 0.20, 0.10),
     "cross-talk": Usual(0.006, 0.045, 0.02),
     "offset": Usual(0.006, 0.04, 0.025),
+    "mirrored moment": Usual(0.0, 1.0, 0.6),
     "mass": Usual(0.02, 0.09, 0.04),
     "scale": Usual(0.003, 0.025, 0.01),
     "rate": Usual(0.003, 0.08, 0.04),

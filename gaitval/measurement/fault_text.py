@@ -42,7 +42,15 @@ ONE_FOOT: Final = (
 """What to do about a turned plate that only one foot stepped on."""
 OF_WEIGHT: Final = ("gain", "offset", "mass")
 """Faults that the vertical force shows."""
-OF_A_PLATE: Final = ("place", "rotation", "gain", "fore-aft gain", "cross-talk", "offset")
+OF_A_PLATE: Final = (
+    "place",
+    "rotation",
+    "gain",
+    "fore-aft gain",
+    "cross-talk",
+    "offset",
+    "mirrored moment",
+)
 """Faults of one plate, or of all."""
 LIKE_A_GAIN: Final = (
     "what the person carried counts in the mass that is given, and what a handrail, a hand or a "
@@ -94,6 +102,14 @@ WORDS: Final[Mapping[str, FaultText]] = {
         "% of the weight",
         "it adds {size} while it is loaded",
         "zero the plate before the trial",
+    ),
+    "mirrored moment": FaultText(
+        1.0,
+        "times",
+        "its centre of pressure moves to the wrong side under the foot, as if the moment about the "
+        "direction of the walk had the wrong sign ({size} mirrored)",
+        "look at the sign of this channel, at the plate's corners, and at how the centre of "
+        "pressure was computed",
     ),
     "mass": FaultText(
         100.0,
@@ -339,6 +355,7 @@ def _bare(cause: Cause) -> str:
         "fore-aft gain": f"{of}: the gain of its fore-aft force",
         "cross-talk": f"{of}: cross-talk",
         "offset": f"{of}: an offset under load",
+        "mirrored moment": f"{of}: a moment of the wrong sign",
         "mass": "the body mass",
         "scale": "the cameras' volume",
         "rate": "the frame rate",
