@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.measurement.estimate import (
+    UNSOUND,
     Cause,
     Examined,
     FoundFault,
@@ -233,7 +234,24 @@ def warnings(
     another plate. `corrected` are kinds of faults that are taken away where they are found.
     """
     single = one_foot(seen.data)
-    return tuple(_warning(f, saturated, corrected, single=single) for f in seen.found if f.matters)
+    found = [_warning(f, saturated, corrected, single=single) for f in seen.found if f.matters]
+    if causes := seen.unexplained:
+        found.append(_unexplained(seen, causes))
+    return tuple(found)
+
+
+def _unexplained(seen: Examined, causes: Sequence[Cause]) -> QualityFlag:
+    """A warning that something is wrong, and that none of the most probable `causes` is certain."""
+    return QualityFlag(
+        f"{CHECK}: unexplained",
+        "forces and markers",
+        1.0 - seen.sound,
+        1.0 - UNSOUND,
+        "1",
+        "they contradict each other more than in sound recordings, and no one fault explains it. "
+        f"Most like it: {'; '.join(_bare(cause) for cause in causes)}. Look at these, and give "
+        "more trials if there are: each shows other steps on the plates",
+    )
 
 
 def unused(walks: Sequence[WalkingTrial]) -> QualityFlag:
