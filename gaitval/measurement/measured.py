@@ -219,11 +219,12 @@ def _of_places(found: Import) -> list[QualityFlag]:
     of_knees = knee_warnings(*fitted)
     if places is not None:
         of_knees = knee_place_warnings(places, marker_set.landmarks)
-    seen = [*of_knees, *_of_both_sides(found, points)]
+    seen = [*of_knees]
     known = any(warning.check in KNOWN_BY for _, warning in found.warnings)
-    if seen or known or found.request.stands_in_walk:
-        return seen
-    return [*moved_warnings(*fitted)]
+    if not (seen or known or found.request.stands_in_walk):
+        seen += moved_warnings(*fitted)
+    # what is wrong on both sides alike explains nothing of one side
+    return [*seen, *_of_both_sides(found, points)]
 
 
 def _of_both_sides(found: Import, points: Mapping[str, Place]) -> Iterator[QualityFlag]:
