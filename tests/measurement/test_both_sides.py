@@ -114,6 +114,20 @@ def test_a_standing_pose_unlike_the_walk(bent, turned, where):
         assert f"the {side} foot is turned out" in str(found[0])
 
 
+def test_one_knee_bent_in_standing():
+    walk = known_walk()
+    kinematics = SimpleNamespace(
+        positions=walk.positions, converged=np.ones(len(walk.positions), dtype=bool)
+    )
+    trial = SimpleNamespace(
+        kinematics=kinematics, belt=0.0, recording=SimpleNamespace(marker_rate=150.0)
+    )
+    standing = np.zeros(len(COORDINATES))
+    standing[COORDINATES.index("knee_angle_r")] = np.radians(18.0)
+    (flag,) = standing_warnings(walk.model, standing, [trial])
+    assert "bent by 18° in standing" in str(flag)
+
+
 def test_a_moment_of_the_wrong_sign_once_more_is_the_right_one():
     """The effect of size one, of what the mirrored plate shows, is what it shows too much."""
     random = np.random.default_rng(3)
