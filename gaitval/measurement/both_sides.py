@@ -43,6 +43,9 @@ SKINLESS: Final = 0.001
 markers and bones: 2 to 6 mm in people, 0 in simulated markers."""
 BEYOND: Final = 3.0
 """SD that nobody who is sound is beyond."""
+UNTAPED: Final = 4.0
+"""The same of the front spines where no leg was measured with a tape: hips and tilt alone differ
+more in children with cerebral palsy (3.4 SD in one of two)."""
 FORWARD: Final = 0.0013
 FORWARD_SD: Final = 0.0029
 """m, by which the joint fit moves the hips forward in the pelvis from Harrington's regression, mean
@@ -77,10 +80,18 @@ FLAT: Final = 0.25
 
 
 class TooLow(NamedTuple):
-    """How much both sides' markers are too low, and the SD of that in sound people, m."""
+    """How much both sides' markers are too low, and the SD of that in sound people, m, of which a
+    warning needs as many as `beyond`.
+    """
 
     value: float
     sound: float
+    beyond: float = BEYOND
+
+    @property
+    def limit(self) -> float:
+        """m."""
+        return self.beyond * self.sound
 
 
 def low_knees(
@@ -125,10 +136,10 @@ def low_spines(
         if leg is not None and f"{side}.Ankle" in points
     ]
     if not shorter:
-        return found
+        return found._replace(beyond=UNTAPED)
     by_tape = float(np.mean(shorter)) - LEG
     if abs(by_tape - found.value) > BEYOND * float(np.hypot(SPINES_SD, LEG_SD)):
-        return found  # somebody else's legs, or measured otherwise
+        return found._replace(beyond=UNTAPED)  # somebody else's legs, or measured otherwise
     return _together((found.value, SPINES_SD), (by_tape, LEG_SD))
 
 
@@ -146,14 +157,14 @@ def _together(
 
 def low_knees_warnings(found: TooLow | None, landmarks: Mapping[str, str]) -> Iterator[QualityFlag]:
     """Warning about both knees' markers: one at most."""
-    if found is None or abs(found.value) <= BEYOND * found.sound:
+    if found is None or abs(found.value) <= found.limit:
         return
     yield QualityFlag(
         "height of the knees' markers", " and ".join(landmarks[f"{side}.Knee"] for side in "RL"),
-        abs(found.value), BEYOND * found.sound, "m",
+        abs(found.value), found.limit, "m",
         f"by how the knees turn in the walk, and by where knees are below the front spines, both "
         f"are some {1000 * abs(found.value):.0f} mm too {'low' if found.value > 0.0 else 'high'} "
-        f"(sound people are within {1000 * BEYOND * found.sound:.0f} mm): thighs and shanks have "
+        f"(sound people are within {1000 * found.limit:.0f} mm): thighs and shanks have "
         "wrong lengths, and hips and knees bend by some degrees too much or too little. Put them "
         "on the epicondyles, where the knee turns, in all trials",
     )  # fmt: skip
@@ -165,18 +176,18 @@ def low_spines_warnings(
     """Warning about the front spines' markers of a pelvis that is tilted by `tilt` (rad) in
     standing: one at most.
     """
-    if found is None or abs(found.value) <= BEYOND * found.sound:
+    if found is None or abs(found.value) <= found.limit:
         return
     low = found.value > 0.0
     yield QualityFlag(
         "height of the front spines",
         " and ".join(landmarks.get(f"{side}.ASIS", f"{side}.ASIS") for side in "RL"),
-        abs(found.value), BEYOND * found.sound, "m",
+        abs(found.value), found.limit, "m",
         f"the pelvis is tilted by {np.degrees(tilt):.0f}° in standing "
         f"({np.degrees(TILT):.0f} ± {np.degrees(TILT_SD):.0f}° in others), and the walk shows the "
         f"hips farther {'forward' if low else 'back'} than these spines say: both are some "
         f"{1000 * abs(found.value):.0f} mm too {'low' if low else 'high'} on the pelvis (sound "
-        f"people are within {1000 * BEYOND * found.sound:.0f} mm), as over a belt or a belly, or "
+        f"people are within {1000 * found.limit:.0f} mm), as over a belt or a belly, or "
         "the rear ones the other way. Tilt of the pelvis and flexion of the hips are off by some "
         "degrees all the time. Feel for the spines and put the markers on them",
     )  # fmt: skip
