@@ -437,6 +437,7 @@ def _plate_effects(wrench: Array, middle: Array, weight: float) -> dict[str, tup
         "offset x": (on * x, np.cross(middle, on * x)),
         "offset y": (on * y, np.cross(middle, on * y)),
         "offset z": (on * up, np.cross(middle, on * up)),
+        "mirrored moment": (0 * f, 2.0 * (m - np.cross(middle, f)) * x),
     }
 
 
@@ -510,6 +511,7 @@ def _pressures(trial: PlateTrial, ground: GroundWrenches) -> list[_Row]:
                     f"place x {plate.name}": np.stack([one, none], axis=1),
                     f"place y {plate.name}": np.stack([none, one], axis=1),
                     f"rotation {plate.name}": np.stack([-lever[:, 1], lever[:, 0]], axis=1),
+                    f"mirrored moment {plate.name}": np.stack([none, 2.0 * lever[:, 1]], axis=1),
                 }
                 value, *of = (
                     np.einsum("tij,tj->ti", axes[inside], each).mean(axis=0)

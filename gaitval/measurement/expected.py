@@ -65,12 +65,14 @@ SAME_FOOT: Final = 0.95
 
 class Usual(NamedTuple):
     """How large a fault usually is where nobody would speak of one, how large where somebody does,
-    and from what size on it matters: its unit is in `UNITS`.
+    and from what size on it matters: its unit is in `UNITS`. What is there whole or not at all has
+    a `mean` where it is there, and `faulty` about it.
     """
 
     sound: float
     faulty: float
     matters: float
+    mean: float = 0.0
 
 
 USUAL: Final[Mapping[str, Usual]] = {
@@ -81,6 +83,7 @@ USUAL: Final[Mapping[str, Usual]] = {
     "fore-aft gain": Usual(0.02, 0.20, 0.10),
     "cross-talk": Usual(0.006, 0.045, 0.02),
     "offset": Usual(0.006, 0.04, 0.025),
+    "mirrored moment": Usual(0.0, 0.15, 0.5, 1.0),
     "mass": Usual(0.02, 0.09, 0.04),
     "scale": Usual(0.003, 0.025, 0.01),
     "rate": Usual(0.003, 0.08, 0.04),

@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.measurement.estimate import (
+    UNSOUND,
     Cause,
     Examined,
     FoundFault,
@@ -42,7 +43,15 @@ ONE_FOOT: Final = (
 """What to do about a turned plate that only one foot stepped on."""
 OF_WEIGHT: Final = ("gain", "offset", "mass")
 """Faults that the vertical force shows."""
-OF_A_PLATE: Final = ("place", "rotation", "gain", "fore-aft gain", "cross-talk", "offset")
+OF_A_PLATE: Final = (
+    "place",
+    "rotation",
+    "gain",
+    "fore-aft gain",
+    "cross-talk",
+    "offset",
+    "mirrored moment",
+)
 """Faults of one plate, or of all."""
 LIKE_A_GAIN: Final = (
     "what the person carried counts in the mass that is given, and what a handrail, a hand or a "
@@ -94,6 +103,14 @@ WORDS: Final[Mapping[str, FaultText]] = {
         "% of the weight",
         "it adds {size} while it is loaded",
         "zero the plate before the trial",
+    ),
+    "mirrored moment": FaultText(
+        1.0,
+        "times",
+        "its centre of pressure moves to the wrong side under the foot, as if the moment about the "
+        "direction of the walk had the wrong sign ({size} mirrored)",
+        "look at the sign of this channel, at the plate's corners, and at how the centre of "
+        "pressure was computed",
     ),
     "mass": FaultText(
         100.0,
@@ -217,7 +234,24 @@ def warnings(
     another plate. `corrected` are kinds of faults that are taken away where they are found.
     """
     single = one_foot(seen.data)
-    return tuple(_warning(f, saturated, corrected, single=single) for f in seen.found if f.matters)
+    found = [_warning(f, saturated, corrected, single=single) for f in seen.found if f.matters]
+    if causes := seen.unexplained:
+        found.append(_unexplained(seen, causes))
+    return tuple(found)
+
+
+def _unexplained(seen: Examined, causes: Sequence[Cause]) -> QualityFlag:
+    """A warning that something is wrong, and that none of the most probable `causes` is certain."""
+    return QualityFlag(
+        f"{CHECK}: unexplained",
+        "forces and markers",
+        1.0 - seen.sound,
+        1.0 - UNSOUND,
+        "1",
+        "they contradict each other more than in sound recordings, and no one fault explains it. "
+        f"Most like it: {'; '.join(_bare(cause) for cause in causes)}. Look at these, and give "
+        "more trials if there are: each shows other steps on the plates",
+    )
 
 
 def unused(walks: Sequence[WalkingTrial]) -> QualityFlag:
@@ -339,6 +373,7 @@ def _bare(cause: Cause) -> str:
         "fore-aft gain": f"{of}: the gain of its fore-aft force",
         "cross-talk": f"{of}: cross-talk",
         "offset": f"{of}: an offset under load",
+        "mirrored moment": f"{of}: a moment of the wrong sign",
         "mass": "the body mass",
         "scale": "the cameras' volume",
         "rate": "the frame rate",

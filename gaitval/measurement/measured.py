@@ -17,6 +17,13 @@ from gaitval.coordinates import Side, split_side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.measurement.bands import AXES, Bands, bands
+from gaitval.measurement.both_sides import (
+    low_knees,
+    low_knees_warnings,
+    low_spines,
+    low_spines_warnings,
+    standing_warnings,
+)
 from gaitval.measurement.correct import corrected, wanted
 from gaitval.measurement.estimate import Examined, examined
 from gaitval.measurement.fault_text import OF_A_PLATE, OF_WEIGHT, FaultRow, rows, unused, warnings
@@ -37,6 +44,9 @@ from gaitval.measurement.page import (
     hip_rows,
 )
 from gaitval.measurement.standing import standing_of
+from gaitval.mocap.c3d_person import read_person
+from gaitval.scaling.landmarks import Place
+from gaitval.session.pelvis_markers import FROM_CRESTS
 from gaitval.session.request import Notify
 from gaitval.session.session import Import
 from gaitval.session.standing import standing_places
@@ -211,9 +221,26 @@ def _of_places(found: Import) -> list[QualityFlag]:
         of_knees = knee_place_warnings(places, marker_set.landmarks)
     seen = [*of_knees]
     known = any(warning.check in KNOWN_BY for _, warning in found.warnings)
-    if seen or known or found.request.stands_in_walk:
-        return seen
-    return [*moved_warnings(*fitted)]
+    if not (seen or known or found.request.stands_in_walk):
+        seen += moved_warnings(*fitted)
+    # what is wrong on both sides alike explains nothing of one side
+    return [*seen, *_of_both_sides(found, points)]
+
+
+def _of_both_sides(found: Import, points: Mapping[str, Place]) -> Iterator[QualityFlag]:
+    """What the walk says of a standing trial (`points`, (3,) m on landmarks) in which both sides
+    are misplaced alike, or the person did not stand as people walk.
+    """
+    if found.request.stands_in_walk:
+        return
+    landmarks, body = found.session.marker_set.landmarks, found.body
+    yield from standing_warnings(body.model, body.placement.standing, found.trials)
+    yield from low_knees_warnings(low_knees(found.trials, landmarks, points), landmarks)
+    marked = not any(warning.check == FROM_CRESTS for _, warning in found.session.warnings)
+    if marked and found.request.hip_centre == "harrington":
+        taped = read_person(found.request.static).leg_length_m
+        spines = low_spines(body, points, taped)
+        yield from low_spines_warnings(spines, landmarks, body.chosen.pelvic_tilt)
 
 
 def unexplained(flags: Iterable[QualityFlag], checks: Set[str]) -> Iterator[QualityFlag]:

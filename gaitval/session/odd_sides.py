@@ -28,6 +28,21 @@ HEELS_DIFFER: Final = 0.015
 the heels' markers differ by at most 10.1 mm in the ten built-in people."""
 HEELS_DIFFER_BY_ONE: Final = 0.020
 """m. The same with one marker on each forefoot: 6.8 mm (SD) in twelve children of McGill."""
+HEIGHTS_DIFFER: Final = {
+    "Heel": 0.014, "Ankle": 0.014, "Ankle.Medial": 0.015,
+    "MT1": 0.011, "MT2": 0.010, "MT5": 0.011, "Toe": 0.010,
+}  # fmt: skip
+"""m, above the floor on which both feet stand: 4.5 (SD, at most 10, 11 and 13 mm) of 27 people of
+twelve laboratories, 2.2 to 3.3 (at most 9) of the forefeet."""
+FEET_DIFFER: Final = 0.014
+"""m, along the foot from the heel's marker to the forefoot's: 4.7 (SD) of the same people, at most
+10."""
+ANKLES_DIFFER: Final = 0.017
+"""m, along the foot from the heel's marker to the malleolus's: 5.6 (SD) of the same people but one
+whose marker is misplaced (27), at most 13."""
+REAR_FOOT: Final = ("Heel", "Ankle", "Ankle.Medial")
+TIPTOE: Final = 0.5
+"""Of how much higher a heel is than the other, from which on its ankle is, too: the heel is up."""
 KNEE_LINES_DIFFER: Final = float(np.radians(7.5))
 """rad. The line through the epicondyles is turned against pelvis, malleoli and foot, in the mean of
 the three, by at most 7.0° (SD 3.6°) more on one side than on the other of the ten built-in people:
@@ -35,13 +50,27 @@ one in 27 is beyond. A marker 18 mm too far back turns it by 8 to 10°."""
 
 
 def odd_sides(
-    points: Mapping[str, Place], estimated: Collection[str] = ()
+    points: Mapping[str, Place], estimated: Collection[str] = (), *, stood: bool = True
 ) -> Iterator[QualityFlag]:
     """Warnings about `points` (3,) m on landmarks of the standing trial whose distances, or the
     line through the epicondyles, differ between right and left more than people do; `estimated`
-    landmarks have no marker that could be misplaced.
+    landmarks have no marker that could be misplaced. Of a pose that was put together from the walk
+    (not `stood`) the heights of the feet say nothing.
     """
     points = {name: at for name, at in points.items() if name not in estimated}
+    of_feet = [*_odd_heels(points), *_odd_feet(points), *(_odd_heights(points) if stood else ())]
+    for flag in _odd_distances(points):
+        if flag.where.startswith("Heel"):
+            of_feet.append(flag)
+        else:
+            yield flag
+    yield from _odd_spines(points)
+    yield from _odd_knee_lines(points)
+    if of_feet:  # one marker makes all of them
+        yield max(of_feet, key=lambda each: each.value / each.limit)
+
+
+def _odd_distances(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
     for (one, other), limit in SIDES_DIFFER.items():
         names = [(f"{side}.{one}", f"{side}.{other}") for side in "RL"]
         pair = _distances(points, names)
@@ -53,9 +82,6 @@ def odd_sides(
                 "Look at them in standing; a joint's centre is off by half as much, and the foot "
                 "turns with it",
             )  # fmt: skip
-    yield from _odd_spines(points)
-    yield from _odd_knee_lines(points)
-    yield from _odd_heels(points)
 
 
 def _distances(
@@ -114,6 +140,61 @@ def _odd_heels(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
         "foot is misplaced, in all trials alike, or the feet differ. Look at them in standing; the "
         "foot, and the hip's rotation, are turned with it",
     )  # fmt: skip
+
+
+def _odd_heights(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
+    """The landmark of the feet whose heights differ most for what they do in people."""
+    apart = {
+        name: points[f"R.{name}"][2] - points[f"L.{name}"][2]
+        for name in HEIGHTS_DIFFER
+        if f"R.{name}" in points and f"L.{name}" in points
+    }
+    shares = {name: abs(up) / HEIGHTS_DIFFER[name] for name, up in apart.items()}
+    name = max(shares, key=lambda each: shares[each], default=None)
+    if name is None or shares[name] <= 1.0:
+        return
+    rear = sorted((apart.get("Heel", 0.0), apart.get("Ankle", 0.0)), key=abs)
+    if name in REAR_FOOT and rear[0] * rear[1] > TIPTOE * rear[1] ** 2:
+        return  # one foot is not flat
+    right, left = (1000 * points[f"{side}.{name}"][2] for side in "RL")
+    yield QualityFlag(
+        "sides that differ", f"{name} above the floor", abs(apart[name]), HEIGHTS_DIFFER[name], "m",
+        f"{right:.0f} mm on the right and {left:.0f} mm on the left in standing (elsewhere within "
+        f"{1000 * HEIGHTS_DIFFER[name]:.0f} mm of each other): one of the two is misplaced, in all "
+        "trials alike, or one foot does not stand flat. Look at them in standing; the foot is "
+        "turned with it, and the zero of the ankle",
+    )  # fmt: skip
+
+
+def _odd_feet(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
+    """How far ahead of the heel's marker those of forefoot and malleolus are, along the foot."""
+    right, left = (_along_foot(points, side) for side in "RL")
+    if right is None or left is None:
+        return
+    for at, what, where, limit in (
+        (0, "the forefoot's", "Heel to forefoot", FEET_DIFFER),
+        (1, "the malleolus's", "Heel to Ankle along the foot", ANKLES_DIFFER),
+    ):
+        if abs(right[at] - left[at]) > limit:
+            yield QualityFlag(
+                "sides that differ", where, abs(right[at] - left[at]), limit, "m",
+                f"along the foot {what} marker is {1000 * right[at]:.0f} mm (right) and "
+                f"{1000 * left[at]:.0f} mm (left) ahead of the heel's (elsewhere within "
+                f"{1000 * limit:.0f} mm of each other): one of the four is misplaced, in all "
+                "trials alike, or the feet differ. Look at them in standing; foot and ankle angles "
+                "are some degrees off",
+            )  # fmt: skip
+
+
+def _along_foot(points: Mapping[str, Place], side: str) -> tuple[float, float] | None:
+    """m; None where a landmark has no place."""
+    names = ["Heel", "Ankle", *_front(points)]
+    if any(f"{side}.{name}" not in points for name in names):
+        return None
+    heel, ankle, *heads = (np.asarray(points[f"{side}.{name}"])[:2] for name in names)
+    foot = np.mean(heads, axis=0) - heel
+    length = float(np.linalg.norm(foot))
+    return length, float((ankle - heel) @ foot) / length
 
 
 def _heel_outwards(points: Mapping[str, Place], side: str) -> float | None:

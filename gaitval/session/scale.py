@@ -166,7 +166,7 @@ def _by_standing(
             *_odd_lengths(scaled, stood=not request.stands_in_walk),
             *_odd_stature(scaled, request),
             *_odd_widths(request),
-            *odd_sides(on_landmarks, estimated),
+            *odd_sides(on_landmarks, estimated, stood=not request.stands_in_walk),
         )
         for warning in odd:
             notify("warnings", str(warning))

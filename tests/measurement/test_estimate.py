@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -62,6 +63,7 @@ def model():
             rest=rest, factor=factor, left=1.0, order={n: i for i, n in enumerate(NAMES)},
             effects=effects, precision=effects.T @ solved, towards=solved.T @ rest,
             prior=np.array([each.faulty for each in usual]), sound=sound,
+            mean=np.zeros(len(NAMES)),
         )  # fmt: skip
 
     return of, own, covariance
@@ -74,6 +76,34 @@ def test_evidence_is_the_ratio_of_the_probabilities_of_the_data(model):
     with_faults = multivariate_normal(cov=covariance + effect @ effect.T)
     expected = with_faults.logpdf(seen.rest) - multivariate_normal(cov=covariance).logpdf(seen.rest)
     assert _evidence(seen, ("gain 1", "place x 1")) == pytest.approx(expected, rel=1e-6)
+
+
+def test_evidence_of_what_is_there_whole_or_not_at_all(model):
+    of, _, covariance = model
+    seen = of({"gain 1": 1.0})
+    seen = replace(seen, mean=np.array([1.0, 0.0, 0.0, 0.0, 0.0]))
+    effect = seen.effects[:, [0, 3]] * seen.prior[[0, 3]]
+    there = multivariate_normal(seen.effects[:, 0], covariance + effect @ effect.T)
+    expected = there.logpdf(seen.rest) - multivariate_normal(cov=covariance).logpdf(seen.rest)
+    assert _evidence(seen, ("gain 1", "place x 1")) == pytest.approx(expected, rel=1e-6)
+    assert _sizes(seen, ("gain 1",))[0][0] == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("log", "left", "said"), [(3.0, 1.0, False), (8.0, 1.0, True), (3.0, 2.8, True)]
+)
+def test_what_contradicts_itself_without_one_cause_is_said(model, log, left, said):
+    of, *_ = model
+    data = Data(
+        names=("mass",), kind=("force z",), group=("right",), phase=np.zeros(1),
+        value=np.zeros(1), noise=np.ones(1), effect=np.ones((1, 1)), middles={},
+    )  # fmt: skip
+    weighed = {frozenset(): 0.0, frozenset({MASS}): log, frozenset({PLACE}): log - 0.5}
+    seen = Examined((), data, replace(of({}), left=left), 0.0, Lag(0.0, 0.003, 0.0), weighed)
+    flags = warnings(seen)
+    assert [flag.check for flag in flags] == ["measurement: unexplained"] * said
+    assert all("body mass; plate 1: its place" in str(flag) for flag in flags)
+    assert not warnings(replace(seen, found=(replace(_found(MASS, 0.001), matters=False),)))
 
 
 def test_sizes_are_the_posterior_of_the_whole_fault(model):
@@ -225,7 +255,7 @@ def test_a_plate_under_one_foot_alone_is_not_turned_back(feet, turned):
         (_found(Cause("rotation 1", ("rotation 1",)), 0.1),), data,
         Balance(
             data.value, (np.eye(count), True), 1.0, {"rotation 1": 0}, data.effect, precision,
-            0.1 * precision[0], np.array([usual.faulty]), np.array([usual.sound]),
+            0.1 * precision[0], np.array([usual.faulty]), np.array([usual.sound]), np.zeros(1),
         ),
         0.0, Lag(0.0, 0.003, 0.0), {},
     )  # fmt: skip

@@ -90,3 +90,37 @@ def test_a_heel_marker_aside_of_a_foot_with_one_marker_in_front(identifier, asid
     out = found["R.Ankle"] - found["R.Ankle.Medial"]
     found["R.Heel"] = found["R.Heel"] + aside * out / np.linalg.norm(out)
     assert ("Heel across the foot" in {flag.where for flag in odd_sides(found)}) == said
+
+
+@pytest.mark.parametrize(
+    ("marker", "up", "said"),
+    [("Heel", 0.022, True), ("Ankle", -0.022, True), ("MT5", 0.018, True), ("MT2", -0.016, True),
+     ("Heel", 0.004, False)],
+)  # fmt: skip
+def test_a_foots_marker_that_is_too_high_or_low_in_all_trials_is_seen(marker, up, said):
+    """Both feet stand on one floor; a pose put together from the walk does not."""
+    for identifier in ("S02", "S06"):
+        found = points(identifier)
+        found[f"R.{marker}"] = found[f"R.{marker}"] + [0.0, 0.0, up]
+        where = f"{marker} above the floor"
+        flags = {flag.where: str(flag) for flag in odd_sides(found)}
+        assert (where in flags) == said
+        if said:
+            assert f"{1000 * found[f'R.{marker}'][2]:.0f} mm on the right" in flags[where]
+        assert where not in {flag.where for flag in odd_sides(found, stood=False)}
+
+
+def test_a_foot_on_its_toes_has_no_misplaced_marker():
+    found = points("S02")
+    for marker in ("Heel", "Ankle", "Ankle.Medial"):
+        found[f"L.{marker}"] = found[f"L.{marker}"] + [0.0, 0.0, 0.03]
+    assert not [flag for flag in odd_sides(found) if "above the floor" in flag.where]
+
+
+@pytest.mark.parametrize("identifier", ["S02", "S06"])
+def test_a_forefoots_markers_too_far_back_in_all_trials_are_seen(identifier):
+    found = points(identifier)
+    foot = (found["R.MT1"] + found["R.MT5"]) / 2 - found["R.Heel"]
+    for marker in ("MT1", "MT5"):
+        found[f"R.{marker}"] = found[f"R.{marker}"] - 0.022 * foot / np.linalg.norm(foot)
+    assert [flag.where for flag in odd_sides(found)] == ["Heel to forefoot"]
