@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
@@ -182,6 +183,17 @@ def resample_forces(forces: FootForces, times: Array) -> FootForces:
     heights = np.nanmedian(forces.centre_of_pressure[:, :, 2])
     valid = forces.valid[below] & (forces.valid[above] | exact[:, None])
     return _from_wrench(rate, float(times[0]), taken, on, valid, float(heights))
+
+
+def settled(forces: FootForces) -> Flags:
+    """(T, 2) whether a foot's low-passed force is known: where it is `valid`, but for what a loaded
+    foot has within `SETTLING_SECONDS` of frames that are not. There the low-pass has a part of them
+    in it, such as the other foot's force on the same plate.
+    """
+    width = 2 * round(SETTLING_SECONDS * forces.rate) + 1
+    loaded = np.isfinite(forces.centre_of_pressure[..., 2])
+    beside = binary_dilation(~forces.valid, structure=np.ones((width, 1), dtype=bool))
+    return np.asarray(forces.valid & ~(loaded & beside))
 
 
 def _share_out(

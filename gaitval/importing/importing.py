@@ -149,12 +149,12 @@ def trial_parts(trials: Sequence[WalkingTrial]) -> str:
     message = []
     for walk in trials:
         time, parts = walk.recording.time, []
-        for column, side in enumerate(SIDES):
-            if walk.loads is None:
+        for side in SIDES:
+            if walk.moments is None:
                 continue
             times = [
                 f"{time[begin]:.2f} to {time[end - 1]:.2f} s"
-                for begin, end in zip(*runs(walk.loads.valid[:, column]), strict=True)
+                for begin, end in zip(*runs(walk.moments.leg_known(side)), strict=True)
                 if time[end - 1] - time[begin] >= LEAST_PART_S
             ]
             if times:

@@ -142,7 +142,7 @@ def _motion(
         model=model,
         height=height,
         positions=positions,
-        dynamics=dynamics,
+        dynamics=replace(dynamics, foot_known=valid),
         cycles=cycles,
         spans=known_spans(motion.time, valid, force[..., 2], model.mass, cycles),
         lost=lost_leg(prosthesis),

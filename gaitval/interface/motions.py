@@ -155,7 +155,7 @@ def inverse_dynamics(
     processing = of_weight(processing, body.model.mass)
     carried = trial_loads(trial, processing, marker_set.landmarks, shown)
     found = dynamics.inverse_dynamics(body.model, trial.time, motion.positions, *carried.wrenches)
-    return replace(found, source=recording.source, known=carried.known)
+    return replace(carried.marked(found), source=recording.source)
 
 
 def _check_of_one_trial(motion: InverseKinematics, trial: Recording) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.compiled import njit
-from gaitval.coordinates import ACTUATED
+from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.display import Saved
 from gaitval.errors import RecordError
 from gaitval.inverse.motion_rates import Kinematics, checked_motion, differentiate
@@ -73,6 +73,10 @@ class InverseDynamics(Saved):
     source : the file of the trial; "" if that is not known.
     known : (T,) whether the markers show both legs and the plates the ground reaction on both
         feet; elsewhere the moments are wrong. None if nobody said.
+    foot_known : (T, 2) whether a leg's moments are known, right first: the markers show both legs
+        and the plates the whole ground reaction on its foot and nothing else, and the low-pass has
+        nothing of another time in it (`foot_forces.settled`). None if nobody said; `known` counts
+        then for both legs.
     """
 
     time: Array
@@ -88,6 +92,13 @@ class InverseDynamics(Saved):
     mass_kg: float
     source: str = ""
     known: Flags | None = None
+    foot_known: Flags | None = None
+
+    def leg_known(self, side: Side) -> Flags:
+        """(T,) whether the moments of the leg of a `side` are known; all are if nobody said."""
+        if self.foot_known is None:
+            return self._known()
+        return self.foot_known[:, SIDES.index(side)]
 
     def recorded_moments(self) -> Mapping[str, Array]:
         """Moments by the names of `gait.record.MOMENT_NAMES`, (T,) Nm each."""
@@ -114,17 +125,30 @@ class InverseDynamics(Saved):
 
     def to_frame(self) -> "pd.DataFrame":
         """The joint moments (Nm/kg), and the lengths of the residual force (N) and moment (Nm),
-        by time (s); NaN where they are not `known`.
+        by time (s); NaN where they are not known: those of a leg where its foot's force is not
+        (`leg_known`), the residuals where that of either is not.
         """
         from gaitval.frames import MOMENT, curve_frame, of_kind
 
-        moments = self.recorded_moments().items()
-        rows = [
-            *((of_kind(name, MOMENT), "Nm/kg", each / self.mass_kg) for name, each in moments),
-            ("residual force", "N", np.linalg.norm(self.residual_force, axis=1)),
-            ("residual moment", "Nm", np.linalg.norm(self.residual_moment, axis=1)),
+        legs, both = {side[0]: self.leg_known(side) for side in SIDES}, self._known()
+        residuals = (
+            ("residual force", "N", self.residual_force),
+            ("residual moment", "Nm", self.residual_moment),
+        )
+        shown = [
+            *(
+                (
+                    of_kind(name, MOMENT),
+                    "Nm/kg",
+                    np.where(legs[name[-1]], each / self.mass_kg, np.nan),
+                )
+                for name, each in self.recorded_moments().items()
+            ),
+            *(
+                (name, unit, np.where(both, np.linalg.norm(each, axis=1), np.nan))
+                for name, unit, each in residuals
+            ),
         ]
-        shown = [(name, unit, np.where(self._known(), each, np.nan)) for name, unit, each in rows]
         return curve_frame(shown, axis="time", at=self.time)
 
     def _known(self) -> Flags:

@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from gaitval.arrays import Array, Flags, Index
+from gaitval.arrays import Array, Flags, Index, runs
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, Side
 from gaitval.errors import ModelError, RecordError
@@ -69,6 +69,9 @@ def change_limits(time: Array) -> tuple[float, float]:
 class LegForces:
     """One leg; T frames, 40 muscles in the order of the names in `muscles`.
 
+    What follows from forces is NaN in frames in which the ground reaction on the foot is not known
+    (`InverseDynamics.leg_known`).
+
     Attributes
     ----------
     muscles : of this leg.
@@ -83,7 +86,7 @@ class LegForces:
     reserves : (T, 6) Nm, what the muscles do not make of them.
     contact : what the joints carry.
     outside : (T, 6) whether an angle is beyond the table's range (the nearest one was used).
-    solved : (T,) whether the sharing converged.
+    solved : (T,) whether the sharing converged; False where nothing was shared.
     """
 
     muscles: LegMuscles
@@ -112,18 +115,22 @@ class LegForces:
                 if isinstance(value, np.ndarray) and value.ndim and len(value) == count
             }
 
-        loads = replace(
-            self.loads, **{k: v for k, v in cut(self.loads).items() if k != "hip_shift"}
-        )
         return replace(
-            self, **cut(self), loads=loads, contact=replace(self.contact, **cut(self.contact))
+            self,
+            **cut(self),
+            loads=self.loads.part(rows),
+            contact=replace(self.contact, **cut(self.contact)),
         )
+
+    @property
+    def known(self) -> Flags:
+        """(T,) frames in which anything was shared."""
+        return np.isfinite(self.activation[:, 0])
 
     def reserve_share(self) -> Array:
         """(6,) largest reserve over the largest moment, of each of `paths.COORDINATES`."""
-        return np.asarray(
-            np.abs(self.reserves).max(axis=0) / np.maximum(np.abs(self.moments).max(axis=0), 1e-9)
-        )
+        left, asked = np.abs(self.reserves[self.known]), np.abs(self.moments[self.known])
+        return np.asarray(left.max(axis=0) / np.maximum(asked.max(axis=0), 1e-9))
 
 
 @dataclass(frozen=True)
@@ -157,15 +164,23 @@ class MuscleForces:
         return tuple(message for side, leg in self.legs.items() for message in self._of(side, leg))
 
     def _of(self, side: Side, leg: LegForces) -> Iterator[str]:
-        largest = np.abs(leg.moments).max(axis=0, initial=0.0)
+        largest = np.abs(leg.moments[leg.known]).max(axis=0, initial=0.0)
         for i, share_left in enumerate(leg.reserve_share()):
             if share_left > MUCH_RESERVE:
-                at = int(np.abs(leg.reserves[:, i]).argmax())
+                at = int(np.nanargmax(np.abs(leg.reserves[:, i])))
                 yield (
                     f"{side} {COORDINATES[i]}: {abs(leg.reserves[at, i]):.1f} Nm at "
                     f"{self.time[at]:.2f} s are made by no muscle, {100 * share_left:.0f} % of its "
                     f"largest moment ({largest[i]:.0f} Nm)"
                 )
+        begins, ends = runs(~leg.known)
+        if len(begins):
+            spans = zip(self.time[begins], self.time[ends - 1], strict=True)
+            yield (
+                f"{side}: the plates do not show the force on this foot alone at "
+                f"{', '.join(f'{a:.2f} to {b:.2f} s' for a, b in spans)}: its muscles and joint "
+                "contact forces are not known there"
+            )
         for i, name in enumerate(COORDINATES):
             if not leg.outside[:, i].any():
                 continue
@@ -180,8 +195,9 @@ class MuscleForces:
         ]
         if full:
             yield f"{side}: at their limit in some frames: {', '.join(full)}"
-        if not leg.solved.all():
-            few = f"{(~leg.solved).sum()} of {len(self.time)}"
+        unsolved = int((leg.known & ~leg.solved).sum())
+        if unsolved:
+            few = f"{unsolved} of {len(self.time)}"
             yield f"{side}: {few} frames were not solved exactly"
 
 
@@ -214,6 +230,9 @@ def share(
 ) -> MuscleForces:
     """Share the moments of a motion out to the muscles.
 
+    Where `dynamics` says that the ground reaction on a foot is not known (`leg_known`), nothing is
+    shared in that leg: its activations, forces and contact forces are NaN there.
+
     Parameters
     ----------
     model : the scaled body.
@@ -235,14 +254,15 @@ def share(
 
     Raises
     ------
-    RecordError : moments that are not finite, or look like moments per kilogram; angles more than
-        20 degrees beyond the table of paths.
+    RecordError : moments that are not finite, look like moments per kilogram, or are known in no
+        frame; angles more than 20 degrees beyond the table of paths.
     ModelError : an unknown criterion or muscle, or a body that no person has.
     """
     chosen = criterion_of(criterion)
-    _check_moments(dynamics)
     legs: dict[Side, LegForces] = {}
     for side in sides:
+        known = dynamics.leg_known(side)
+        _check_moments(dynamics, known, side)
         aside = None if knees is None else knees.get(side)
         loads = leg_loads(
             model, positions, dynamics, side[0], knee_aside=aside, pelvis_zero=pelvis_zero
@@ -256,10 +276,10 @@ def share(
         muscles = leg_muscles(
             sizes(model, side[0]), mass=model.mass, height=height, strength=strength, lost=gone
         )
-        legs[side] = share_leg(
+        legs[side] = _share_known(
             dynamics.time,
+            known,
             loads.without(gone),
-            geometry(loads.angles),
             muscles,
             chosen,
             model.mass,
@@ -269,12 +289,19 @@ def share(
     return MuscleForces(dynamics.time, model.mass, chosen, legs, dynamics_of_activation)
 
 
-def _check_moments(dynamics: InverseDynamics) -> None:
-    if not np.isfinite(dynamics.moments).all():
-        t = int(np.argwhere(~np.isfinite(dynamics.moments))[0, 0])
+def _check_moments(dynamics: InverseDynamics, known: Flags, side: Side) -> None:
+    if not known.any():
+        span = f"{dynamics.time[0]:.4g} to {dynamics.time[-1]:.4g} s"
         raise RecordError(
-            f"The joint moments are not known at {dynamics.time[t]:.4g} s. Muscles need all of "
-            "them: leave these frames out."
+            f"The ground reaction on the {side} foot is known in no frame from {span}, so nothing "
+            "can be shared to the muscles of its leg. Look at the other leg (sides), or give a "
+            "trial in which this foot is alone on a plate."
+        )
+    missing = known & ~np.isfinite(dynamics.moments).all(axis=1)
+    if missing.any():
+        raise RecordError(
+            f"The joint moments are not known at {dynamics.time[missing][0]:.4g} s. Muscles need "
+            "all of them: leave these frames out, or say that they are not known (foot_known)."
         )
     largest = float(np.abs(dynamics.joint_force).max(initial=0.0))
     weight = dynamics.mass_kg * GRAVITY
@@ -297,6 +324,69 @@ def _check_angles(time: Array, loads: LegLoads, side: Side) -> None:
             f"{np.degrees(high[i]):.0f} deg, which is gait and 20 deg beyond. Leave out the frames "
             "in which nobody walks, or check the angle's unit and sign."
         )
+
+
+def _share_known(
+    time: Array,
+    known: Flags,
+    loads: LegLoads,
+    muscles: LegMuscles,
+    criterion: Criterion,
+    mass: float,
+    *,
+    dynamics_of_activation: bool,
+    recorded: RecordedActivation | None,
+) -> LegForces:
+    """`share_leg` of the frames that are `known` (T,), each stretch of them by itself."""
+    paths = geometry(loads.angles)
+    options: dict[str, Any] = {"dynamics_of_activation": dynamics_of_activation}
+    if known.all():
+        return share_leg(time, loads, paths, muscles, criterion, mass, recorded=recorded, **options)
+    stretches = [np.arange(begin, end) for begin, end in zip(*runs(known), strict=True)]
+    found = [
+        share_leg(
+            time[rows],
+            loads.part(rows),
+            geometry(loads.angles[rows]),
+            muscles,
+            criterion,
+            mass,
+            recorded=None if recorded is None else RecordedActivation(*(e[rows] for e in recorded)),
+            **options,
+        )
+        for rows in stretches
+    ]
+    rows = np.concatenate(stretches)
+
+    def spread(parts: Sequence[Any]) -> dict[str, Any]:
+        """The arrays of time of `parts`, of all frames; NaN, and False of flags, between them."""
+        whole: dict[str, Any] = {}
+        for each in fields(parts[0]):
+            values = [getattr(part, each.name) for part in parts]
+            if isinstance(values[0], np.ndarray):
+                joined = np.concatenate(values)
+                empty = False if joined.dtype == bool else np.nan
+                whole[each.name] = np.full((len(time), *joined.shape[1:]), empty, joined.dtype)
+                whole[each.name][rows] = joined
+        return whole
+
+    unknown: dict[str, Any] = {
+        name: np.where(
+            known.reshape(-1, *[1] * (getattr(loads, name).ndim - 1)), getattr(loads, name), np.nan
+        )
+        for name in ("moments", "force", "moment")
+    }
+    return replace(
+        found[0],
+        **spread(found)
+        | {
+            "length": paths.length @ muscles.sizes.factors,
+            "arms": -(paths.slope @ muscles.sizes.factors),
+            "outside": paths.outside,
+        },
+        loads=replace(loads, **unknown),
+        contact=Contact(**spread([part.contact for part in found])),
+    )
 
 
 def share_leg(

@@ -286,7 +286,7 @@ def muscles_of(
             for start, end in _joined(whole or motion.spans.get(side, ())):
                 seen = None if recorded is None else recorded.get(motion.name, {}).get(side)
                 found = _share_span(
-                    motion,
+                    _counted(motion) if whole else motion,
                     side,
                     start,
                     end,
@@ -296,10 +296,14 @@ def muscles_of(
                     seen,
                     zero,
                 )
+                message = f"{motion.name}: " if len(motions) > 1 else ""
                 if not whole:
                     found = _within(found, start, end)
+                    remarks.append(
+                        f"{message}{side}: no whole cycle is known; shared from {start:.2f} to "
+                        f"{end:.2f} s, where the force on this foot is known"
+                    )
                 pieces.append((motion.name, side, found))
-                message = f"{motion.name}: " if len(motions) > 1 else ""
                 remarks += [f"{message}{each}" for each in found.remarks()]
                 cut.setdefault(side, []).extend(
                     (found, a, b) for a, b in whole if start <= a and b <= end
@@ -320,6 +324,13 @@ def muscles_of(
         pieces=tuple(pieces),
         remarks=tuple(dict.fromkeys(remarks)),
     )
+
+
+def _counted(motion: LoadedMotion) -> LoadedMotion:
+    """`motion` with its moments known throughout: what its cycles need was looked at when they were
+    counted.
+    """
+    return replace(motion, dynamics=replace(motion.dynamics, known=None, foot_known=None))
 
 
 def _joined(spans: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
@@ -494,7 +505,7 @@ SOURCES: Final[Mapping[str, tuple[str, ...]]] = {
     "body mass": ("mass",),
     "moments": ("moment",),
     "co-contraction": ("tone",),
-    "such models at implants": ("model_share", "model_force", "model_split"),
+    "such models at implants": ("model_share", "model_hip", "model_force", "model_split"),
 }
 """What bands are of: names, and what of `Spreads` they are; of the cost, the criteria, too."""
 

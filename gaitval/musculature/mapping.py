@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Index
 from gaitval.coordinates import COORDINATES as ALL
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import SEGMENTS, BodyModel
@@ -119,6 +119,18 @@ class LegLoads:
         moments[:, 4] -= vector @ bones.ankle_axis
         moments[:, 5] -= (vector * (talus @ bones.subtalar_axis)).sum(axis=1)
         return replace(self, moments=moments)
+
+    def part(self, rows: Index) -> "LegLoads":
+        """The frames `rows` of it."""
+        return replace(
+            self,
+            angles=self.angles[rows],
+            moments=self.moments[rows],
+            moment_per_shift=self.moment_per_shift[rows],
+            force=self.force[rows],
+            moment=self.moment[rows],
+            unturned=self.unturned[rows],
+        )
 
     def without(self, lost: Collection[str]) -> "LegLoads":
         """The loads of a leg in which no muscle has anything to do about the coordinates `lost`."""

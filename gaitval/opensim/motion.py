@@ -58,18 +58,20 @@ def write_moments(
     `shown` (T, 2) is whether the plates and markers show each leg and its force, right first: a leg
     of which they do not has no moments (NaN) there, nor has the pelvis a residual.
     """
-    moments = dynamics.moments if shown is None else moments_shown(dynamics.moments, shown)
+    moments = moments_shown(dynamics.moments, shown)
     forces = np.hstack([dynamics.residual_moment, dynamics.residual_force, moments])
     if shown is not None:
         forces[~np.asarray(shown.all(axis=1)), : len(ROOT)] = np.nan
     write_forces(path, dynamics.time, positions, forces)
 
 
-def moments_shown(moments: Array, shown: Flags) -> Array:
+def moments_shown(moments: Array, shown: Flags | None) -> Array:
     """Joint `moments` (T, 25) without those of a leg where it and its force are not `shown` (T, 2),
-    right first: NaN there.
+    right first: NaN there; all of them if nobody said.
     """
     known = moments.copy()
+    if shown is None:
+        return known
     for column, side in enumerate(SIDES):
         leg = np.array([COORDINATES.index(f"{name}_{side[0]}") - len(ROOT) for name in LEG])
         known[np.ix_(np.flatnonzero(~shown[:, column]), leg)] = np.nan

@@ -78,8 +78,8 @@ def write_trial(target: Path, number: int, walk: WalkingTrial) -> list[Path]:
         return [files["markers.trc"], files["ik.mot"]]
     write_ground_reaction(files["grf.mot"], used(walk))
     write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
-    write_moments(files["id.sto"], walk.motion, walk.moments, shown=walk.loads.valid)
-    known = moments_shown(walk.moments.moments, walk.loads.valid)
+    write_moments(files["id.sto"], walk.motion, walk.moments, shown=walk.moments.foot_known)
+    known = moments_shown(walk.moments.moments, walk.moments.foot_known)
     powers = np.where(np.isnan(known), np.nan, walk.moments.powers)
     motion = OverTime(walk.motion[:, len(ROOT) :], known, powers)
     write_quantities(files["quantities.sto"], walk.moments.time, motion)
@@ -100,7 +100,7 @@ def write_devices(path: Path, model: BodyModel, walk: WalkingTrial) -> bool:
     for name, moment in device_moments(model, motion, devices).items():
         columns[f"{name}_device_moment"] = moment
         if walk.loads is not None and walk.moments is not None:
-            known = moments_shown(walk.moments.moments, walk.loads.valid)
+            known = moments_shown(walk.moments.moments, walk.moments.foot_known)
             columns[f"{name}_person_moment"] = known[:, ACTUATED.index(name)] - moment
     for device in devices:
         torque = vectors_to_opensim(device.torque)

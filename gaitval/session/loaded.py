@@ -51,7 +51,11 @@ def loaded_motion(
         dynamics=walk.moments,
         cycles=cycles,
         spans=known_spans(
-            walk.moments.time, walk.loads.valid, walk.loads.force[..., 2], own.mass, cycles
+            walk.moments.time,
+            np.stack([walk.moments.leg_known(side) for side in SIDES], axis=1),
+            walk.loads.force[..., 2],
+            own.mass,
+            cycles,
         ),
         lost=lost_leg(prosthesis),
         knees=knees or {},
@@ -81,22 +85,23 @@ def lost_leg(prosthesis: str | None) -> dict[Side, Collection[str]]:
 
 def known_spans(
     time: Array,
-    valid: Flags,
+    known: Flags,
     vertical: Array,
     mass: float,
     sides: Mapping[Side, object],
 ) -> dict[Side, list[tuple[float, float]]]:
     """s, when the moments of each of `sides` are known and its foot carries the body in between:
-    `time` (T,) s, `valid` (T, 2), `vertical` (T, 2) N, right first; `mass` kg. For
-    `SETTLING_SECONDS` beside frames that are not valid, the low-pass of forces still has what made
-    them so in it.
+    `time` (T,) s, `known` (T, 2) as `InverseDynamics.foot_known`, `vertical` (T, 2) N, right first;
+    `mass` kg. A foot in the air is left out for `SETTLING_SECONDS` beside frames that are not
+    known: they end or begin with an event that only markers show.
     """
 
     def of(column: int) -> Iterator[tuple[float, float]]:
-        for begin, end in zip(*runs(valid[:, column]), strict=True):
+        air = vertical[:, column] <= 0.0
+        for begin, end in zip(*runs(known[:, column]), strict=True):
             first, last = float(time[begin]), float(time[end - 1])
-            first += SETTLING_SECONDS if begin else 0.0
-            last -= SETTLING_SECONDS if end < len(time) else 0.0
+            first += SETTLING_SECONDS if begin and air[begin] else 0.0
+            last -= SETTLING_SECONDS if end < len(time) and air[end - 1] else 0.0
             if last - first < LEAST_SPAN_S:
                 continue
             inside = (time >= first) & (time <= last)

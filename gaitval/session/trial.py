@@ -18,7 +18,7 @@ from gaitval.gait.cycle_checks import without_gaps, without_odd_support
 from gaitval.gait.cycles import GaitCycle, SpatioTemporal, belt_speed, cut_cycles, spatiotemporal
 from gaitval.gait.events import find_events
 from gaitval.gait.filters import low_pass
-from gaitval.gait.foot_forces import assign_forces, resample_forces
+from gaitval.gait.foot_forces import assign_forces, resample_forces, settled
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import RECORDED_ANGLES
@@ -245,12 +245,13 @@ def _on_plates(
     for finding in carried.findings:
         notify("forces", str(finding))
     mechanics = (model, carried.recording.time, motion.positions, *carried.wrenches)
-    dynamics, consistent = inverse_dynamics(*mechanics), None
+    dynamics, consistent = carried.marked(inverse_dynamics(*mechanics)), None
     if request.consistent:
         notify("dynamics", "finding the smallest change that lowers the residuals")
         from gaitval.inverse.residual_reduction import reduce_residuals
 
         consistent = reduce_residuals(*mechanics, motion.markers, known=carried.known)
+        consistent = replace(consistent, dynamics=carried.marked(consistent.dynamics))
     return _Ground(
         carried.recording, carried.forces, carried.loads, dynamics, consistent, carried.findings
     )
@@ -376,6 +377,10 @@ class TrialLoads:
     def known(self) -> Flags:
         """(T,) whether the ground reaction on both feet is known."""
         return np.asarray(self.loads.valid.all(axis=1))
+
+    def marked(self, dynamics: InverseDynamics) -> InverseDynamics:
+        """The `dynamics` of these loads, with where they are known, of both legs and of each."""
+        return replace(dynamics, known=self.known, foot_known=settled(self.loads))
 
 
 def trial_loads(

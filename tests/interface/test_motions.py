@@ -79,7 +79,13 @@ def test_moments_are_not_shown_where_the_forces_are_not_known(
         gv.inverse_dynamics(motion, recording, body), known=np.zeros(len(motion.time), dtype=bool)
     )
     assert "in no frame" in moments.title()
-    assert moments.to_frame().value.isna().all()
+    frame = replace(moments, foot_known=None).to_frame()
+    assert frame.value.isna().all()
+    assert len(moments.time) == len(moments.foot_known)
+    right = replace(moments, foot_known=np.zeros_like(moments.foot_known) | [True, False])
+    frame = right.to_frame()
+    assert frame[frame.side == "right"].value.notna().all()
+    assert frame[frame.side != "right"].value.isna().all()
 
 
 def test_settings_are_those_of_the_commands(

@@ -135,7 +135,7 @@ def test_person_and_device_are_written_apart(session, tmp_path):
         recording=recording,
         motion=motion,
         loads=SimpleNamespace(valid=valid),
-        moments=SimpleNamespace(moments=moments),
+        moments=SimpleNamespace(moments=moments, foot_known=valid),
     )
     assert write_devices(tmp_path / "d.sto", model, trial)
     table = read_storage(tmp_path / "d.sto")

@@ -216,6 +216,41 @@ def test_missing_moments_are_refused(walk, dynamics):
         share(walk.model, walk.positions, replace(dynamics, moments=moments), height=1.75)
 
 
+def test_nothing_is_said_where_the_force_on_a_foot_is_not_known(walk, dynamics, found):
+    """Whatever the moments are there, NaN or wrong, they change nothing elsewhere."""
+    unknown = np.zeros(len(walk.time), dtype=bool)
+    unknown[20:35] = True
+    wrong = dynamics.moments.copy()
+    wrong[unknown, ACTUATED.index("hip_flexion_r")] += 300.0
+    foot_known = np.stack([~unknown, np.ones_like(unknown)], axis=1)
+    marked = share(
+        walk.model, walk.positions, replace(dynamics, moments=wrong, foot_known=foot_known),
+        height=1.75,
+    )  # fmt: skip
+    leg, whole = marked.legs["right"], found.legs["right"]
+    for values in (leg.activation, leg.force, leg.moments, leg.contact.hip, leg.contact.medial):
+        assert np.isnan(values[unknown]).all()
+        assert np.isfinite(values[~unknown]).all()
+    np.testing.assert_array_equal(leg.length, whole.length)
+    # Rates next to the gap are one-sided.
+    away = np.ones_like(unknown)
+    away[16:39] = False
+    np.testing.assert_allclose(leg.contact.hip[away], whole.contact.hip[away], atol=2.0)
+    np.testing.assert_array_equal(marked.legs["left"].contact.hip, found.legs["left"].contact.hip)
+    assert np.isfinite(leg.reserve_share()).all()
+    (remark,) = (each for each in marked.remarks() if "not known" in each)
+    assert f"{walk.time[20]:.2f} to {walk.time[34]:.2f} s" in remark
+    drawn = draw(marked, "right", draws=2)
+    assert np.isnan(drawn.hip[:, unknown]).all()
+    assert np.isfinite(drawn.hip[:, ~unknown]).all()
+
+
+def test_a_leg_whose_forces_are_never_known_is_refused(walk, dynamics):
+    never = np.stack([np.ones(len(walk.time), dtype=bool), np.zeros(len(walk.time), bool)], axis=1)
+    with pytest.raises(RecordError, match="left foot"):
+        share(walk.model, walk.positions, replace(dynamics, foot_known=never), height=1.75)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -15,12 +15,15 @@ from gaitval.coordinates import ACTUATED
 from gaitval.errors import ArtefactError, ModelError, RecordError
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.feet_on_plates import SETTLING_SECONDS
+from gaitval.gait.foot_forces import settled
 from gaitval.importing.stored_motions import _in_table, _knees
 from gaitval.mocap.mot import read_storage
+from gaitval.mocap.recording import FootForces
 from gaitval.model.markers import MARKERS, save_markers
 from gaitval.musculature import share
 from gaitval.musculature.forces import FALL, RISE, RecordedActivation
 from gaitval.musculature.gait import CONTACTS, SOURCES, muscles_of, part_of
+from gaitval.musculature.least_hip import least_hip, least_hip_leg
 from gaitval.musculature.mapping import leg_loads, published_angles, sizes
 from gaitval.musculature.own_coordinates import own_lengths, plain_paths
 from gaitval.musculature.paths import COORDINATES, table
@@ -66,6 +69,8 @@ def test_what_is_known_without_a_cycle_is_shared_over_time(motion):
     alone = muscles_of([part])
     assert not alone.legs
     ((_, _, piece),) = alone.pieces
+    (remark,) = (each for each in alone.remarks if "no whole cycle" in each)
+    assert f"{start:.2f} to {start + 0.5:.2f} s" in remark
     # What pads the span for rates is not known.
     assert start <= piece.time[0]
     assert piece.time[-1] <= start + 0.5
@@ -75,15 +80,40 @@ def test_what_is_known_without_a_cycle_is_shared_over_time(motion):
 
 
 def test_frames_beside_unknown_forces_are_not_shared():
-    """The low-pass spreads what made them unknown; the ends of a trial stay."""
+    """The low-pass spreads what made them unknown; the ends of a trial stay. Where the foot then is
+    in the air, an event ends them that only markers show.
+    """
     time = np.arange(200) / 100
-    valid = np.ones((200, 2), dtype=bool)
+    valid, vertical = np.ones((200, 2), dtype=bool), np.full((200, 2), 700.0)
     valid[60:70, 0] = False
-    spans = known_spans(time, valid, np.full((200, 2), 700.0), 70.0, {"right": (), "left": ()})
+    vertical[70:110, 0] = 0.0
+    point = np.where(vertical[..., None] > 0.0, 0.0, np.nan) * np.ones(3)
+    force = vertical[..., None] * [0.0, 0.0, 1.0]
+    known = settled(FootForces(100.0, 0.0, force, point, 0.0 * force, valid))
+    settling = round(100 * SETTLING_SECONDS)
+    assert np.flatnonzero(~known[:, 0]).tolist() == [*range(60 - settling, 70)]
+    assert known[:, 1].all()
+    spans = known_spans(time, known, vertical, 70.0, {"right": (), "left": ()})
     assert spans["left"] == [(0.0, 1.99)]
     first, second = spans["right"]
     assert first == (0.0, pytest.approx(0.59 - SETTLING_SECONDS))
     assert second == (pytest.approx(0.70 + SETTLING_SECONDS), 1.99)
+
+
+def test_no_sharing_presses_a_hip_less_than_the_least(motion, found):
+    """It makes the same moments, and is not far below what the default makes of them."""
+    least = least_hip(found, [motion])
+    assert set(least) == {"right", "left"}
+    for criterion in ("contact by volume", "squares"):
+        free = muscles_of([motion], criterion=criterion, dynamics_of_activation=False)
+        for side, leg in free.legs.items():
+            assert (least[side] <= leg.contact["hip"] + 0.01).all()
+    for side, curve in least.items():
+        assert 0.5 * found.legs[side].contact["hip"].max() < curve.max()
+    _, side, piece = found.pieces[0]
+    leg = least_hip_leg(piece.time, piece.legs[side], piece.mass_kg)
+    assert leg.solved.all()
+    assert (leg.reserve_share()[:5] < 0.01).all()
 
 
 def test_a_missing_foot_has_no_muscles(motion):

@@ -131,7 +131,9 @@ PARTS = (("total", "compression"), ("medial", "medial"), ("lateral", "lateral"))
 
 
 def _computed(progress, data: Path, trial: str, knees: dict[str, float]):
-    """What is found of a trial, and its curves over the measured cycle, body weights."""
+    """What is found of a trial, and its curves over the measured cycle, body weights; NaN where the
+    plates do not show the left foot alone.
+    """
     walk = progress.trials[TRIALS.index(trial)]
     found = share(
         progress.body.model,
@@ -151,39 +153,69 @@ def _computed(progress, data: Path, trial: str, knees: dict[str, float]):
 
 
 def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+    """Of what is known."""
+    return float(np.sqrt(np.nanmean(np.square(values))))
+
+
+def _correlation(computed: np.ndarray, measured: np.ndarray) -> float:
+    known = np.isfinite(computed)
+    return float(np.corrcoef(computed[known], measured[known])[0, 1])
+
+
+def _peak_off(computed: np.ndarray, measured: np.ndarray) -> float:
+    """Largest computed over largest measured force of what is known, less 1."""
+    return float(np.nanmax(computed) / measured[np.isfinite(computed)].max() - 1.0)
 
 
 @pytest.mark.slow
 def test_the_knee_carries_what_it_measures(progress, gait_data, knees):
-    """Nearer than OpenSim by an expert (.31, .34 BW), but for the trial whose plates err."""
+    """Nearer than OpenSim by an expert (.31, .34 BW; .49 in ss3, where he knows nothing of the two
+    feet on a plate).
+    """
     errors, correlations = {}, []
     for trial in TRIALS:
         measured = _measured(gait_data / "knee_implant", trial)
         found, _, computed = _computed(progress, gait_data / "knee_implant", trial, knees)
         leg = found.legs["left"]
-        assert leg.solved.all()
+        assert leg.solved[leg.known].all()
         assert (leg.reserve_share() < 0.02).all()
         assert not leg.outside.any()
         errors[trial] = {n: _rms(v - measured[n]) for n, v in computed.items()}
-        correlations.append(np.corrcoef(computed["total"], measured["total"])[0, 1])
-        if trial != "ss3":
-            assert abs(computed["total"].max() / measured["total"].max() - 1) < 0.15
-            expert = np.sqrt(np.mean((measured["expert"] - measured["total"]) ** 2))
-            assert errors[trial]["total"] < expert
-    # The import says of ss3 that both feet are on one plate in early stance; the expert is .49 off.
-    assert np.mean([each["total"] for each in errors.values()]) < 0.35
-    assert np.mean([errors[n]["total"] for n in ("ss1", "ss11")]) < 0.28
+        correlations.append(_correlation(computed["total"], measured["total"]))
+        assert abs(_peak_off(computed["total"], measured["total"])) < 0.15
+        known = np.isfinite(computed["total"])
+        assert errors[trial]["total"] < _rms((measured["expert"] - measured["total"])[known])
+    assert np.mean([each["total"] for each in errors.values()]) < 0.30
     assert np.mean([each["lateral"] for each in errors.values()]) < 0.27
     assert np.mean([each["medial"] for each in errors.values()]) < 0.28
-    assert np.mean(correlations) > 0.92
-    assert min(correlations) > 0.89  # of ss3
+    assert min(correlations) > 0.92
+
+
+@pytest.mark.slow
+def test_frames_in_which_both_feet_are_on_a_plate_are_not_said(progress, gait_data, knees):
+    """In ss3 the other foot is on his plate until 14 % of the cycle and from 53 %, his own then on
+    the other's; 60 ms beside that the low-pass has a part of it. As it came before, the first peak
+    was 44 % too high. Swing is known.
+    """
+    shares = {}
+    for trial, walk in zip(TRIALS, progress.trials, strict=True):
+        _, phase, computed = _computed(progress, gait_data / "knee_implant", trial, knees)
+        known = np.isfinite(computed["total"])
+        shares[trial] = known.mean()
+        frame = walk.moments.to_frame()
+        knee = frame[(frame.quantity == "knee_angle moment") & (frame.side == "left")]
+        shown = np.interp(phase, walk.moments.time, knee.value.to_numpy())
+        np.testing.assert_array_equal(np.isfinite(shown), known)
+    assert shares["ss1"] > 0.97
+    assert shares["ss11"] > 0.97
+    assert 0.55 < shares["ss3"] < 0.65
+    assert not np.isfinite(computed["total"][-1])  # ss11 lands beside the plates
 
 
 @pytest.mark.slow
 def test_muscles_that_let_go_in_time_are_nearer_to_his_knee_as_it_comes(progress, gait_data, knees):
-    """All of the measured cycles, ss3's wrong plate included. At toe-off a knee is still pressed
-    (.7 body weights at 65 %) where muscles that let go at once leave it (.1).
+    """All of the measured cycles that the plates show. At toe-off a knee is still pressed (.7 body
+    weights at 65 %) where muscles that let go at once leave it (.1).
     """
     tilt = walking_tilt(
         replace(
@@ -210,9 +242,10 @@ def test_muscles_that_let_go_in_time_are_nearer_to_his_knee_as_it_comes(progress
             }
             into.append([_rms(curves[name] - measured[name]) for name, _ in PARTS])
             if dynamics:
-                correlations.append(np.corrcoef(curves["total"], measured["total"])[0, 1])
+                correlations.append(_correlation(curves["total"], measured["total"]))
+                assert abs(_peak_off(curves["total"], measured["total"])) < 0.15, trial
     total, medial, lateral = np.mean(errors[True], axis=0)
-    assert total < 0.36
+    assert total < 0.30
     assert max(medial, lateral) < 0.30
     assert np.mean(correlations) > 0.93
     assert total < np.mean(errors[False], axis=0)[0] - 0.01
@@ -283,8 +316,8 @@ def test_bands_hold_what_the_knee_measures(progress, gait_data, knees):
         drawn, measured = draw(few, "left"), _measured(data, trial)
         for name, of in PARTS:
             low, high = (np.interp(phase, few.time, e) / found.body_weight for e in drawn.band(of))
-            seen = np.maximum(measured[name], 0.0)
-            inside[name].append(100 * float(((low <= seen) & (seen <= high)).mean()))
+            seen, known = np.maximum(measured[name], 0.0), np.isfinite(low)
+            inside[name].append(100 * float(((low <= seen) & (seen <= high))[known].mean()))
     for name, shares in inside.items():
         assert 75 <= np.mean(shares) <= 98, (name, shares)
 
@@ -314,5 +347,5 @@ def test_little_effort_alone_loads_it_twice_too_much(progress, gait_data):
     found = share(
         progress.body.model, walk.positions, walk.dynamics, height=HEIGHT, sides=("left",)
     )
-    most = found.legs["left"].contact.compression.max() / found.body_weight
+    most = np.nanmax(found.legs["left"].contact.compression) / found.body_weight
     assert most > 1.8 * measured.max()

@@ -11,7 +11,6 @@ from gaitval.terminal.app import added_command
 
 if TYPE_CHECKING:
     from gaitval.apps.muscles.sharing import SharedMotions
-    from gaitval.musculature.gait import MuscleGait
 
 
 FolderArgument = Annotated[
@@ -123,7 +122,7 @@ def muscles(
     with locked(target):
         written = write_muscles(target, shared, settings, motions[0], cost)
     if found.legs:
-        display.print_rows(_contact_rows(found), found.title())
+        display.print_rows(_contact_rows(shared), found.title())
     else:
         display.plain(f"{found.title()}: over time only, for no gait cycle is whole.")
     if shared.seen:
@@ -136,8 +135,11 @@ def muscles(
     display.plain(f"{page} and {len(written) - 1} more files")
 
 
-def _contact_rows(found: "MuscleGait") -> list[list[str]]:
-    """Peaks of contact forces, with their bands if there are any."""
+def _contact_rows(shared: "SharedMotions") -> list[list[str]]:
+    """Peaks of contact forces, with their bands if there are any, and the least that a hip can
+    carry.
+    """
+    found = shared.muscles
     bands = any(leg.contact_band for leg in found.legs.values())
     rows = [["contact force, BW", "side", "peak", "at, %", *(["90 %"] if bands else [])]]
     for side, leg in found.legs.items():
@@ -148,6 +150,10 @@ def _contact_rows(found: "MuscleGait") -> list[list[str]]:
                 low, high = leg.contact_band[name][:, at]
                 row.append(f"{low:.2f} to {high:.2f}")
             rows.append(row)
+        if side in shared.least_hip:
+            least = shared.least_hip[side]
+            row = ["hip, by any sharing at least", side, f"{least.max():.2f}", str(least.argmax())]
+            rows.append([*row, *(["–"] if bands else [])])
     return rows
 
 

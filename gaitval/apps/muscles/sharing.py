@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.gait.electromyograms import Electromyograms, read_electromyograms
@@ -16,6 +17,7 @@ from gaitval.musculature.electromyography import (
 )
 from gaitval.musculature.forces import criterion_of
 from gaitval.musculature.gait import DEFAULT, LoadedMotion, MuscleGait, muscles_of
+from gaitval.musculature.least_hip import least_hip
 
 DRAWS: Final = 200
 """Of bands."""
@@ -87,10 +89,13 @@ def _within(name: str, value: object, limits: tuple[float, float], why: str) -> 
 
 @dataclass(frozen=True)
 class SharedMotions:
-    """Muscles of a gait, and how they compare with electromyograms; none are `seen` without."""
+    """Muscles of a gait, and how they compare with electromyograms; none are `seen` without.
+    `least_hip` is (101,) body weights over the cycle by side (`musculature.least_hip`).
+    """
 
     muscles: MuscleGait
     seen: tuple[SeenActivation, ...] = ()
+    least_hip: Mapping[Side, Array] = field(default_factory=dict)
 
 
 def shared_motions(motions: Sequence[LoadedMotion], settings: MuscleSettings) -> SharedMotions:
@@ -113,7 +118,8 @@ def shared_motions(motions: Sequence[LoadedMotion], settings: MuscleSettings) ->
 
     draws = DRAWS if settings.bands else 0
     if not settings.emg:
-        return SharedMotions(of(draws))
+        found = of(draws)
+        return SharedMotions(found, least_hip=least_hip(found, motions))
     seen = _of_trials(motions, settings)
     if not settings.emg_weight:
         found = of(draws)
@@ -121,7 +127,7 @@ def shared_motions(motions: Sequence[LoadedMotion], settings: MuscleSettings) ->
         alone = of(0)
         near = recorded_activations(alone, motions, seen, settings.emg_weight)
         found = of(draws, recorded=near)
-    return SharedMotions(found, seen_activations(found, seen))
+    return SharedMotions(found, seen_activations(found, seen), least_hip(found, motions))
 
 
 def _of_trials(

@@ -69,6 +69,7 @@ def write_muscles(
             "data": drawn.tables(),
             "reserves": reserves(found),
             "seen": shared.seen,
+            "least_hip": shared.least_hip,
             "cost": cost,
             "left_out": LEFT_OUT,
             "model_titles": {**TITLES, JOINTS: "Joints alone"},
@@ -78,7 +79,13 @@ def write_muscles(
         }
         write_page(folder, PAGE, "gaitval.apps.muscles:muscles.html.j2", context)
         written += [folder / f"{PAGE}.html", folder / f"{PAGE}.pdf"]
-    more = {"electromyograms": _seen(shared), "metabolic": cost_result(cost)}
+    more = {
+        "electromyograms": _seen(shared),
+        "metabolic": cost_result(cost),
+        "least_hip_bw": {
+            side: round(float(curve.max()), 4) for side, curve in shared.least_hip.items()
+        },
+    }
     write_json(folder / RESULT, result(found, about) | more)
     return [*written, folder / RESULT]
 
