@@ -85,6 +85,7 @@ translated: setup ## Before a release: texts that German and Portuguese pages la
 general: setup ## Train the general policy of reports/general, which trainings start from (65 min)
 	@$(BIN)/python -m experiments.general_policy --out reports/general-first
 	@$(BIN)/python -m experiments.general_policy --start reports/general-first --samples 24000000
+	@$(BIN)/python -m experiments.placing_feet
 	@$(BIN)/python -m experiments.slow_policy
 	@$(BIN)/python -m experiments.delayed_policy
 

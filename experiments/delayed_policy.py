@@ -74,8 +74,12 @@ def with_memory(policy: Policy, environment: EnvironmentSettings) -> Policy:
     return Policy(tensors, policy.about)
 
 
-def _true(group: WalkingGroup) -> NDArray[np.float32]:
-    """(8, size) what the teacher sees."""
+Teacher = Callable[[], NDArray[np.float32]]
+"""What the walkers of a group should do where they are, (8, A)."""
+
+
+def seen_undelayed(group: WalkingGroup) -> NDArray[np.float32]:
+    """(8, size) what a policy would see that feels its body as it is."""
     rows = []
     for environment in group.environments:
         seen = environment.episode.observation
@@ -83,6 +87,11 @@ def _true(group: WalkingGroup) -> NDArray[np.float32]:
             seen = MIRROR_SIGNS * seen[MIRROR_ORDER]
         rows.append(seen.astype(np.float32))
     return np.array(rows)
+
+
+def _undelayed(policy: Policy, group: WalkingGroup) -> Teacher:
+    """Who does as the `policy`, without delay."""
+    return lambda: policy.act(seen_undelayed(group))
 
 
 class _Lessons:
@@ -96,7 +105,7 @@ class _Lessons:
         self,
         group: WalkingGroup,
         told: NDArray[np.float32],
-        teacher: Policy,
+        teacher: Teacher,
         learner: Policy,
         share: float,
         actions: int,
@@ -104,7 +113,7 @@ class _Lessons:
         """Falls in so many `actions` of a `group`, with a `share` of the teacher's."""
         falls = 0
         for _ in range(actions):
-            right = np.clip(teacher.act(_true(group)), -4.0, 4.0)
+            right = np.clip(teacher(), -4.0, 4.0)
             self.told.append(told.copy())
             self.done.append(right)
             mixed = share * right + (1.0 - share) * learner.act(told)
@@ -121,17 +130,22 @@ def taught(
     teacher: Policy,
     say: Callable[[str], None],
     *,
+    teaches: Callable[[Policy, WalkingGroup], Teacher] = _undelayed,
     actions: int = ACTIONS,
     shares: Sequence[float] = SHARES,
     steps: tuple[int, int] = STEPS,
+    rates: tuple[float, float] = RATES,
     seed: int = 0,
 ) -> Policy:
-    """The `teacher`'s policy for who feels as these `tasks` do; eight of each walk `actions`."""
+    """The `teacher`'s policy for who feels as these `tasks` do, as it `teaches` each group; eight
+    of each walk `actions`.
+    """
     learner = with_memory(teacher, tasks[0].configuration.environment)
     layers = [torch.tensor(learner.tensors[name], requires_grad=True) for name in NETWORK]
-    optimiser = torch.optim.Adam(layers, lr=RATES[0])
+    optimiser = torch.optim.Adam(layers, lr=rates[0])
     mean, deviation = learner.tensors["observation_mean"], learner.deviation
     groups = [WalkingGroup([task] * WIDTH) for task in tasks]
+    teachers = [teaches(teacher, group) for group in groups]
     told = [
         np.array([group.reset(e, seed=seed + WIDTH * g + e) for e in range(WIDTH)])
         for g, group in enumerate(groups)
@@ -140,8 +154,8 @@ def taught(
     for number, share in enumerate(shares):
         began = time.monotonic()
         falls = sum(
-            lessons.walk(group, seen, teacher, learner, share, max(1, actions // len(shares)))
-            for group, seen in zip(groups, told, strict=True)
+            lessons.walk(group, seen, each, learner, share, max(1, actions // len(shares)))
+            for group, each, seen in zip(groups, teachers, told, strict=True)
         )
         walked = time.monotonic() - began
         x = np.clip((np.concatenate(lessons.told) - mean) / deviation, -10.0, 10.0)
@@ -151,7 +165,7 @@ def taught(
         count = steps[last]
         for step in range(count):
             if last:
-                rate = RATES[0] + step / count * (RATES[1] - RATES[0])
+                rate = rates[0] + step / count * (rates[1] - rates[0])
                 optimiser.param_groups[0]["lr"] = rate
             rows = torch.from_numpy(random.integers(0, len(inputs), BATCH))
             h = inputs[rows]

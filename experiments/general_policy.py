@@ -85,10 +85,12 @@ def task_of(wanted: _Wanted) -> WalkingTask:
     return walking(load_subject(name), share, wanted)
 
 
-def virtual_task_of(wanted: _Wanted) -> WalkingTask:
-    """The walking task of a virtual person, who is known by a subject's name and a number."""
+def virtual_task_of(wanted: _Wanted, seed: int = VIRTUAL_SEED) -> WalkingTask:
+    """The walking task of a virtual person, who is known by a subject's name, a number and the
+    `seed` of all of them.
+    """
     name, number, *_ = wanted
-    random = np.random.default_rng([VIRTUAL_SEED, list(BUILTIN).index(name), int(number)])
+    random = np.random.default_rng([seed, list(BUILTIN).index(name), int(number)])
     person = of_another_size(load_subject(name), random)
     mu = drawn_parameters(prior_sd(person), random)
     return walking(person, random.uniform(min(SPEEDS), max(SPEEDS)), wanted, mu)

@@ -8,14 +8,17 @@ from simulation_fixtures import task_of_subject
 
 from experiments.delayed_policy import SETTINGS as LATE
 from experiments.delayed_policy import taught, with_memory
+from experiments.placing_feet import Law, PlacingFeet, tried
 from experiments.slow_policy import SETTINGS, TRIED, fell, task_of
 from gaitval.apps.devices.scores import score_rollout
 from gaitval.configuration import SENSES, Configuration, load_configuration
+from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import PolicyError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy, load_start
+from gaitval.policy.walking_group import WalkingGroup
 from gaitval.study.stored_policy import DELAYED, SLOW, SLOW_STRIDE, general_policy
 
 WALKED = ("S05",)
@@ -106,3 +109,25 @@ def test_who_is_taught_begins_as_the_teacher_and_comes_nearer_to_it(task):
     assert learned.about["configuration"]["environment"]["action_memory"] == 0.15
     losses = [float(text.split("loss ")[1].split(",")[0]) for text in said]
     assert losses[1] < losses[0]
+
+
+def test_a_teacher_of_placing_moves_the_hip_of_the_swinging_leg_alone(task):
+    policy = load_start(general_policy(), Configuration().environment)
+    group = WalkingGroup([task] * 8)
+    teacher = PlacingFeet(policy, Law(), group)
+    # A fifth of the cycle before the right heel strike; the left foot carries the body.
+    options = {"phase": 0.8, "mu": nominal_parameters(), "noise": 0.0, "push": None}
+    seen = np.array([group.reset(e, seed=0, options=options) for e in range(8)])
+    np.testing.assert_array_equal(teacher(), policy.act(seen))  # it knows no movement yet
+    group.step(policy.act(seen), seen)
+    moved = teacher() - policy.act(seen)
+    right = ACTUATED.index("hip_adduction_r")
+    assert (moved[:, right] != 0.0).all()
+    assert (np.delete(moved, right, axis=1) == 0.0).all()
+
+
+def test_feet_that_a_teacher_places_keep_their_distance_from_the_extrapolated_centre_of_mass(task):
+    policy = load_start(general_policy(), Configuration().environment)
+    alone, taught = (tried(task, policy, law, phases=2) for law in (None, Law(gain=10.0)))
+    assert alone.falls == taught.falls == 0
+    assert taught.offset < 0.7 * alone.offset
