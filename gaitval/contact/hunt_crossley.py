@@ -35,7 +35,8 @@ def smooth_share(radius: float, x: float) -> float:
     if x < FADED:
         return 0.0
     root = sqrt(x * x + SMOOTHING)
-    return sqrt(radius) * root * sqrt(root) / (1.0 + exponential(-2.0 * PENETRATION_SLOPE * x))
+    fading = 1.0 + float(exponential(-2.0 * PENETRATION_SLOPE * x))
+    return sqrt(radius) * root * sqrt(root) / fading
 
 
 @njit_borrowing
