@@ -209,7 +209,7 @@ class _Corrected(Policy):
         return self.teacher() if len(observation) == WIDTH else super().act(observation)
 
 
-class Tried(NamedTuple):
+class GainTrial(NamedTuple):
     """How a walker places its feet after the sideways pushes of `gaitval perturb`.
 
     Attributes
@@ -226,7 +226,7 @@ class Tried(NamedTuple):
 
 def tried(
     task: WalkingTask, policy: Policy, law: Law | None = None, *, phases: int = PHASES
-) -> Tried:
+) -> GainTrial:
     """A `task` walked with a `policy`, pushed at so many `phases`; corrected by the `law`, if one
     is given.
     """
@@ -241,7 +241,7 @@ def tried(
     walks = list(pushed(walker, sideways_pushes([share * each for each in FORCES], phases)))
     found = Pushes.of(plain, walks, task.configuration.environment.push_seconds).answers()
     sizes = [abs(float(each.offset[1])) for each in found]
-    return Tried(float(np.percentile(sizes, 95.0)), sum(each.fell for each in walks), len(walks))
+    return GainTrial(float(np.percentile(sizes, 95.0)), sum(each.fell for each in walks), len(walks))
 
 
 def virtual_people(

@@ -35,8 +35,9 @@ def smooth_share(radius: float, x: float) -> float:
     if x < FADED:
         return 0.0
     root = sqrt(x * x + SMOOTHING)
-    fading = 1.0 + float(exponential(-2.0 * PENETRATION_SLOPE * x))
-    return sqrt(radius) * root * sqrt(root) / fading
+    fading = 1.0 + exponential(-2.0 * PENETRATION_SLOPE * x)
+    share: float = sqrt(radius) * root * sqrt(root) / fading
+    return share
 
 
 @njit_borrowing
