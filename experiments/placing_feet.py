@@ -241,7 +241,9 @@ def tried(
     walks = list(pushed(walker, sideways_pushes([share * each for each in FORCES], phases)))
     found = Pushes.of(plain, walks, task.configuration.environment.push_seconds).answers()
     sizes = [abs(float(each.offset[1])) for each in found]
-    return GainTrial(float(np.percentile(sizes, 95.0)), sum(each.fell for each in walks), len(walks))
+    return GainTrial(
+        float(np.percentile(sizes, 95.0)), sum(each.fell for each in walks), len(walks)
+    )
 
 
 def virtual_people(
