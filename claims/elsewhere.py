@@ -41,7 +41,12 @@ from gaitval.prediction.known import known_record
 from gaitval.prediction.laboratories import Laboratories
 from gaitval.prediction.laboratories import pooled as laboratories_of
 from gaitval.prediction.normal_form import SAMPLES, normal_form
-from gaitval.prediction.population import on_the_line, other_people, with_others_kinetics
+from gaitval.prediction.population import (
+    expected_record,
+    on_the_line,
+    other_people,
+    with_others_kinetics,
+)
 from gaitval.prediction.speed_line import dimensionless_speed
 from gaitval.scaling.scaling import scale_subject
 from gaitval.study.estimate_stage import Elsewhere, of_known, with_kinetics
@@ -157,7 +162,7 @@ def imported(public: Path) -> list[ImportedElsewhere]:
 
 
 def pooled(found: Sequence[ImportedElsewhere]) -> Array:
-    """(6m, 6m) `force_split.together`, every laboratory as heavy as another."""
+    """(2s, 2s) `force_split.together`, every laboratory as heavy as another."""
     names = [each.laboratory for each in found]
     return together(
         [difference(each.full.record(), _expected(each.known)) for each in found],
@@ -174,13 +179,14 @@ def regressed_from(found: Sequence[ImportedElsewhere]) -> Laboratories:
 
 
 def _expected(known: Subject) -> GaitRecord:
-    """What is expected of a person before markers say anything of the forces."""
+    """What is expected of a person before markers say anything of forces and angles."""
     people = builtin_subjects()
     record = with_others_kinetics(known, people)
     unfitted = np.zeros((2, len(KINETICS), SAMPLES))
     trial = trial_of(known, record, unfitted)
     found = estimate(trial, learned_from(known, people), angles=False)
-    return with_kinetics(record, known, found.expected + found.regressed)
+    usual = expected_record(known, other_people(known, people))
+    return with_kinetics(usual, known, found.expected + found.regressed)
 
 
 def _person(of: ImportedElsewhere, others: Sequence[ImportedElsewhere]) -> PersonElsewhere:

@@ -3,10 +3,10 @@
     python -m experiments.forces_elsewhere ../public          # the files
     python -m experiments.forces_elsewhere ../public --check  # fails if they are others
 
-How forces of people of five other laboratories differ from what the built-in people have one
-expect; and angles, moments and forces of the same people for a regression. Reads the recordings of
+How forces and angles of people of five other laboratories differ from what the built-in people
+have one expect, each at the own contacts; and angles, moments and forces of the same people for a regression. Reads the recordings of
 `claims.elsewhere`, with plates. Of all together, every laboratory as heavy as another, the second
-moment of forces is kept in its `COMPONENTS` largest directions, and gaits are turned onto their
+moment of these is kept in its `COMPONENTS` largest directions, and gaits are turned onto their
 principal directions (`gaitval.prediction.laboratories`): no person's own curve.
 """
 
@@ -23,7 +23,7 @@ from gaitval.prediction.force_split import STORE, UNIT
 
 FILE = Path(gaitval.prediction.__file__).parent / STORE
 ALL = FILE.with_name(laboratories.STORE)
-COMPONENTS = 12
+COMPONENTS = 20
 """Of 34. What is left out is less than the roughness that is added."""
 SOURCE = (
     "Pooled statistics of gait of 17 people of five laboratories (Arnold 2013; "

@@ -1,18 +1,27 @@
-"""Forces of both feet by their total, which the motion of the centre of mass gives (Newton's law).
+"""Forces of both feet by all that markers say of them: their total, landings and angles.
 
-What is expected of anybody is moved to the total, each foot by what people's forces do together. So
-the total, which alone says nothing of how two feet share it, says most of it through other people:
-forces are the mean of a Gaussian process, given the total (Rasmussen & Williams 2006, Gaussian
-processes for machine learning, chapters 2 and 5: from memory), whose covariance is the mean of two:
+What is expected of anybody is moved to what markers measure, each foot by what people's forces do
+together. So the total (the motion of the centre of mass, by Newton's law), which alone says nothing
+of how two feet share it, says most of it through other people. Forces are the mean of a Gaussian
+process (Rasmussen & Williams 2006, Gaussian processes for machine learning, chapters 2 and 5: from
+memory) of both feet's forces and the shapes of both legs' angles at contacts. Three things are
+measurements of it, so that none is averaged with the others afterwards:
 
-* how forces of the built-in people differ from what the others are expected to do, each at its own
-  contacts;
-* how forces of people of five other laboratories differ from it (`STORE`, pooled): shod or
+* the shapes of the angles, with as much noise as signal;
+* the landings of both feet, which markers say to `LANDING_ERROR`. Who lands later than markers say
+  has forces and angles that are later there;
+* the total of both forces, with the noise that makes it likeliest.
+
+Its covariance is the mean of two:
+
+* how forces and angles of the built-in people differ from what the others are expected to do, each
+  at the own contacts;
+* how those of people of five other laboratories differ from it (`STORE`, pooled): shod or
   barefoot, on a belt or over ground, adults and children. The forces of the built-in people alone
   begin to rise alike.
 
 The zero moment point of the whole body, which moves from one foot to the other as the load does,
-knows it less well, so it is not used (docs/notebook/estimate.md).
+knows the split less well, so it is not used (docs/notebook/estimate.md).
 """
 
 from collections.abc import Iterable, Sequence
@@ -28,8 +37,10 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.events import LANDING_ERROR
 from gaitval.gait.record import GaitRecord
-from gaitval.prediction.population import with_others_kinetics
+from gaitval.prediction.deviations import SAGITTAL
+from gaitval.prediction.population import expected_record, gaits_of, other_people
 from gaitval.prediction.seen import PHASES, SAMPLES, contacts, knows_total, stance_curves
 
 STORE: Final = "forces_elsewhere.json"
@@ -40,6 +51,17 @@ CONTACT_TIMES: Final = np.concatenate(
 )
 """(m,) instants of a stance: from landing (0) to the other foot's leaving (1), its landing (2) and
 the own foot's leaving (3)."""
+ANGLE_TIMES: Final = np.concatenate([np.arange(24) / 8, 3.0 + np.arange(8) / 8])
+"""(k,) instants of a cycle at which `SAGITTAL` angles are looked at, as `CONTACT_TIMES`; at 4 the
+own foot lands again."""
+_OF_FORCES: Final = 3 * len(CONTACT_TIMES)
+"""Numbers of a leg that are of its force; the others are of its angles."""
+ANGLE_NOISE: Final = 0.04
+"""Noise of each direction of the angles' shapes, of the variance of all: about as much as the
+signal has in one of the 27 people. Convention; with half or twice of it forces of laboratories that
+are left out are as near within 1 %."""
+LANDING_SPREAD: Final = LANDING_ERROR / 1.96
+"""Standard deviation of a landing by markers, s."""
 _TO_MIDLINE: Final = {"right": np.array([1.0, 1.0, 1.0]), "left": np.array([1.0, -1.0, 1.0])}
 ELSEWHERE: Final = 0.5
 """What other laboratories count in the covariance: as much as the built-in people. Convention."""
@@ -83,21 +105,52 @@ def at_contacts(record: GaitRecord) -> Array:
     return np.array(found)
 
 
+def _contacts(record: GaitRecord, side: Side) -> Array:
+    """Phases (5,) of times 0 to 4; where there is no double support it takes no time."""
+    return np.maximum.accumulate(np.maximum(contacts(record, side), 0.0))
+
+
 def _of_stance(record: GaitRecord, side: Side) -> Array:
-    """Phases (4,) of `CONTACT_TIMES` 0 to 3; where there is no double support it takes no time."""
-    return np.maximum.accumulate(np.maximum(contacts(record, side)[:4], 0.0))
+    """Phases (4,) of `CONTACT_TIMES` 0 to 3."""
+    return _contacts(record, side)[:4]
+
+
+def _shapes(record: GaitRecord, side: Side, phases: Array) -> Array:
+    """(k, 3) rad, `SAGITTAL` angles of a leg at `phases` (k,) less their means."""
+    curves = [record.angles[f"{name}_{side[0]}"](phases % 1.0) for name in SAGITTAL]
+    angles = np.stack(curves, axis=1)
+    return np.asarray(angles - angles.mean(axis=0))
+
+
+def angles_at_contacts(record: GaitRecord) -> Array:
+    """(2, k, 3) rad: `_shapes` of both legs of a `record` at `ANGLE_TIMES`."""
+    found = []
+    for side in SIDES:
+        phases = np.interp(ANGLE_TIMES, np.arange(5), _contacts(record, side))
+        found.append(_shapes(record, side, phases))
+    return np.array(found)
+
+
+def _legs(forces: Array, angles: Array) -> Array:
+    """(2, s) numbers of both legs, of `forces` (2, m, 3) and `angles` (2, k, 3)."""
+    return np.concatenate([forces.reshape(2, -1), angles.reshape(2, -1)], axis=1)
 
 
 def difference(record: GaitRecord, expected: GaitRecord) -> Array:
-    """(2, m, 3) by which the forces of a `record` differ from what is `expected` of anybody, each
-    at its own contacts.
+    """(2, s) by which forces and angles of a `record` differ from what is `expected` of anybody,
+    each at its own contacts: of each leg `_OF_FORCES` numbers of `at_contacts`, then those of
+    `angles_at_contacts`.
     """
-    return at_contacts(record) - at_contacts(replace(expected, left_phase=0.5))
+    even = replace(expected, left_phase=0.5)
+    return _legs(
+        at_contacts(record) - at_contacts(even),
+        angles_at_contacts(record) - angles_at_contacts(even),
+    )
 
 
 def together(differences: Sequence[Array], weights: Iterable[float]) -> Array:
-    """(6m, 6m) second moment of `differences` (2, m, 3), n with weights; a person and the mirror
-    image count alike.
+    """(2s, 2s) second moment of `differences` (2, s), n with weights; a person and the mirror image
+    count alike.
     """
     each = np.array(differences)
     both = np.concatenate([each, each[:, ::-1]]).reshape(2 * len(each), -1)
@@ -107,7 +160,7 @@ def together(differences: Sequence[Array], weights: Iterable[float]) -> Array:
 
 @cache
 def elsewhere() -> Array:
-    """(6m, 6m) of people of other laboratories, pooled (experiments/forces_elsewhere.py)."""
+    """(2s, 2s) of people of other laboratories, pooled (experiments/forces_elsewhere.py)."""
     text = (resources.files("gaitval.prediction") / STORE).read_text(encoding="utf-8")
     stored: dict[str, Any] = loads(text)
     shapes = UNIT * np.array(stored["shapes"], float)
@@ -116,35 +169,104 @@ def elsewhere() -> Array:
 
 @cache
 def _built_in(without: str) -> Array:
-    """(6m, 6m) of the built-in people but the one called `without`, each as heavy as another."""
-    people, found, weights = builtin_subjects(), [], []
-    for person in (each for each in people if each.person != without):
+    """(2s, 2s) of the built-in people but the one called `without`, each as heavy as another."""
+    people = [each for each in builtin_subjects() if each.person != without]
+    gaits, found, weights = [gaits_of(each) for each in people], [], []
+    for i, person in enumerate(people):
         trials = [person, *(person.on_trial(each.name) for each in person.trials)]
-        found += [difference(t.record(), with_others_kinetics(t, people)) for t in trials]
+        others = [*gaits[:i], *gaits[i + 1 :]]
+        found += [difference(each.record(), expected_record(each, others)) for each in trials]
         weights += [1.0 / len(trials)] * len(trials)
     return together(found, weights)
 
 
 def _rough() -> Array:
-    """(6m, 6m) of what nobody has shown: smooth, and little where a foot lands and leaves."""
+    """(2s, 2s) of what nobody has shown of forces: smooth, and little where a foot lands and
+    leaves.
+    """
     apart = CONTACT_TIMES[:, None] - CONTACT_TIMES
     end = np.clip(0.3 + np.minimum(CONTACT_TIMES, 3.0 - CONTACT_TIMES) / 0.15, 0.0, 1.0)
     smooth = np.exp(-0.5 * np.square(apart / ROUGH_OVER)) * np.outer(end, end)
-    one = np.einsum("ij,cd->icjd", smooth, np.diag(ROUGH**2)).reshape(3 * len(end), -1)
-    return np.kron(np.eye(2), one)
+    one = np.einsum("ij,cd->icjd", smooth, np.diag(ROUGH**2)).reshape(_OF_FORCES, -1)
+    return np.kron(np.eye(2), np.pad(one, (0, 3 * len(ANGLE_TIMES))))
 
 
 def covariance(person: str, others: Array | None = None) -> Array:
-    """(6m, 6m) by which forces of anybody but `person` differ from what is expected; `others` of
-    other laboratories, else those that come with the package.
+    """(2s, 2s) by which forces and angles of anybody but `person` differ from what is expected;
+    `others` of other laboratories, else those that come with the package.
     """
     pooled = elsewhere() if others is None else others
-    return (1.0 - ELSEWHERE) * _built_in(person) + ELSEWHERE * pooled + _rough()
+    known = any(each.person == person for each in builtin_subjects())
+    at_home = _built_in(person if known else "")
+    return (1.0 - ELSEWHERE) * at_home + ELSEWHERE * pooled + _rough()
 
 
-def with_total(record: GaitRecord, subject: Subject, others: Array | None = None) -> GaitRecord:
+def _late(record: GaitRecord, usual: GaitRecord, foot: Side) -> Array:
+    """(2s,) by which forces and angles differ where a `foot` lands `LANDING_SPREAD` later than in
+    the `record`; angles as `usual`.
+    """
+    late = LANDING_SPREAD / record.stride_time
+    forces, when, moved = at_contacts(record), np.arange(-1, 5), []
+    for later in (late, -late):
+        found = []
+        for i, side in enumerate(SIDES):
+            # the own foot left before it landed, too
+            seen, even = (
+                np.append(each[3] - 1.0, each)
+                for each in (_contacts(record, side), _contacts(usual, side))
+            )
+            true = seen.copy()
+            true[[1, 5] if side == foot else [3]] += later
+            true = np.maximum.accumulate(true)
+            at, bent = (
+                np.interp(np.interp(times, when, seen), true, when)
+                for times in (CONTACT_TIMES, ANGLE_TIMES)
+            )
+            force = [np.interp(at, CONTACT_TIMES, each) for each in forces[i].T]
+            angles = _shapes(usual, side, np.interp(bent, when, even))
+            found.append(np.append(np.stack(force, axis=1), angles))
+        moved.append(np.concatenate(found))
+    return np.asarray(0.5 * (moved[0] - moved[1]))
+
+
+class _Known(NamedTuple):
+    """Of forces at contacts before their total is seen: how their mean (6m,) differs from what is
+    expected, and their covariance (6m, 6m).
+    """
+
+    mean: Array
+    spread: Array
+
+
+def _by_angles(
+    record: GaitRecord, usual: GaitRecord, spread: Array, *, angles: bool = True
+) -> _Known:
+    """What landings, and `angles`, of a `record` say of forces that are distributed with the
+    covariance `spread` (2s, 2s) about it; what is expected of anybody is `usual`.
+    """
+    for foot in SIDES:
+        late = _late(record, usual, foot)
+        spread = spread + np.outer(late, late)
+    is_force = np.arange(len(spread)) % (len(spread) // 2) < _OF_FORCES
+    forces = spread[np.ix_(is_force, is_force)]
+    if not angles:
+        return _Known(np.zeros(len(forces)), forces)
+    seen = (angles_at_contacts(record) - angles_at_contacts(usual)).ravel()
+    own, both = spread[np.ix_(~is_force, ~is_force)], spread[np.ix_(~is_force, is_force)]
+    # every angle in units of how much people differ in it
+    size = np.sqrt(np.diag(own).reshape(-1, len(SAGITTAL)).mean(axis=0))
+    unit = np.tile(size, len(seen) // len(size))
+    noise = ANGLE_NOISE * len(seen) * np.diag(unit**2)
+    weights = np.linalg.solve(own + noise, both)
+    return _Known(weights.T @ seen, forces - both.T @ weights)
+
+
+def with_total(
+    record: GaitRecord, subject: Subject, others: Array | None = None, *, angles: bool = True
+) -> GaitRecord:
     """The `record` with the forces that are likeliest where their total is what the motion of the
-    centre of mass of `subject` needs, if that is known; `others` as `covariance` has them.
+    centre of mass of `subject` needs, if that is known; `others` as `covariance` has them. `angles`
+    are looked at, too, unless the forces of the `record` are by angles.
     """
     total = subject.gait.total_force
     if total is None or not knows_total(subject):
@@ -153,7 +275,9 @@ def with_total(record: GaitRecord, subject: Subject, others: Array | None = None
     forces = np.array([record.ground_reaction(side, own[side]) for side in SIDES])
     needed = np.stack([each.periodic()(PHASES) for each in (total.forward, total.left, total.up)])
     legs = [_leg(record, side) for side in SIDES]
-    moved = _given_total(forces, needed.T, legs, covariance(subject.person, others), record)
+    usual = expected_record(subject, other_people(subject, builtin_subjects()))
+    known = _by_angles(record, usual, covariance(subject.person, others), angles=angles)
+    moved = _given_total(forces, needed.T, legs, known, record)
     curves = {}
     for side, force in zip(SIDES, moved, strict=True):
         later = record.left_phase if side == "left" else 0.0
@@ -172,10 +296,10 @@ def _leg(record: GaitRecord, side: Side) -> _Leg:
 
 
 def _given_total(
-    forces: Array, needed: Array, legs: Sequence[_Leg], spread: Array, record: GaitRecord
+    forces: Array, needed: Array, legs: Sequence[_Leg], known: _Known, record: GaitRecord
 ) -> Array:
     """(2, n, 3) forces, given their total `needed` (n, 3), by what is expected, `forces`, and how
-    people differ from it at contacts, `spread` (6m, 6m); no foot pulls.
+    they differ from it at contacts by what else is `known`; no foot pulls.
     """
     count = len(CONTACT_TIMES)
     by_leg = np.zeros((2, SAMPLES, 3, 2, count, 3))
@@ -200,9 +324,10 @@ def _given_total(
         lacks.append(harmonics(needed[:, c], np.ones_like(gain)) - expected)
         noise.append(np.append(MEAN_NOISE, np.full(2 * kept, NOISE[c])) ** 2)
     saw = np.concatenate(seen)
-    common = spread @ saw.T
-    weights = _likeliest(saw @ common, np.concatenate(noise), np.concatenate(lacks))
-    moved = forces + flat @ (common @ weights)
+    common = known.spread @ saw.T
+    still = np.concatenate(lacks) - saw @ known.mean
+    weights = _likeliest(saw @ common, np.concatenate(noise), still)
+    moved = forces + flat @ (known.mean + common @ weights)
     moved[..., 2] = np.maximum(moved[..., 2], 0.0)
     return np.asarray(moved)
 

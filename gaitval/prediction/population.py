@@ -73,11 +73,10 @@ def expected(people: FittedPeople, speed: float) -> NormalForm:
     return combined([*first, change, line], weights)
 
 
-def with_others_kinetics(subject: Subject, others: Sequence[Subject]) -> GaitRecord:
-    """The angles and times of `subject` with what is expected of the rest from the `others`. Raises
-    SubjectError if these are too few.
+def expected_record(subject: Subject, people: FittedPeople) -> GaitRecord:
+    """The gait to expect of anybody at the speed of `subject` and on such legs, from other
+    `people`: both sides equal, half a cycle apart. Raises SubjectError if these are too few.
     """
-    people = other_people(subject, others)
     if len(people) < FEWEST_PEOPLE:
         raise SubjectError(
             f"{subject.identifier}: kinetics are expected from other people's, but only "
@@ -86,8 +85,15 @@ def with_others_kinetics(subject: Subject, others: Sequence[Subject]) -> GaitRec
         )
     # Other people's sides differ for their own reasons, which say nothing about this person's.
     gait = symmetric(expected(people, dimensionless_speed(subject)))
+    return record_from(gait, subject.leg_length_m)
+
+
+def with_others_kinetics(subject: Subject, others: Sequence[Subject]) -> GaitRecord:
+    """The angles and times of `subject` with what is expected of the rest from the `others`. Raises
+    SubjectError if these are too few.
+    """
     return replace(
-        record_from(gait, subject.leg_length_m),
+        expected_record(subject, other_people(subject, others)),
         # What was recorded of the person takes the place of what is expected.
         speed=subject.walking_speed_m_s,
         stride_time=subject.stride_time_s,

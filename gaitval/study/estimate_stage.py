@@ -143,10 +143,10 @@ def of_known(
     """
     forces, those = (None, None) if laboratories is None else laboratories
     (record, accuracy), others = known, builtin_subjects()
+    at_home = is_of_the_laboratory(subject)
     own = with_total(at_own_contacts(record, subject), subject, forces)
     reference = consistent_reference(own, model, contact, accuracy)
     fit = fit_of(reference_curves(reference, model.mass, own.left_phase), own, subject.leg_length_m)
-    at_home = is_of_the_laboratory(subject)
     trial, people = trial_of(subject, record, fit), learned_from(subject, others)
     found = estimate(trial, people, angles=at_home, laboratories=those)
     if _is_of_an_import_elsewhere(subject):
@@ -157,7 +157,8 @@ def of_known(
 def _seen(found: Estimate, record: GaitRecord, subject: Subject, forces: Array | None) -> Estimate:
     """The estimate with what markers say of the forces in what is expected and regressed."""
     there = with_kinetics(record, subject, found.expected + found.regressed)
-    there = with_total(at_own_contacts(there, subject), subject, forces)
+    there = at_own_contacts(there, subject)
+    there = with_total(there, subject, forces, angles=not found.looked_at_angles)
     kinetics = kinetics_of(normal_form(there, subject.leg_length_m))
     weights, wide, more = found.weights.copy(), found.half_width, dict(found.left_over)
     if knows_total(subject):  # is what mechanics says of the forces
