@@ -161,13 +161,17 @@ def imported(public: Path) -> list[ImportedElsewhere]:
     return found
 
 
-def pooled(found: Sequence[ImportedElsewhere]) -> Array:
-    """(2s, 2s) `force_split.together`, every laboratory as heavy as another."""
+def apart(found: Sequence[ImportedElsewhere]) -> list[Array]:
+    """(2, s) of each, `force_split.difference` from what is expected."""
+    return [difference(each.full.record(), _expected(each.known)) for each in found]
+
+
+def pooled(found: Sequence[ImportedElsewhere], differences: Sequence[Array]) -> Array:
+    """(2s, 2s) `force_split.together` of the `differences` of `apart`, every laboratory as heavy as
+    another.
+    """
     names = [each.laboratory for each in found]
-    return together(
-        [difference(each.full.record(), _expected(each.known)) for each in found],
-        [1.0 / names.count(name) for name in names],
-    )
+    return together(differences, [1.0 / names.count(name) for name in names])
 
 
 def regressed_from(found: Sequence[ImportedElsewhere]) -> Laboratories:
@@ -189,11 +193,13 @@ def _expected(known: Subject) -> GaitRecord:
     return with_kinetics(usual, known, found.expected + found.regressed)
 
 
-def _person(of: ImportedElsewhere, others: Sequence[ImportedElsewhere]) -> PersonElsewhere:
+def _person(
+    of: ImportedElsewhere, others: Sequence[ImportedElsewhere], differences: Sequence[Array]
+) -> PersonElsewhere:
     people, contact = builtin_subjects(), load_configuration().contact
     full, known = of.full, of.known
     usual = known_record(known, RecordSettings(), people)
-    beside = Elsewhere(pooled(others), regressed_from(others))
+    beside = Elsewhere(pooled(others, differences), regressed_from(others))
     found = of_known(usual, known, scale_subject(known).model, contact, beside)
     one = units(known.leg_length_m)
     vertical = GRAVITY * found.expected[:, VERTICAL]
@@ -253,11 +259,11 @@ def left_out(people: Sequence[PersonElsewhere]) -> tuple[Array, Array]:
     """
     names = np.array([each.laboratory for each in people])
     moved = np.array([each.found for each in people])
-    apart = arms(people)
+    lengths = arms(people)
     for at, each in enumerate(people):
         others = np.flatnonzero(names != each.laboratory)
         kept = [people[i] for i in others]
-        for name, values in apart.items():
+        for name, values in lengths.items():
             arm = _by_laboratory(kept, values[others])
             moved[at, :, KINETICS.index(("moments", name))] += arm * each.vertical
     truth, width = (np.array([getattr(each, a) for each in people]) for a in ("truth", "width"))
@@ -275,10 +281,10 @@ def laboratories(given: claims.Given) -> list[Claim]:
     against a line through the ten of WBDS, and how many points the bands hold.
     """
     found = imported(given.public)
-    people = []
+    people, differ = [], apart(found)
     for each in found:
-        others = [other for other in found if other.laboratory != each.laboratory]
-        people.append(_person(each, others))
+        kept = [i for i, other in enumerate(found) if other.laboratory != each.laboratory]
+        people.append(_person(each, [found[i] for i in kept], [differ[i] for i in kept]))
     moved, bands = left_out(people)
     truth, line = (np.array([getattr(each, a) for each in people]) for a in ("truth", "line"))
     scale = np.array([100.0 if kind == "forces" else 1.0 for kind, _ in KINETICS])

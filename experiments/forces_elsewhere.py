@@ -4,10 +4,11 @@
     python -m experiments.forces_elsewhere ../public --check  # fails if they are others
 
 How forces and angles of people of five other laboratories differ from what the built-in people
-have one expect, each at the own contacts; and angles, moments and forces of the same people for a regression. Reads the recordings of
-`claims.elsewhere`, with plates. Of all together, every laboratory as heavy as another, the second
-moment of these is kept in its `COMPONENTS` largest directions, and gaits are turned onto their
-principal directions (`gaitval.prediction.laboratories`): no person's own curve.
+have one expect, each at the own contacts; and angles, moments and forces of the same people for a
+regression. Reads the recordings of `claims.elsewhere`, with plates. Of all together, every
+laboratory as heavy as another, the second moment of the first is kept in its `COMPONENTS` largest
+directions, and gaits are turned onto their principal directions
+(`gaitval.prediction.laboratories`): no person's own curve.
 """
 
 from json import dumps
@@ -16,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import gaitval.prediction
-from claims.elsewhere import imported, pooled, regressed_from
+from claims.elsewhere import apart, imported, pooled, regressed_from
 from experiments.shipped import parser_of, ship
 from gaitval.prediction import laboratories
 from gaitval.prediction.force_split import STORE, UNIT
@@ -36,7 +37,8 @@ SOURCE = (
 
 def forces_elsewhere(public: Path) -> str:
     """The file."""
-    values, directions = np.linalg.eigh(pooled(imported(public)))
+    found = imported(public)
+    values, directions = np.linalg.eigh(pooled(found, apart(found)))
     order = np.argsort(values)[::-1][:COMPONENTS]
     shapes = (directions[:, order] * np.sqrt(np.maximum(values[order], 0.0))).T
     largest = np.take_along_axis(shapes, np.argmax(np.abs(shapes), axis=1)[:, None], axis=1)

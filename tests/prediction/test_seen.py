@@ -9,21 +9,26 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.stored_gait import StanceFraction
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.gait.record import FittedCurve, Force, GaitRecord
-from gaitval.prediction.deviations import KINETICS, kinetics_of
+from gaitval.gait.record import FittedCurve, Force, GaitRecord, PeriodicCurve, periodic_through
+from gaitval.prediction.deviations import KINETICS, SAGITTAL, kinetics_of
 from gaitval.prediction.estimate import WIDER_ELSEWHERE, WIDER_WITH_TOTAL, Estimate
 from gaitval.prediction.force_split import (
+    _OF_FORCES,
     CONTACT_TIMES,
     HIGHEST_HZ,
+    LANDING_SPREAD,
     NOISE,
+    _by_angles,
+    _late,
     _likeliest,
+    angles_at_contacts,
     at_contacts,
     covariance,
     elsewhere,
     with_total,
 )
 from gaitval.prediction.normal_form import SAMPLES, normal_form
-from gaitval.prediction.population import with_others_kinetics
+from gaitval.prediction.population import expected_record, other_people, with_others_kinetics
 from gaitval.prediction.seen import at_own_contacts, contacts, knows_contacts, speeds_beyond
 from gaitval.study.estimate_stage import _seen
 
@@ -168,6 +173,59 @@ def forces_through(total: np.ndarray) -> Force:
     )
 
 
+def leg_angles(record: GaitRecord) -> list[tuple[str, PeriodicCurve]]:
+    return [(n, c) for n, c in record.angles.items() if n[:-2] in SAGITTAL]
+
+
+def test_angles_say_of_forces_what_people_s_say(usual: GaitRecord, known: Subject) -> None:
+    """Where people whose right knee bends more push more, who bends it more pushes more."""
+    expected = replace(expected_of(known), left_phase=0.5)
+    bent = 0.1 * np.sin(2.0 * np.pi * PHASE)
+    knee = periodic_through((expected.angles["knee_angle_r"](PHASE) + bent), 20)
+    record = replace(expected, angles={**expected.angles, "knee_angle_r": knee})
+    shape = (angles_at_contacts(record) - angles_at_contacts(expected)).reshape(2, -1)
+    push = np.zeros((2, _OF_FORCES))
+    push[1, 5] = 0.2  # of the other foot
+    one = np.concatenate([push, shape], axis=1).ravel()
+    others = np.outer(one, one)
+    found = _by_angles(record, expected, others)
+    most = int(np.argmax(found.mean))
+    assert most == _OF_FORCES + 5
+    assert found.mean[most] == pytest.approx(0.2, rel=0.2)
+    assert found.spread[most, most] < 0.3 * 0.2**2
+    none = _by_angles(record, expected, others, angles=False)
+    assert not none.mean.any()
+    assert none.spread[most, most] > 0.9 * 0.2**2
+    # nor does it where they do not
+    apart = np.concatenate([push, 0.0 * shape], axis=1).ravel()
+    alone = np.concatenate([0.0 * push, shape], axis=1).ravel()
+    neither = _by_angles(record, expected, np.outer(apart, apart) + np.outer(alone, alone))
+    assert abs(neither.mean[most]) < 0.02
+
+
+def test_who_lands_later_than_markers_say_is_loaded_later(
+    usual: GaitRecord, known: Subject
+) -> None:
+    record = at_own_contacts(usual, known)
+    expected = expected_of(known)
+    late = _late(record, expected, "right").reshape(2, -1)
+    up = late[:, :_OF_FORCES].reshape(2, -1, 3)[..., 2]
+    forces = at_contacts(record)[..., 2]
+    # just after the landing as much as its force rises meanwhile, and the other foot carries more
+    shares = 1.0 - CONTACT_TIMES[:4]
+    lasts = contacts(record, "right")[1] * record.stride_time
+    rises = np.gradient(forces[0], CONTACT_TIMES)[:4] / lasts
+    assert up[0, 1:4] == pytest.approx((-LANDING_SPREAD * rises * shares)[1:], rel=0.3)
+    assert up[1, np.argmin(np.abs(CONTACT_TIMES - 2.2))] > 0.005
+    # nothing between the foot's leaving and its next landing but angles, and these do
+    assert not up[0, CONTACT_TIMES > 1.0].any()
+    assert np.abs(late[0, _OF_FORCES:]).max() > 0.01
+
+
+def expected_of(person: Subject) -> GaitRecord:
+    return expected_record(person, other_people(person, builtin_subjects()))
+
+
 def test_the_total_says_how_people_s_feet_share_it(usual: GaitRecord, known: Subject) -> None:
     """In double support, of people whose forces differ as people's do. With the total and no
     knowledge of how people share it out, forces are 0.78 as far off as what is expected.
@@ -178,7 +236,8 @@ def test_the_total_says_how_people_s_feet_share_it(usual: GaitRecord, known: Sub
     errors = []
     for _ in range(4):
         drawn = directions @ (np.sqrt(np.maximum(values, 0.0)) * rng.normal(size=len(values)))
-        truth = at_contacts(record) + drawn.reshape(2, len(CONTACT_TIMES), 3)
+        differs = drawn.reshape(2, -1)[:, :_OF_FORCES].reshape(2, -1, 3)
+        truth = at_contacts(record) + differs
         total = np.zeros((len(PHASE), 3))
         for i, (side, to_midline) in enumerate(zip(SIDES, (1.0, -1.0), strict=True)):
             own = (PHASE - (record.left_phase if side == "left" else 0.0)) % 1.0
@@ -186,7 +245,8 @@ def test_the_total_says_how_people_s_feet_share_it(usual: GaitRecord, known: Sub
             when = np.interp(own, on, np.arange(4))
             force = [np.interp(when, CONTACT_TIMES, truth[i, :, c]) for c in range(3)]
             total += np.stack(force, axis=1) * [1.0, to_midline, 1.0] * (own <= on[3])[:, None]
-        found = at_contacts(with_total(record, moved(known, forces_through(total))))
+        person = moved(known, forces_through(total))
+        found = at_contacts(with_total(record, person, angles=False))
         both = (CONTACT_TIMES < 1.0) | (CONTACT_TIMES > 2.0)
         off = [
             np.sqrt(np.mean(np.square(e - truth)[:, both, 2])) for e in (at_contacts(record), found)
@@ -240,13 +300,15 @@ def test_a_total_that_nobody_s_forces_give_is_trusted_less() -> None:
 def test_a_walk_the_other_way_round_is_the_mirror_image(usual: GaitRecord, known: Subject) -> None:
     """Left and right are treated alike: half a cycle later the sideways force has changed sign."""
     even = replace(usual, left_phase=0.5)
+    other_legs = {name[:-1] + {"r": "l", "l": "r"}[name[-1]]: c for name, c in leg_angles(even)}
+    turned = replace(even, angles={**even.angles, **other_legs})
     flipped = Force(
         forward=TOTAL.forward,
         left=curve(0.0, (0.03, 0.0), (0.05, 0.0)),
         up=curve(1.0, (-0.02, 0.2), (0.01, -0.1)),
     )
     one = with_total(even, moved(known, TOTAL))
-    other = with_total(even, moved(known, flipped))
+    other = with_total(turned, moved(known, flipped))
     right, left = one.ground_reaction("right", PHASE), other.ground_reaction("left", PHASE)
     assert left * [1.0, -1.0, 1.0] == pytest.approx(right, abs=0.01)
 
