@@ -90,7 +90,7 @@ _COLOURS: Final = {"right": "#0072b2", "left": "#d55e00"}
 
 
 class Elsewhere(NamedTuple):
-    """Of other laboratories than the built-in people's: how forces differ
+    """Of other laboratories than the built-in people's: how forces and angles differ
     (`force_split.covariance`), and what a regression has of their people.
     """
 
