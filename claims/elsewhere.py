@@ -376,12 +376,19 @@ def worth(_: claims.Given) -> list[Claim]:
     from claims.prediction import _estimate_of
 
     found = [_estimate_of(each.identifier) for each in builtin_subjects()]
-    words = {"arms": "a foot alone on a plate once", "total": "the force on both feet together"}
+    words = {
+        "arms": "a foot alone on a plate once",
+        "total": "the force on both feet together",
+        "insoles": "the vertical force on each foot",
+    }
     rows = []
     for kind, name in SKILLS:
         noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
-        more, i = "arms" if kind == "moments" else "total", KINETICS.index((kind, name))
-        left = float(np.mean([each.left_over[more][i] for each in found]))
-        what = f"estimate of kinetics from kinematics: {noun}, error left with {words[more]}"
-        rows.append(Claim(what, left, "1", len(found)))
+        i = KINETICS.index((kind, name))
+        for more in ("arms" if kind == "moments" else "total", "insoles"):
+            if more == "insoles" and i == VERTICAL:
+                continue  # nothing is left of it
+            left = float(np.mean([each.left_over[more][i] for each in found]))
+            what = f"estimate of kinetics from kinematics: {noun}, error left with {words[more]}"
+            rows.append(Claim(what, left, "1", len(found)))
     return rows

@@ -3,7 +3,8 @@
 Counted in people who were estimated from others, with the recording as good as their own plates, so
 these are upper bounds. Measured, not learned, is what an estimate lacks most: one arm of the
 vertical force at each joint, which a foot on a plate once shows, and how much both feet carry
-together (`python -m claims elsewhere.worth`).
+together. Insoles say how much each foot carries: of the other curves little, as most of what is
+missed there is the arm (`python -m claims elsewhere.worth`).
 """
 
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from gaitval.arrays import Array
 
 LEVERS: Final = "arms"
 TOTAL: Final = "total"
+INSOLES: Final = "insoles"
 
 
 class MissedPerson(NamedTuple):
@@ -39,11 +41,13 @@ def left_over(people: Sequence[MissedPerson], forces: int) -> dict[str, Array]:
     """
     before = np.sqrt(np.mean([np.square(each.missed) for each in people], axis=(0, 1, 3)))
     rests = {
+        INSOLES: [_without_vertical(each, before[-1]) for each in people],
         LEVERS: [_without_arms(each, forces) for each in people],
         TOTAL: [_without_total(each, forces) for each in people],
     }
     return {
-        name: np.sqrt(np.mean(np.square(rest), axis=(0, 1, 3))) / before
+        # where a recording makes a curve no nearer it would not be used
+        name: np.minimum(np.sqrt(np.mean(np.square(rest), axis=(0, 1, 3))) / before, 1.0)
         for name, rest in rests.items()
     }
 
@@ -54,6 +58,18 @@ def _without_arms(of: MissedPerson, forces: int) -> Array:
     moments = rest[:, :-forces]
     arms = np.sum(moments * vertical, axis=2) / np.sum(vertical**2, axis=2)
     moments -= arms[..., None] * vertical
+    return rest
+
+
+def _without_vertical(of: MissedPerson, noise: float) -> Array:
+    """What is missed when the vertical force on each foot is known at each instant: the other
+    curves keep their estimated lengths beside it, less where it is as small as the `noise`.
+    """
+    estimated = of.truth - of.missed
+    vertical = estimated[:, -1:]
+    lengths = estimated * vertical / (vertical**2 + noise**2)
+    rest: Array = of.missed - lengths * of.missed[:, -1:]
+    rest[:, -1] = 0.0
     return rest
 
 
