@@ -1,7 +1,7 @@
 """The faults of a session in words and figures: warnings, and a table of what was looked for."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -13,11 +13,11 @@ from gaitval.measurement.estimate import (
     Examined,
     FoundFault,
     alone,
-    kind_of,
     likeness,
     one_foot,
 )
 from gaitval.measurement.expected import USUAL
+from gaitval.measurement.likelihood import kind_of
 from gaitval.session.trial import WalkingTrial
 
 CHECK: Final = "measurement"
@@ -237,7 +237,20 @@ def warnings(
     found = [_warning(f, saturated, corrected, single=single) for f in seen.found if f.matters]
     if causes := seen.unexplained:
         found.append(_unexplained(seen, causes))
-    return tuple(found)
+    if not seen.undone:
+        return tuple(found)
+    beside = f" (beside {undone_text(seen)}, which has the wrong sign)"
+    return tuple(replace(flag, message=flag.message + beside) for flag in found)
+
+
+def undone_text(seen: Examined) -> str:
+    """The forces that were reversed before anything else was looked for."""
+    forces = [
+        f"the {'sideways' if axis else 'fore-aft'} force of plate {plate}"
+        for plate, axes in sorted(seen.undone.items())
+        for axis in sorted(axes)
+    ]
+    return " and ".join(forces)
 
 
 def _unexplained(seen: Examined, causes: Sequence[Cause]) -> QualityFlag:

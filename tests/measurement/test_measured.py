@@ -16,9 +16,10 @@ from gaitval.importing.importing import work_out
 from gaitval.importing.write import _record
 from gaitval.measurement import correct
 from gaitval.measurement.correct import wanted
-from gaitval.measurement.estimate import alone, kind_of
+from gaitval.measurement.estimate import alone
 from gaitval.measurement.fault_text import CHECK, rows, title
 from gaitval.measurement.knee_places import KneePlaces, knee_place_warnings, knee_places
+from gaitval.measurement.likelihood import kind_of
 from gaitval.measurement.measured import unexplained
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
