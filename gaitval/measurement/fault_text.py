@@ -22,6 +22,10 @@ from gaitval.session.trial import WalkingTrial
 
 CHECK: Final = "measurement"
 """First word of the check of a warning; the kind of the fault follows."""
+UNSOUND_BESIDE: Final = 0.0004
+"""Probability that nothing else is wrong beside a force of the wrong sign, below which another
+fault of a plate is told: in five walks of two boys with such plates, who land on their toes, 0.004
+at least, of which this is as small a share as `UNSOUND` is of what others have."""
 SECOND: Final = 0.05
 """Probability among all causes from which on a second one is named, too."""
 
@@ -234,7 +238,12 @@ def warnings(
     another plate. `corrected` are kinds of faults that are taken away where they are found.
     """
     single = one_foot(seen.data)
-    found = [_warning(f, saturated, corrected, single=single) for f in seen.found if f.matters]
+    plates_too = not seen.undone or seen.sound < UNSOUND_BESIDE
+    found = [
+        _warning(f, saturated, corrected, single=single)
+        for f in seen.found
+        if f.matters and (plates_too or kind_of(f.cause.name) not in OF_A_PLATE)
+    ]
     if causes := seen.unexplained:
         found.append(_unexplained(seen, causes))
     if not seen.undone:
