@@ -6,6 +6,8 @@ from itertools import chain
 from gaitval.checks.event_checks import contact_warnings
 from gaitval.checks.filled_markers import filled_warnings
 from gaitval.checks.force_checks import (
+    CUT_OFF,
+    NOT_ALONG,
     channel_warnings,
     force_warnings,
     place_warnings,
@@ -99,8 +101,6 @@ def trial_warnings(
         # The aid is in none of the balances of force and motion; channels can still be dead.
         channels = [channel_warnings(plate, recording.force_rate) for plate in recording.plates]
         return (*found, *aid_warnings(aid, needed, loads), *chain(*channels))
-    if weight := [*weight_warnings(needed, loads)]:
-        return (*found, *weight)  # everything else is off for the same reason
     frames = (forces.time - recording.start) * recording.marker_rate
     pelvis = interpolated(pelvis_markers(recording, landmarks), frames)
     stances = whole_stances(recording, forces)
@@ -113,11 +113,15 @@ def trial_warnings(
         of_plates += place_warnings(plate, outside, used)
         if used:
             of_plates += unloaded_warnings(plate, recording.force_rate)
+    if weight := [*weight_warnings(needed, loads)]:
+        # with a wrong unit, balances of force and motion and limits in N are off, too
+        return (*found, *weight, *(each for each in of_plates if each.check != CUT_OFF))
     of_motion = motion_warnings(needed, loads, stances, forces.rate, mass_kg)
     contacts = [*contact_warnings(forces, marker_events(recording, landmarks=landmarks))]
     # What was lost, not a plate, makes events differ; looking for it takes a while.
     if contacts and not lost_frames(recording.markers):
         found += contacts
-    named = {warning.plate for warning in of_plates}
-    # a plate with a warning already explains why its force and the motion disagree
+    # a plate with a warning already explains why its force and the motion disagree; one of its
+    # sideways force or its free moment does not say why the fore-aft force does
+    named = {warning.plate for warning in of_plates if warning.check not in NOT_ALONG}
     return (*found, *of_plates, *(d for d in of_motion if not d.plate or d.plate not in named))

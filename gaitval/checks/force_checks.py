@@ -92,6 +92,11 @@ BRAKING: Final = "braking before propulsion"
 INWARD: Final = "push towards the middle line"
 HORIZONTAL: Final = frozenset({EXCHANGED_AXES, BRAKING, INWARD})
 """Checks of the horizontal forces of a plate."""
+FREE_MOMENT: Final = "size of the free moment"
+FREE_MOMENT_TURNED: Final = "direction of the free moment"
+NOT_ALONG: Final = frozenset({INWARD, FREE_MOMENT, FREE_MOMENT_TURNED})
+"""Checks of a plate that say nothing of its fore-aft force."""
+CUT_OFF: Final = "forces cut off"
 SATURATED: Final = "saturated channel"
 """The check of this warning; `said.warnings` names it beside what it looks like."""
 
@@ -269,7 +274,7 @@ def _free_moment(name: str, where: str, figures: Sequence[StanceFigures]) -> Ite
     twist = float(np.mean([one.twist for one in figures]))
     if twist > LARGEST_FREE_MOMENT_M:
         yield QualityFlag(
-            "size of the free moment", where, twist, LARGEST_FREE_MOMENT_M, "m",
+            FREE_MOMENT, where, twist, LARGEST_FREE_MOMENT_M, "m",
             f"the free moment is {100 * twist:.1f} cm times the vertical force (at most "
             f"{100 * LARGEST_FREE_MOMENT_M:.0f} cm in walking; friction under a foot allows "
             f"{100 * LONGEST_LEVER_M:.0f}): its unit or calibration, or the place of the plate's "
@@ -280,7 +285,7 @@ def _free_moment(name: str, where: str, figures: Sequence[StanceFigures]) -> Ite
     has = "has" if len(figures) > 1 else "may have"  # one stance may be of an odd step
     if late < TURNED_FREE_MOMENT_M:
         yield QualityFlag(
-            "direction of the free moment", where, late, TURNED_FREE_MOMENT_M, "m",
+            FREE_MOMENT_TURNED, where, late, TURNED_FREE_MOMENT_M, "m",
             f"in late stance the ground turns the foot outwards ({-1000 * late:.1f} mm times the "
             f"vertical force), which in walking is inwards: the free moment {has} the wrong sign",
             plate=name,
@@ -344,7 +349,7 @@ def _cut_below(plate: Plate, where: str) -> Iterator[QualityFlag]:
     least = float(edges.min())
     if least > LARGEST_CUT_N and np.median(before) > LARGEST_CUT_N / 2:
         yield QualityFlag(
-            "forces cut off", where, least, LARGEST_CUT_N, "N",
+            CUT_OFF, where, least, LARGEST_CUT_N, "N",
             f"its forces begin and end at {least:.0f} N or more, and are exactly 0 beside: a "
             "program set smaller ones to zero. Strikes come late and toe-offs early, and the rise "
             "of the force is missing: export the forces as they were recorded, or with a "

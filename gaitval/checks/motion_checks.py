@@ -22,6 +22,7 @@ from gaitval.mocap.recording import Event, FootForces
 
 LEAST_SECONDS: Final = 0.3
 """s with both feet's forces known below which nothing is concluded."""
+ALONG: Final = "fore-aft force and motion"
 WEIGHT: Final = "weight"
 """The check of the warning that the plates carry another weight than the body has."""
 LARGEST_WEIGHT_ERROR: Final = 0.2
@@ -136,7 +137,7 @@ def motion_warnings(
         ratio, together = _against(carried[alone], (needed[:, 0] - rest)[alone])
         if abs(together) > LEAST_CORRELATION and not _within(ratio, FORCE_RATIOS):
             yield QualityFlag(
-                "fore-aft force and motion", f"plate {name}", ratio, FORCE_RATIOS[ratio > 1.0],
+                ALONG, f"plate {name}", ratio, FORCE_RATIOS[ratio > 1.0],
                 "1", f"the body's fore-aft acceleration needs {ratio:.2f} times the force that "
                 f"the plate shows ({FORCE_RATIOS[0]:g} to {FORCE_RATIOS[1]:g} elsewhere): check "
                 "its calibration and axes", certain=ratio < 0.0, plate=name,

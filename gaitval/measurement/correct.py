@@ -12,8 +12,9 @@ from gaitval.errors import ConfigurationError
 from gaitval.gait.agreement import both_known
 from gaitval.inverse.inverse_dynamics import residuals
 from gaitval.measurement.balance import moment_of, plate_middle
-from gaitval.measurement.estimate import Examined, kind_of, together
+from gaitval.measurement.estimate import Examined, together
 from gaitval.measurement.fault_text import WORDS, title
+from gaitval.measurement.likelihood import kind_of
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.average import check_mass, mean_angles, mean_kinetics
 from gaitval.session.request import Notify
@@ -109,8 +110,8 @@ def _recordings(found: Import) -> list[Recording]:
 def without_faults(recording: Recording, faults: dict[str, float]) -> Recording:
     """A `recording` whose plates have these `faults`, in the units of `expected.USUAL`, without
     them. One of all plates adds to those of each; if they are turned, they are as one block about
-    their middle (`estimate.balance`). Corners move with a plate, but do not turn: which foot is on
-    which plate was found with them.
+    their middle (`likelihood.balance`). Corners move with a plate, but do not turn: which foot is
+    on which plate was found with them.
     """
     middles = [
         plate_middle(plate, np.hstack([plate.force, moment_of(plate)]))

@@ -8,36 +8,29 @@ two are named where the data cannot separate them.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations, product
 from typing import Final
 from zlib import crc32
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_solve
 from scipy.special import logsumexp
 
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import SIDES
-from gaitval.measurement.balance import FALL, NEWTON, PRESSURE, Data, data_of, trials_of
-from gaitval.measurement.expected import (
-    ACCELERATION,
-    AMPLITUDES,
-    LEAST_ACCELERATION,
-    NUISANCE,
-    OWN_BIN,
-    SAME_FOOT,
-    SAME_PERSON,
-    STANCE_LENGTH,
-    STRIDE_LENGTH,
-    USUAL,
-    expected,
-    spread,
+from gaitval.measurement.balance import NEWTON, PRESSURE, Data, PlateTrial, data_of
+from gaitval.measurement.expected import USUAL
+from gaitval.measurement.likelihood import (
+    ALL,
+    LEAST_SCALE,
+    Balance,
+    balance,
+    contradiction,
+    kind_of,
 )
 from gaitval.measurement.standing import StandingForces
-from gaitval.model.body import BodyModel
-from gaitval.session.trial import WalkingTrial
 
 SUSPECTED: Final = 0.25
 FURTHER: Final = 0.03
@@ -61,16 +54,12 @@ UNSOUND: Final = 0.01
 recordings that have no warning of a cause, 0.12 at least."""
 CERTAIN: Final = 0.5
 """Probability from which on there is a warning."""
-ALL: Final = ("place x", "place y", "rotation")
-"""Faults that all plates may have together: the cameras' axes are not those of the plates."""
 DELAYS: Final = tuple(np.arange(-70, 71, 10) / 1000.0)
 """s, those that are tried: beyond, an import refuses the forces (`gait.plate_contacts`)."""
 USUAL_DELAY: Final = 0.003
 OWN_DELAY: Final = 0.003
 """s. The forces of sound recordings come this much later than the markers (mean and SD; soft tissue
 moves before the bones, and force channels have filters)."""
-LEAST_SCALE: Final = 0.7
-"""Of the covariance, where a session is more regular than others."""
 LARGEST_LEFT: Final = 2.5
 """Of the covariance that no fault explains: beyond, something else is wrong (markers that jump),
 and causes that cannot be distinguished are not named."""
@@ -141,14 +130,17 @@ class Examined:
     model : of `data`.
     lag : how late the forces are if nothing else is wrong.
     weighed : log of the probability of each set of causes, up to a constant.
+    undone : axes (0 fore-aft, 1 sideways) of plates whose forces were reversed before, by the
+        plates' names.
     """
 
     found: tuple[FoundFault, ...]
     data: Data
-    model: "Balance"
+    model: Balance
     delay: float
     lag: "Lag"
     weighed: Mapping[frozenset["Cause"], float]
+    undone: Mapping[str, frozenset[int]] = field(default_factory=dict)
 
     @property
     def sound(self) -> float:
@@ -169,20 +161,18 @@ class Examined:
 
 
 def examined(
-    model: BodyModel,
-    walks: Sequence[WalkingTrial],
+    trials: Sequence[PlateTrial],
     mass_kg: float,
     height_m: float,
     stood: StandingForces | None = None,
 ) -> Examined | None:
-    """Look for faults in the trials (`walks`) of a person of `mass_kg` and `height_m` on their
-    `model`, who `stood` on plates before; None without forces of both feet.
+    """Look for faults in the `trials` of a person of `mass_kg` and `height_m`, who `stood` on
+    plates before; None without forces of both feet.
 
     The effect of a delay is not linear over more than about 10 ms, because load passes from foot
     to foot in a tenth of a second: its evidence is that of a grid of delays. If no other fault
     explains as much, it is taken away and the rest is looked for beside it.
     """
-    trials = trials_of(model, walks)
     tried: dict[float, Data] = {}
     for delay in DELAYS:
         data = data_of(trials, mass_kg, later=delay, stood=stood)
@@ -282,11 +272,6 @@ def _kept(data: Data, rows: Flags) -> Data:
     )
 
 
-def kind_of(name: str) -> str:
-    """The kind of a fault, of the names of `USUAL`."""
-    return next(kind for kind in USUAL if name.startswith(kind))
-
-
 DELAY: Final = Cause("delay", ("delay",))
 
 
@@ -315,157 +300,6 @@ def causes(names: Sequence[str]) -> tuple[Cause, ...]:
         found.append(Cause("rotation all", ("rotation all",)))
     there = {*names, *(f"{fault} all" for fault in ALL)}
     return tuple(cause for cause in found if there.issuperset(cause.parts))
-
-
-@dataclass(frozen=True)
-class Balance:
-    """The linear model of a session.
-
-    Attributes
-    ----------
-    rest, factor : (N,) what is left of the data, and its covariance (of scipy's `cho_factor`).
-    left : mean square of what no fault explains, over what is expected.
-    order : place of each of the F faults that are looked for, by its name, in what follows.
-    effects : (N, F) of each.
-    precision, towards : (F, F) and (F,) of the likelihood of their sizes.
-    prior, sound : (F,) sizes of real faults, and of those that everybody has.
-    mean : (F,) of real faults.
-    reach : m, of the plate that is farthest from the middle of them all.
-    """
-
-    rest: Array
-    factor: tuple[Array, bool]
-    left: float
-    order: Mapping[str, int]
-    effects: Array
-    precision: Array
-    towards: Array
-    prior: Array
-    sound: Array
-    mean: Array
-    reach: float = 0.0
-
-
-def balance(
-    data: Data, height_m: float, *, without: Sequence[str] = (), scaled: bool = True
-) -> Balance:
-    """The model of `data` of a person of `height_m`, with all faults as small as usual, but for
-    those `without`; not `scaled` to what no fault explains, the covariance is that of everybody.
-    """
-    kinds = np.array(data.kind)
-    mean = np.zeros(len(kinds))
-    deviation = np.zeros(len(kinds))
-    size = acceleration_of(data)
-    for kind in set(data.kind):
-        mine = kinds == kind
-        mean[mine] = expected(kind, data.phase[mine], height_m, size)
-        deviation[mine] = spread(kind, data.phase[mine], height_m)
-    own = np.where(np.isin(kinds, PRESSURE), OWN_BIN * deviation, 0.0)
-    covariance = _patterns(data, deviation) + np.diag(data.noise**2 + own**2)
-    effects = {name: data.effect[:, i] for i, name in enumerate(data.names)}
-    plates = [name.removeprefix("gain ") for name in data.names if name.startswith("gain ")]
-    for fault in ALL:
-        # no plate may have been stepped on
-        effects[f"{fault} all"] = sum(
-            (effects[f"{fault} {p}"] for p in plates), np.zeros(len(kinds))
-        )
-    reach = 0.0
-    if plates:
-        # The plates turn as one block, so each also moves.
-        middle = np.mean([data.middles[p] for p in plates], axis=0)
-        for p in plates:
-            x, y, _ = data.middles[p] - middle
-            reach = max(reach, float(np.hypot(x, y)))
-            effects["rotation all"] = (
-                effects["rotation all"] - y * effects[f"place x {p}"] + x * effects[f"place y {p}"]
-            )
-    for name, effect in effects.items():
-        if name.endswith(" all"):
-            continue
-        usual = NUISANCE[name] if name in NUISANCE else USUAL[kind_of(name)].sound
-        if usual == 0.0 or name in without:
-            continue
-        if name.startswith(AMPLITUDES):
-            usual *= max(ACCELERATION / size, 1.0)
-        covariance += usual**2 * np.outer(effect, effect)
-    rest = data.value - mean
-    open_ = covariance.copy()
-    for name, effect in effects.items():
-        if name not in NUISANCE:
-            open_ += USUAL[kind_of(name)].faulty ** 2 * np.outer(effect, effect)
-    left = float(rest @ cho_solve(cho_factor(open_, lower=True), rest)) / len(rest)
-    scale = max(left, LEAST_SCALE) if scaled else 1.0
-    covariance *= scales(data.kind, scale)
-    factor = cho_factor(covariance, lower=True)
-    names = [name for name in effects if name not in NUISANCE]
-    table = np.stack([effects[name] for name in names], axis=1)
-    solved = cho_solve(factor, table)
-    usual_ = [USUAL[kind_of(name)] for name in names]
-    return Balance(
-        rest, factor, left, {name: i for i, name in enumerate(names)},
-        effects=table, precision=table.T @ solved,
-        towards=solved.T @ rest,
-        prior=np.array([each.faulty for each in usual_]),
-        sound=np.array(
-            [0.0 if n.endswith(" all") or n in without else u.sound
-             for n, u in zip(names, usual_, strict=True)]
-        ) * np.sqrt(scale),
-        mean=np.array([each.mean for each in usual_]),
-        reach=reach,
-    )  # fmt: skip
-
-
-def scales(kinds: Sequence[str], scale: float) -> Array:
-    """(N, N) factors of a covariance of data of these `kinds`: what no fault explains is a person's
-    own, larger than others' by the `scale`; how the rates of a file fall with the frequency is the
-    laboratory's.
-    """
-    size = np.where(np.isin(kinds, FALL), 1.0, np.sqrt(scale))
-    return np.outer(size, size)
-
-
-def acceleration_of(data: Data) -> float:
-    """Root mean square of the centre of mass's acceleration, over gravity; that of other sessions
-    if the data do not show it.
-    """
-    kinds = np.array(data.kind)
-    if "rate" not in data.names or not np.isin(kinds, NEWTON[:3]).any():
-        return ACCELERATION
-    # a rate that is wrong by a half adds the acceleration once more
-    walk = 0.5 * data.effect[:, data.names.index("rate")]
-    parts = [(walk[kinds == kind] ** 2).mean() for kind in NEWTON[:3] if (kinds == kind).any()]
-    return max(float(np.sqrt(np.sum(parts))), LEAST_ACCELERATION)
-
-
-def _patterns(data: Data, deviation: Array) -> Array:
-    """Covariance of what is a person's own."""
-    kinds, groups = np.array(data.kind), np.array(data.group)
-    apart = np.abs(data.phase[:, None] - data.phase)
-    newton = np.isin(kinds, NEWTON)
-    round_trip = np.minimum(apart, 1.0 - apart)
-    length = np.where(newton[:, None], STRIDE_LENGTH, STANCE_LENGTH)
-    distance = np.where(newton[:, None], round_trip, apart)
-    alike = np.exp(-0.5 * (distance / length) ** 2)
-    alike *= kinds[:, None] == kinds
-    sides = np.array([group.partition(" ")[0] for group in data.group])
-    alike *= np.where(sides[:, None] == sides, 1.0, SAME_PERSON)
-    alike *= np.where(
-        groups[:, None] == groups, 1.0, np.where(sides[:, None] == sides, SAME_FOOT, 1.0)
-    )
-    return np.asarray(alike * np.outer(deviation, deviation))
-
-
-def contradiction(data: Data, height_m: float, left: Array) -> float:
-    """How much of the `data` is `left`: mean squares over the spread of people of `height_m`, the
-    sum over the kinds of data.
-    """
-    kinds, total = np.array(data.kind), 0.0
-    for kind in (*NEWTON, *PRESSURE):
-        mine = kinds == kind
-        if mine.any():
-            usual = float(np.mean(spread(kind, data.phase[mine], height_m)))
-            total += float((left[mine] ** 2).mean()) / usual**2
-    return total
 
 
 def standing_up(

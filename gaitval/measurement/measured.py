@@ -16,6 +16,7 @@ from gaitval.checks.motion_checks import WEIGHT
 from gaitval.coordinates import Side, split_side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
+from gaitval.measurement.balance import trials_of
 from gaitval.measurement.bands import AXES, Bands, bands
 from gaitval.measurement.both_sides import (
     low_knees,
@@ -26,7 +27,15 @@ from gaitval.measurement.both_sides import (
 )
 from gaitval.measurement.correct import corrected, wanted
 from gaitval.measurement.estimate import Examined, examined
-from gaitval.measurement.fault_text import OF_A_PLATE, OF_WEIGHT, FaultRow, rows, unused, warnings
+from gaitval.measurement.fault_text import (
+    OF_A_PLATE,
+    OF_WEIGHT,
+    FaultRow,
+    rows,
+    undone_text,
+    unused,
+    warnings,
+)
 from gaitval.measurement.knee_markers import knee_warnings
 from gaitval.measurement.knee_places import knee_place_warnings, knee_places
 from gaitval.measurement.moved_markers import KNOWN_BY, moved_warnings
@@ -43,6 +52,7 @@ from gaitval.measurement.page import (
     hip_curves,
     hip_rows,
 )
+from gaitval.measurement.reversed_forces import likeliest_signs, of_a_sign
 from gaitval.measurement.standing import standing_of
 from gaitval.mocap.c3d_person import read_person
 from gaitval.scaling.landmarks import Place
@@ -251,9 +261,9 @@ def unexplained(flags: Iterable[QualityFlag], checks: Set[str]) -> Iterator[Qual
         tilted = FLOOR_TILTED in checks and flag.check.endswith(LIKE_TILT)
         # with a wrong mass or unit, a plate with the right forces looks wrong by as much
         heavier = WEIGHT in checks and flag.check.endswith(OF_WEIGHT)
-        # a horizontal force of the wrong sign looks like each of these on every plate
-        reversed_force = checks & HORIZONTAL and flag.check.endswith(OF_A_PLATE)
-        if not tilted and not heavier and not reversed_force:
+        # a horizontal force that is missing, or another's, looks like each of these on every plate
+        other_force = checks & HORIZONTAL and flag.check.endswith(OF_A_PLATE)
+        if not tilted and not heavier and not other_force:
             yield flag
 
 
@@ -277,12 +287,15 @@ def measured(found: Import, notify: Notify) -> Import:
         if request.aid is not None or not at.forces:
             return None
         stood = standing_of(request, at.session)
-        return examined(at.body.model, at.trials, request.mass_kg, request.height_m, stood)
+        trials, signs = likeliest_signs(at, trials_of(at.body.model, at.trials))
+        seen = examined(trials, request.mass_kg, request.height_m, stood)
+        return None if seen is None else replace(seen, undone=signs)
 
     seen = left = look(found)
-    all_flags = (warning for walk in found.trials for warning in walk.warnings)
-    cut_off = sorted({warning.plate for warning in all_flags if warning.check == SATURATED})
-    checks = {warning.check for walk in found.trials for warning in walk.warnings}
+    of_trials = [warning for walk in found.trials for warning in walk.warnings]
+    cut_off = sorted({warning.plate for warning in of_trials if warning.check == SATURATED})
+    # a wrong sign hides nothing: the estimate is made without it
+    checks = {warning.check for warning in of_trials if not of_a_sign(warning)}
     flags = [] if seen is None else [*unexplained(warnings(seen, cut_off, kinds), checks)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]
@@ -290,7 +303,9 @@ def measured(found: Import, notify: Notify) -> Import:
     for flag in flags:
         noted("warnings", str(flag))
     result, uncorrected = found, dict[str, AverageCurve | dict[Side, AverageCurve]]()
-    if kinds and seen is not None:
+    if kinds and seen is not None and seen.undone:
+        noted("correct", f"nothing is corrected before {undone_text(seen)} has the right sign")
+    elif kinds and seen is not None:
         result = corrected(found, seen, kinds, noted)
         uncorrected = {**found.moments, "forces": {**found.forces}}
         left = look(result)

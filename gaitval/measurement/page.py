@@ -11,7 +11,8 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.measurement.balance import FALL, NEWTON, PRESSURE
 from gaitval.measurement.bands import Bands, remedy_of
-from gaitval.measurement.estimate import LEAST_SCALE, Examined, scales
+from gaitval.measurement.estimate import Examined
+from gaitval.measurement.likelihood import LEAST_SCALE, scales
 from gaitval.measurement.standing import KINDS
 from gaitval.scaling.hip_regressions import TITLES as HIP_TITLES
 from gaitval.session.session import Import

@@ -59,11 +59,11 @@ def with_stated_plates(
     for name, side in feet:
         plates[name] = replace(plates[name], foot=side)
     for name, axis in dict.fromkeys(turned):  # said twice it is turned once
-        plates[name] = _turned(plates[name], [*LETTERS].index(axis))
+        plates[name] = reversed_along(plates[name], [*LETTERS].index(axis))
     return replace(recording, plates=tuple(plates.values()))
 
 
-def _turned(plate: Plate, axis: int) -> Plate:
+def reversed_along(plate: Plate, axis: int) -> Plate:
     """A `plate` whose force along an `axis` (0, 1, 2) is reversed; the centre of pressure stays.
 
     The free moment is what the forces leave of the moment about the vertical through the plate's

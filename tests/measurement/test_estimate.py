@@ -13,7 +13,6 @@ from scipy.stats import multivariate_normal
 from gaitval.measurement.balance import Data
 from gaitval.measurement.estimate import (
     DELAY,
-    Balance,
     Cause,
     Examined,
     FoundFault,
@@ -24,15 +23,14 @@ from gaitval.measurement.estimate import (
     _matters,
     _of_set,
     _sizes,
-    balance,
     faults_of,
-    scales,
     standing_up,
     together,
     weigh,
 )
 from gaitval.measurement.expected import USUAL
 from gaitval.measurement.fault_text import warnings
+from gaitval.measurement.likelihood import Balance, balance, scales
 
 GAINS = tuple(Cause(f"gain {plate}", (f"gain {plate}",)) for plate in "12")
 MASS = Cause("mass", ("mass",))

@@ -7,7 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from claims.measurement.planting import faults
+from gaitval.checks.checks import trial_warnings
+from gaitval.checks.force_checks import BRAKING, INWARD
 from gaitval.checks.laboratory_checks import FLOOR_TILTED
+from gaitval.checks.motion_checks import ALONG, WEIGHT
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ConfigurationError
@@ -15,11 +18,14 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.importing.importing import work_out
 from gaitval.importing.write import _record
 from gaitval.measurement import correct
+from gaitval.measurement.balance import trials_of
 from gaitval.measurement.correct import wanted
-from gaitval.measurement.estimate import alone, kind_of
-from gaitval.measurement.fault_text import CHECK, rows, title
+from gaitval.measurement.estimate import alone, examined
+from gaitval.measurement.fault_text import CHECK, rows, title, warnings
 from gaitval.measurement.knee_places import KneePlaces, knee_place_warnings, knee_places
+from gaitval.measurement.likelihood import kind_of
 from gaitval.measurement.measured import unexplained
+from gaitval.measurement.reversed_forces import _reversed, likeliest_signs, of_a_sign
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
 
@@ -99,6 +105,66 @@ def test_what_something_found_before_explains_is_no_fault_of_a_plate():
     assert left("weight") == ["place", "delay"]
     assert left(FLOOR_TILTED) == ["gain", "delay"]
     assert left("push towards the middle line") == ["delay"]
+
+
+SUSPECTED = QualityFlag(INWARD, "plate 1", -0.02, 0.0, "1", "is pushed outwards", plate="1")
+SIGN = {"1": frozenset({1})}
+
+
+def with_sign(found, signs, **faults):
+    """Trials whose plate 1 is suspected of a wrong sign, and has it if `signs` say so."""
+    trials = []
+    for trial in trials_of(found.body.model, found.trials):
+        recording = correct.without_faults(trial.walk.recording, faults)
+        warned = (*trial.walk.warnings, SUSPECTED)
+        walk = replace(trial.walk, recording=recording, warnings=warned)
+        once = _reversed(found, replace(trial, walk=walk), SIGN)
+        trials.append(once if signs else _reversed(found, once, SIGN))
+    return trials
+
+
+@pytest.mark.parametrize("signs", [SIGN, {}])
+def test_a_sign_is_undone_only_where_that_fits_the_motion(imported, signs):
+    found = imported(None)
+    assert likeliest_signs(found, with_sign(found, signs))[1] == signs
+
+
+def test_a_moved_plate_is_told_beside_a_wrong_sign(imported):
+    found = imported(None)
+    # 40 mm are taken away from a plate that is where it should be
+    trials, signs = likeliest_signs(found, with_sign(found, SIGN, **{"place x 1": 0.04}))
+    seen = examined(trials, found.request.mass_kg, found.request.height_m)
+    (flag,) = warnings(replace(seen, undone=signs))
+    assert flag.check == f"{CHECK}: place"
+    assert flag.value == pytest.approx(40.0, abs=12.0)
+    assert "plate 1" in flag.message
+
+
+def test_a_force_that_is_nearly_missing_has_no_wrong_sign():
+    assert of_a_sign(SUSPECTED)
+    assert not of_a_sign(replace(SUSPECTED, check=BRAKING, value=0.01))
+
+
+@pytest.mark.parametrize(
+    ("along", "weight", "told"),
+    [(1.0, 1.0, {INWARD}), (0.4, 1.0, {INWARD, ALONG}), (1.0, 0.7, {INWARD, WEIGHT})],
+)
+def test_a_sideways_sign_is_told_beside_what_it_does_not_explain(imported, along, weight, told):
+    found = imported(None)
+    (walk,) = found.trials
+    right = np.array([[[along, -1.0, 1.0], [1.0, 1.0, 1.0]]])  # the right foot's sideways force
+    needed = walk.loads.force.sum(axis=1) + walk.dynamics.residual_force
+    loads = replace(walk.loads, force=walk.loads.force * right)
+    left = needed * weight - loads.force.sum(axis=1)
+    flags = trial_warnings(
+        walk.recording, found.session.marker_set.landmarks, walk.events, (),
+        (
+            replace(walk.forces, force=walk.forces.force * right), loads,
+            replace(walk.dynamics, residual_force=left),
+        ),
+        height_m=found.request.height_m, mass_kg=weight * found.request.mass_kg,
+    )  # fmt: skip
+    assert {flag.check for flag in flags} & {INWARD, ALONG, WEIGHT} == told
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from seen_figures import bands, figure_of, forward, lines
 from gaitval.configuration import ProcessingSettings
 from gaitval.importing.importing import work_out
 from gaitval.importing.summary import summary_of
-from gaitval.measurement.estimate import LEAST_SCALE
+from gaitval.measurement.likelihood import LEAST_SCALE
 from gaitval.measurement.page import GROUPS, SHOWN, TITLES, UNITS, FitRow, draw_bands, fits
 from gaitval.reporting.figures import COLOURS
 from gaitval.reporting.recording_report import _drawings
