@@ -3,7 +3,7 @@
     python -m experiments.foot_accuracies FOLDER          # folders of studies, by subject; 20 min
 
 Every record is fitted to its study's body with each pair of accuracies. A pair's score is the mean
-over people of the sum of the squares of what is off, each over what issue 79 and the limits of the
+over people of the sum of the squares of what is off, each over what people do and the limits of the
 walks allow: angles, moments and three forces from the record, hip rotation, and creep of the loaded
 foot. Printed are the means, and for each person what the nine others choose.
 """
