@@ -29,7 +29,8 @@ from gaitval.metrics.policy_comparison import push_limit
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.validation import EXTERNAL_LOAD
-from gaitval.metrics.verdicts import close_text, spread_text, target_text, unit_text
+from gaitval.metrics.verdicts import close_text, spread_text, target_text
+from gaitval.number_text import unit_text
 
 ROOT = Path(__file__).parents[2]
 
