@@ -16,14 +16,8 @@ from gaitval.metrics.acceptance_results import CurveLight, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
 from gaitval.metrics.results import METRICS, Metrics
-from gaitval.metrics.verdicts import (
-    CURVE_NAMES,
-    LimitVerdict,
-    failed_limits,
-    limit_verdicts,
-    unit_text,
-)
-from gaitval.number_text import number, rough
+from gaitval.metrics.verdicts import CURVE_NAMES, LimitVerdict, failed_limits, limit_verdicts
+from gaitval.number_text import number, rough, unit_text
 from gaitval.reporting.facts import at
 from gaitval.reporting.figures import NAMES
 from gaitval.reporting.tables import CURVES
