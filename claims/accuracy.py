@@ -6,7 +6,6 @@ the same records: with the faults of the force plates corrected, scaled to one b
 as measured. A walker follows the corrected record in both.
 """
 
-import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -17,7 +16,7 @@ import claims
 from claims import ROOT, Claim
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.metrics.groups import GROUPS, group_rows
-from gaitval.metrics.results import metrics_from
+from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.prediction.speed_line import dimensionless_speed
 
 FORCES = ("vertical", "forward", "medial")
@@ -46,10 +45,8 @@ def measured(stored: _Stored, kind: str, curve: str) -> NDArray[np.float64]:
 
 def stored_baselines() -> list[_Stored]:
     """`metrics.json` of the ten."""
-    return [
-        json.loads((ROOT / f"reports/S{number:02d}/baseline/metrics.json").read_text())
-        for number in range(1, 11)
-    ]
+    paths = [ROOT / f"reports/S{number:02d}/baseline/metrics.json" for number in range(1, 11)]
+    return [read_metrics(path).as_dict() for path in paths]
 
 
 @claims.measured(stored=STORED)
@@ -107,7 +104,7 @@ def _goals(stored: list[_Stored]) -> Iterator[Claim]:
     )
     what = "acceptance goals reached (arms not actuated by the policy; force plates corrected)"
     yield Claim(what, reached, "goals", goals)
-    second = [each["witness"] for each in stored if each["witness"] is not None]
+    second = [each["second_engine"] for each in stored if each["second_engine"] is not None]
     there, possible = (sum(each[name] for each in second) for name in ("goals_reached", "goals"))
     what = "the same policies in MuJoCo"
     yield Claim(f"{what}: goals of accuracy reached", there, "goals", possible)

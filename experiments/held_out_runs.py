@@ -81,7 +81,10 @@ def store(kind: str, name: str, metrics: dict[str, Any], run: Run) -> None:
     walk = metrics["walks"][metrics["final"]]
     kept = {
         key: metrics[key]
-        for key in ("subject", "recorded", "told", "predictions", "unseen", "summary", "provenance")
+        for key in (
+            *("subject", "recorded", "known", "predictions"),
+            *("unseen", "summary", "provenance"),
+        )
     }
     kept |= {
         "speed": metrics["record"]["spatiotemporal"]["walking_speed"],

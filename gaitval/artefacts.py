@@ -188,9 +188,9 @@ def write_json(path: Path, value: Any) -> None:
     write_text(path, json.dumps(value, indent=1, sort_keys=True, allow_nan=False) + "\n")
 
 
-def read_json(path: Path) -> Any:
-    """Value of the JSON file `path` of a run folder. Raises ArtefactError if it is missing, a
-    folder, may not be read, or is damaged.
+def read_json(path: Path, fix: str = "Delete it and run its stage again") -> Any:
+    """Value of the JSON file `path`, of a run folder if nothing else is said. Raises ArtefactError
+    if it is missing, a folder, may not be read, or is damaged: `fix` says what to do then.
     """
     try:
         text = file_gate.read_text(
@@ -202,7 +202,7 @@ def read_json(path: Path) -> Any:
     except (ValueError, RecursionError) as error:
         raise ArtefactError(
             f"{path}: cannot be read as JSON ({_reason(error)}); it is truncated or was edited. "
-            "Delete it and run its stage again."
+            f"{fix}."
         ) from None
 
 

@@ -28,3 +28,13 @@ def rough(value: float | None, figures: int = 2) -> str:
         return "0"
     size = float(f"{abs(value):.{figures - 1}e}")  # rounded first: 9.97 is 10
     return number(value, max(0, figures - 1 - int(np.floor(np.log10(size)))))
+
+
+def unit_text(unit: str) -> str:
+    """`unit` as written after a number; empty for a number without one ("1" or "")."""
+    return {"deg": "°", "1": "", "": ""}.get(unit, f" {unit}")
+
+
+def unit_sign(unit: str) -> str:
+    """`unit` as written in a cell of its own, or after a comma: "°"."""
+    return unit_text(unit).strip()

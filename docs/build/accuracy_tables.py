@@ -26,9 +26,11 @@ from claims.marked_table import with_table
 from claims.skill_interval import skill_interval
 from gaitval.metrics.learning_gain import NEEDED, RULE, LearningGain
 from gaitval.metrics.policy_comparison import push_limit
+from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.validation import EXTERNAL_LOAD
-from gaitval.metrics.verdicts import close_text, spread_text, target_text, unit_text
+from gaitval.metrics.verdicts import close_text, spread_text, target_text
+from gaitval.number_text import unit_text
 
 ROOT = Path(__file__).parents[2]
 
@@ -93,7 +95,7 @@ def load(folder: Path) -> list[Stored]:
         times = path.with_name("times.json")
         stored.append(
             Stored(
-                json.loads(path.read_text(encoding="utf-8")),
+                read_metrics(path).as_dict(),
                 json.loads(times.read_text(encoding="utf-8")) if times.exists() else None,
             )
         )
@@ -535,7 +537,7 @@ def witness_table(baselines: Sequence[Stored]) -> str:
     """The same walkers in the second physics engine."""
     lines = []
     for stored in baselines:
-        found = stored.metrics["witness"]
+        found = stored.metrics["second_engine"]
         if found is None:
             lines.append([stored.name, *["not run"] * 4])
             continue

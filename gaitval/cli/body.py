@@ -66,6 +66,10 @@ def body(
     found = body_of_record(person, model, configuration, further_trials=trials)
     if session is not None:
         found = _with_measured_joints(found, person, model, session)
+        display.plain(
+            f"Counted as measured: the functional hips and knees of {session}. A range-of-motion "
+            "trial in the last table is one more."
+        )
     display.plain(sentences(found, model))
     for title, rows in tables(found, model):
         display.print_rows(rows, f"{person.identifier}: {title}")

@@ -235,6 +235,7 @@ def print_distances(metrics: "Metrics", *, on_a_slope: bool = False) -> None:
     from rich.table import Table
 
     from gaitval.metrics.groups import group_rows
+    from gaitval.number_text import unit_sign
 
     errors = metrics.prediction_errors
     held_out = {} if errors is None else {row.group: row for row in errors.groups}
@@ -248,7 +249,7 @@ def print_distances(metrics: "Metrics", *, on_a_slope: bool = False) -> None:
             row.group,
             "fell" if row.walked is None else f"{row.walked:.3g}",
             "not known" if known is None else f"{known.mean:.3g}{spread}",
-            row.unit,
+            unit_sign(row.unit),
         )
     display.output.print(table)
     if errors is not None:

@@ -6,14 +6,23 @@ measured is null.
 
 from typing import Annotated, Final, Literal
 
-from pydantic import Field
+from pydantic import AliasChoices, Field
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.metrics.quantity_results import QuantityResult
-from gaitval.metrics.typed import Count, Flag, Number, Result, Sha256, Sides, StrictPositive
+from gaitval.metrics.typed import (
+    Count,
+    Flag,
+    Number,
+    Result,
+    Sha256,
+    Sides,
+    StrictPositive,
+    as_version,
+)
 
-IMPORT_VERSION: Final = 1
-"""Of `import.json`."""
+IMPORT_VERSION: Final = 2
+"""Of `import.json`. Version 1 is the same with another key (`doubts`), and is read."""
 
 _Figure = Number | None
 Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
@@ -223,7 +232,7 @@ class TrialResult(Result):
 class ImportResult(Result):
     """What an import found: figures, decisions, hashes of the inputs, versions."""
 
-    schema_version: Literal[1]
+    schema_version: Annotated[Literal[2], as_version(IMPORT_VERSION, 1)]
     versions: dict[str, str]
     inputs: list[InputResult]
     person: PersonResult
@@ -244,7 +253,9 @@ class ImportResult(Result):
     walking_speed_m_s: _Figure
     verdicts: list[LimitResult]
     placement: list[PlacementResult]
-    doubts: Annotated[list[WarningResult], Field(default_factory=list)]
+    warnings: list[WarningResult] = Field(
+        default_factory=list, validation_alias=AliasChoices("warnings", "doubts")
+    )
     measurement: list[dict[str, str | _Figure]] = Field(default_factory=list)
     """Each a `gaitval.measurement.fault_text.FaultRow`."""
     bands: dict[str, dict[str, list[_Figure] | dict[str, Number]]] = Field(default_factory=dict)

@@ -157,7 +157,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         changes=changes,
         measurement=found.measurement,
         missing=[str(warning) for _, warning in found.warnings if warning.check == ONE_SIDE],
-        doubts=[
+        warnings=[
             f"{trial}: {warning}" for trial, warning in found.warnings if warning.check != ONE_SIDE
         ],
         findings=[message for step, message in found.decisions if step not in _SHOWN_STEPS],

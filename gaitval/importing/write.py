@@ -214,7 +214,7 @@ def _record(found: Import) -> dict[str, Any]:
             for verdict in verdicts(found)
         ],
         "placement": [asdict(check) | {"passed": check.passed} for check in body.placement.checks],
-        "doubts": [
+        "warnings": [
             {"trial": trial} | {name: getattr(warning, name) for name in _OF_A_WARNING}
             for trial, warning in found.warnings
         ],

@@ -191,7 +191,7 @@ def predicted_parts(
     return [
         PredictionResult(
             name=each.name,
-            told=each.known,
+            known=each.known,
             people=each.people,
             rmse=PredictionErrors(
                 **{

@@ -80,7 +80,7 @@ def group_rows(metrics: Metrics) -> list[GroupRow]:
             else None
             for prediction in metrics.predictions
         }
-        status = "fitted" if metrics.told[kind] else "predicted"
+        status = "fitted" if metrics.known[kind] else "predicted"
         origin = furthest([curve_origin(kind, name, origins) for name in curves])
         rows.append(GroupRow(group, unit, status, walked, guesses, origin))
     return rows

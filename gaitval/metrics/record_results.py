@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, Final, Generic, Literal, TypeVar, get_args
 
-from pydantic import Field
+from pydantic import AliasChoices, Field
 
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.gait.plate_correction import PlateCorrection
@@ -129,7 +129,7 @@ class PredictionResult(Result):
     """A prediction of the record without a model, see gaitval/metrics/baselines.py."""
 
     name: str
-    told: str
+    known: str = Field(validation_alias=AliasChoices("known", "told"))
     """What it knows of the person."""
     people: Count
     rmse: PredictionErrors

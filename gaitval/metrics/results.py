@@ -7,7 +7,7 @@ have many parts, each of which is one model.
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AliasChoices, Field, model_validator
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.coordinates import SIDES, Side
@@ -42,6 +42,7 @@ from gaitval.metrics.typed import (
     Sha256,
     Share,
     Size,
+    as_version,
     named,
     same_version,
 )
@@ -62,8 +63,10 @@ if TYPE_CHECKING:
 
 
 METRICS: Final = "metrics.json"
-SCHEMA_VERSION: Final = 12
+SCHEMA_VERSION: Final = 13
 """Of `metrics.json`."""
+OTHER_KEYS: Final = 12
+"""The version that is the same with other keys (`told`, `witness`), and is read."""
 IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""
 
@@ -429,7 +432,7 @@ class Metrics(Displayed, Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[12]
+    schema_version: Annotated[Literal[13], as_version(SCHEMA_VERSION, OTHER_KEYS)]
     subject: SubjectResult
     units: CurveUnits
     method: Method
@@ -437,7 +440,9 @@ class Metrics(Displayed, Result):
     recorded: list[RecordedQuantity]
     """Where moments and forces are missing, those of `record` are only expected, from other people,
     and nothing is judged by them."""
-    told: Annotated[dict[Annotated[str, _QUANTITY], list[ReadBy]], *_QUANTITIES]
+    known: Annotated[dict[Annotated[str, _QUANTITY], list[ReadBy]], *_QUANTITIES] = Field(
+        validation_alias=AliasChoices("known", "told")
+    )
     """What read each quantity of the record before the comparison; nothing where it is empty."""
     predictions: list[PredictionResult]
     """Of the record, without a model; skill is relative to the first."""
@@ -460,7 +465,9 @@ class Metrics(Displayed, Result):
     push_recovery: PushRecovery | None
     torque_shares: TorqueShares | None = None
     """Of the final walk."""
-    witness: SecondEngineResult | None = None
+    second_engine: SecondEngineResult | None = Field(
+        None, validation_alias=AliasChoices("second_engine", "witness")
+    )
     curve_statistics: WalkStatistics | None = None
     """Of the final walk; null with fewer than two gait cycles."""
     identification: IdentificationResult | None
@@ -557,6 +564,7 @@ def metrics_from(values: Any, origin: str) -> Metrics:
         origin,
         file="metrics.json",
         version=SCHEMA_VERSION,
+        also=(OTHER_KEYS,),
         fix="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
         "stored baseline.",
     )

@@ -9,7 +9,15 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Final, Generic, Self, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Strict,
+    ValidationError,
+)
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core.core_schema import ModelSchema
 
@@ -99,12 +107,21 @@ def rounded(result: R) -> R:
     return type(result).model_validate(tidy(result.model_dump(exclude_unset=True)))
 
 
-def same_version(values: Any, origin: str, *, file: str, version: int, fix: str) -> None:
+def as_version(version: int, *earlier: int) -> BeforeValidator:
+    """Of `schema_version`: a file of one of the `earlier` versions is read as one of `version`, in
+    which only keys have other names (`AliasChoices` of the field).
+    """
+    return BeforeValidator(lambda found: version if found in earlier else found)
+
+
+def same_version(
+    values: Any, origin: str, *, file: str, version: int, fix: str, also: Sequence[int] = ()
+) -> None:
     """Raise ArtefactError if the file `origin` (of kind `file`) states in `values` another schema
-    than `version`; `fix` says what to do.
+    than `version` or one that is read `also`; `fix` says what to do.
     """
     found = values.get("schema_version") if isinstance(values, Mapping) else None
-    if isinstance(found, int) and found != version:
+    if isinstance(found, int) and found not in (version, *also):
         raise ArtefactError(
             f"{origin}: has version {found} of the schema of {file}, but this gaitval reads "
             f"version {version}. {fix}"

@@ -10,6 +10,7 @@ from gaitval.coordinates import split_side
 from gaitval.metrics.origin import Origins, furthest, not_recorded
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import AcceptanceState, Verdict, load_registry
+from gaitval.number_text import unit_text
 
 SIGNS: Final[Mapping[str, str]] = {"at_most": "≤", "at_least": "≥", "exactly": "="}
 
@@ -186,11 +187,6 @@ def close_text(row: Verdict) -> str:
     if row.spread is not None and row.spread.kept < row.spread.repeats:
         return "passes, but not in every repeated walk"
     return "passes, but one more walk may fail it"
-
-
-def unit_text(unit: str) -> str:
-    """`unit` as written after a number."""
-    return {"deg": "°", "1": ""}.get(unit, f" {unit}")
 
 
 def value_text(row: Verdict) -> str:

@@ -5,7 +5,7 @@ They stand apart from the functions that make them, because those load the physi
 
 from typing import Annotated, Final, Literal
 
-from pydantic import Field
+from pydantic import AliasChoices, Field
 
 from gaitval.configuration import PushSettings
 from gaitval.metrics.typed import (
@@ -220,7 +220,9 @@ class StoredWalks(Result):
 
     nominal: list[Endurance]
     identified: list[Endurance] | None = None
-    witness: Endurance | None = None
+    second_engine: Endurance | None = Field(
+        None, validation_alias=AliasChoices("second_engine", "witness")
+    )
     """In the second physics engine."""
     centring: Size | None = None
     """Share of the policy's action bias that was taken away, if not the configured one."""

@@ -76,7 +76,7 @@ def _value(metrics: Metrics, row: Mapping[str, str], place: str) -> str:
         wanted = row.get("counts")
         count = sum(wanted is None or each == wanted for each in value)
         if not count and "or_held_out" in row:
-            unseen = [name for name in metrics.recorded if not metrics.told[name]]
+            unseen = [name for name in metrics.recorded if not metrics.known[name]]
             return f"{row['or_held_out']}: {', '.join(unseen)}" if unseen else ""
         return f"{count} of {len(value)}" if wanted else f"{count}" if count else ""
     text = shown(value, row.get("unit", ""), 2)

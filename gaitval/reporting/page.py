@@ -18,7 +18,7 @@ from gaitval.configuration import ReportSettings
 from gaitval.conventions import beside, convention_of
 from gaitval.memory import without_search
 from gaitval.missing_extras import need
-from gaitval.number_text import number, rough, signed
+from gaitval.number_text import number, rough, signed, unit_sign, unit_text
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.compiled_templates import CompiledTemplates
 from gaitval.reporting.contents import with_contents
@@ -108,6 +108,7 @@ def _environment(language: str) -> jinja2.Environment:
         translations(language), newstyle=True
     )
     environment.filters |= {"labelled": _labelled, "base64": _base64, **_in_language(language)}
+    environment.filters |= {"unit_text": unit_text, "unit_sign": unit_sign}
     # what is printed as it is, without a filter; asked for when a page is written, not before
     environment.finalize = jinja2.pass_context(lambda _, value: _figures(language, value))
     return environment

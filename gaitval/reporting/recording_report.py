@@ -230,7 +230,7 @@ class RecordingSummary:
     changes : of `--consistent`; empty without it.
     measurement : what `gaitval.measurement` says, with its template and drawings; or None.
     missing : data of one side that were not recorded, why, and what can be done; sentences.
-    doubts : warnings where data contradict physics or normal gait, a sentence each.
+    warnings : where data contradict physics or normal gait, a sentence each.
     findings : what cleaning found and did, one sentence each.
     left_out : empty if every cycle is in the means.
     versions : of gaitval and the libraries that the results depend on.
@@ -270,7 +270,7 @@ class RecordingSummary:
     changes: Sequence[ConsistencyChange] = ()
     measurement: MeasurementPart | None = None
     missing: Sequence[str] = ()
-    doubts: Sequence[str] = ()
+    warnings: Sequence[str] = ()
     findings: Sequence[str] = ()
     left_out: Sequence[LeftOut] = ()
     versions: Mapping[str, str] = field(default_factory=dict)

@@ -396,7 +396,7 @@ def _context(folder: Path, convention: str = OWN) -> dict[str, Any]:
     predicted, of_prediction, numbers = prediction_part.shown(metrics)
     drawn, data = drawn | of_prediction, data | numbers
     body, bars = None, list[Bar]()
-    looked_for = "identification" in metrics.told["angles"]
+    looked_for = "identification" in metrics.known["angles"]
     if looked_for and (folder / body_bars.FILE).is_file():
         body, bars, drawn["body"] = body_bars.shown(folder)
     shared = body is not None and body["method"] == "shared"  # the table is of the bars' posterior

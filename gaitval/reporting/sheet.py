@@ -16,14 +16,8 @@ from gaitval.metrics.acceptance_results import CurveLight, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
 from gaitval.metrics.results import METRICS, Metrics
-from gaitval.metrics.verdicts import (
-    CURVE_NAMES,
-    LimitVerdict,
-    failed_limits,
-    limit_verdicts,
-    unit_text,
-)
-from gaitval.number_text import number, rough
+from gaitval.metrics.verdicts import CURVE_NAMES, LimitVerdict, failed_limits, limit_verdicts
+from gaitval.number_text import number, rough, unit_text
 from gaitval.reporting.facts import at
 from gaitval.reporting.figures import NAMES
 from gaitval.reporting.tables import CURVES
@@ -108,10 +102,10 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "repeats": _repeats(metrics),
         "failed": [_failed(metrics, each) for each in failed[:FAILED_SHOWN]],
         "more": _count(max(0, len(failed) - FAILED_SHOWN), "unlisted limits"),
-        "known": ["speed", *(name for name, by in metrics.told.items() if by)],
-        "held_out": [name for name in metrics.recorded if not metrics.told[name]],
+        "known": ["speed", *(name for name, by in metrics.known.items() if by)],
+        "held_out": [name for name in metrics.recorded if not metrics.known[name]],
         "parameters": _parameters(metrics, subject),
-        "doubts": list(_warnings(metrics, subject))[:WARNINGS],
+        "warnings": list(_warnings(metrics, subject))[:WARNINGS],
         "profile": _profile(metrics),
         "people": _people(metrics, subject),
         "push_off": _push_off(metrics),
@@ -379,7 +373,7 @@ def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
     """All that speaks against trusting the verdict but what failed, the gravest first: what it
     compares with, and what the record itself lacks.
     """
-    if metrics.witness is not None and metrics.witness.fell:
+    if metrics.second_engine is not None and metrics.second_engine.fell:
         yield SheetWarning("falls there")
     close = sum(len(each.close) for each in limit_verdicts(metrics, "acceptance"))
     if close:
@@ -389,7 +383,7 @@ def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
         yield SheetWarning("nothing recorded")
     elif missing:
         yield SheetWarning("not recorded", words={"what": ", ".join(missing)})
-    if metrics.told.get("forces"):
+    if metrics.known.get("forces"):
         yield SheetWarning("fit")
     yield from _of_score(metrics)
     plates = metrics.record.plates

@@ -159,7 +159,7 @@ def torque_shares(values: TorqueShares | None) -> list[_Row] | None:
 
 def second_engine(metrics: Metrics) -> _Row | None:
     """The second-engine check in `metrics`, with the largest difference of each kind."""
-    found = metrics.witness
+    found = metrics.second_engine
     if found is None:
         return None
     there = {(row.measure, row.target): row.value for row in found.measures}
@@ -226,7 +226,7 @@ def distances(metrics: Metrics) -> _Row | None:
 
 def known_quantities(metrics: Metrics) -> _Row:
     """What the model knew in `metrics`; errors beside those of predictions without a model."""
-    known = [name for name, read_by in metrics.told.items() if read_by]
+    known = [name for name, read_by in metrics.known.items() if read_by]
     rows = [
         {**row._asdict(), "skills": row.skills(), "digits": 3 if row.unit == "Nm/kg" else 1}
         for row in group_rows(metrics)

@@ -17,7 +17,7 @@ Landmarks that a marker set lacks are found as follows.
 | medial elbow | width, lateral marker, axis perpendicular to the arm | geometry |
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Unpack
 
 import numpy as np
@@ -214,6 +214,33 @@ def _hinge(
     return hinge_centre(points, side, joint, above, wand, width / 2 + MARKER_OFFSET)
 
 
+def unused_widths(markers: Iterable[str], widths: Widths) -> list[str]:
+    """Of which of the given `widths` nothing is made, and why: a sentence each, by the names of the
+    `markers` on landmarks.
+    """
+    seen, found = {*markers}, []
+    arms = all(
+        {f"{s}.Acromion", f"{s}.Elbow"} <= seen and seen.intersection(_wrists(s)) for s in "RL"
+    )
+    given = {
+        "knee": widths["knee_width"],
+        "ankle": widths["ankle_width"],
+        "elbow": widths["elbow_width"],
+    }
+    for name in (name for name, width in given.items() if width is not None):
+        if all(f"{side}.{name.capitalize()}.Medial" in seen for side in "RL"):
+            found.append(f"{name} width: not used, since medial markers show the {name}s")
+        elif name == "elbow" and not arms:
+            found.append(
+                "elbow width: not used, since not all of shoulders, elbows and wrists are seen"
+            )
+    return found
+
+
+def _wrists(side: str) -> tuple[str, ...]:
+    return f"{side}.Wrist", f"{side}.Wrist.Radial", f"{side}.Wrist.Ulnar"
+
+
 def _arm_centres(points: Mapping[str, Array], elbow_width: Width) -> dict[str, Array]:
     """Shoulder, elbow and wrist joint centres as far as markers show them."""
     found: dict[str, Array] = {}
@@ -223,11 +250,7 @@ def _arm_centres(points: Mapping[str, Array], elbow_width: Width) -> dict[str, A
     down = np.array([0.0, 0.0, -ACROMION_TO_SHOULDER * across])
     for side in "RL":
         shoulder = found[f"{side}.Shoulder.Centre"] = points[f"{side}.Acromion"] + down
-        ends = [
-            points[name]
-            for name in (f"{side}.Wrist", f"{side}.Wrist.Radial", f"{side}.Wrist.Ulnar")
-            if name in points
-        ]
+        ends = [points[name] for name in _wrists(side) if name in points]
         wrist = np.mean(ends, axis=0) if ends else None
         if wrist is not None:
             found[f"{side}.Wrist.Centre"] = wrist

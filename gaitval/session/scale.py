@@ -19,7 +19,7 @@ from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel
 from gaitval.model.ground import Ground
 from gaitval.model.markers import ModelMarker
-from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.joint_centres import measure, unused_widths
 from gaitval.scaling.markers.spines import SPINES
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import scale_by_pairs
@@ -159,6 +159,8 @@ def _by_standing(
     with about_file(str(request.static)):
         measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
         measured = replace(measured, symmetric=symmetric)
+        for unused in unused_widths(on_landmarks, request.widths):
+            notify("scaling", unused)
         if "midfoot" in measured.sources.get("foot", ""):
             notify("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
         scaled = build_body(request, measured)

@@ -73,7 +73,9 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
             training=stored(run, f"policy/{GAIN}", LearningGain),
             pushes=pushes,
             torque_shares=walks.torque_shares,
-            second_engine=rollouts(SECOND_ENGINE, [walks.witness] if walks.witness else None),
+            second_engine=rollouts(
+                SECOND_ENGINE, [walks.second_engine] if walks.second_engine else None
+            ),
             again=[Repeat.model_validate(each) for each in repeats],
             centring=walks.centring,
             prediction_errors=expected_errors,

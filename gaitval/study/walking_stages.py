@@ -109,7 +109,7 @@ def simulate_stage(run: Run, *, second_engine: bool = True) -> Stage:
         result = StoredWalks(
             nominal=[went],
             identified=list(walks.starts),
-            witness=second,
+            second_engine=second,
             torque_shares=torque_shares(walks.compared, found, task),
         )
         write_json(run.folder / WALKS, result.as_dict())

@@ -310,7 +310,7 @@ def print_tolerances(metrics: "Metrics") -> None:
 def print_groups(metrics: "Metrics") -> None:
     """Print errors in `metrics` by group beside those of predictions without a model."""
     from gaitval.metrics.groups import group_rows
-    from gaitval.metrics.verdicts import unit_text
+    from gaitval.number_text import unit_text
 
     rows = group_rows(metrics)
     where = f"{metrics.subject.identifier} ({metrics.subject.source})"
@@ -341,13 +341,14 @@ def print_pushes(recovery: "PushRecovery") -> None:
 def print_import(found: "Import") -> None:
     """Print the published limits of the import `found`, and its spatiotemporal parameters."""
     from gaitval.importing.summary import limit_rows, scaling_methods, spatiotemporal_rows
+    from gaitval.number_text import unit_sign
 
     title = f"{found.request.identifier}: the recording against published limits"
     table = Table("measure", "value", "at most", "unit", "verdict", title=title)
     for row in limit_rows(found):
         value = "not measured" if row.value is None else f"{row.value:.3g}"
         verdict = Text(row.state, style="red" if row.failed else "")
-        table.add_row(row.name, value, f"{row.limit:g}", row.unit, verdict)
+        table.add_row(row.name, value, f"{row.limit:g}", unit_sign(row.unit), verdict)
     output.print(table)
     title = "Distance of measured and model markers in walking"
     table = Table("scaling", "RMS cm", "largest cm", "", title=title)
@@ -362,7 +363,7 @@ def print_import(found: "Import") -> None:
     table = Table("parameter", "right", "left", "unit", title="Gait")
     for entry in spatiotemporal_rows(found.trials):
         sides = [_mean_and_deviation(pair, entry.digits) for pair in (entry.right, entry.left)]
-        table.add_row(entry.name, *sides, entry.unit)
+        table.add_row(entry.name, *sides, unit_sign(entry.unit))
     output.print(table)
 
 

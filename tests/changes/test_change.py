@@ -95,6 +95,22 @@ def test_levels_are_those_of_the_two_bands(size, level):
     assert levels == {"angles/hip_flexion_r": level}
 
 
+def test_strides_that_hardly_differ_have_no_band():
+    """Those of a simulated walk: the difference is what there is to say, and not ± 0.0."""
+    before = visit(1)
+    name = "angles/knee_angle_r"
+    alike = {each: np.tile(curve, (8, 1)) + 1e-3 * np.arange(8)[:, None]
+             for each, curve in before.curves.items()}  # fmt: skip
+    before = replace(before, cycles=alike)
+    found = change_between(before, moved(before, name, 3.0))
+    assert found.same_markers
+    curve, region = found.findings()[0]
+    said = sentence(curve, region, found)
+    assert curve.name == name
+    assert "+3.0°" in said
+    assert "±" not in said
+
+
 def test_what_did_not_change_is_not_called_changed():
     found = change_between(visit(1), visit(2))
     assert not [r for _, r in found.findings() if r.level == "changed"]

@@ -72,11 +72,11 @@ def test_the_page_shows_failures_outliers_and_models(cohort):
     stand_out = page[page.rindex("Studies that stand out") : page.rindex("Identified parameters")]
     assert '<a href="studies/study4/report.html">study4</a>' in stand_out
     assert stand_out.count("<tr>") == 2, "one outlier below the header"
-    assert "sagittal angles, deg" in page
+    assert "sagittal angles, °" in page
     assert "30 studies of 30 records of 7 people" in page
     assert "30 of 32 studies finished, of 30 records of 7 people" in page
     assert page.count("<svg") == 3
-    assert "gait profile score, deg" in page
+    assert "gait profile score, °" in page
 
 
 def test_each_study_says_how_many_limits_it_kept_and_which_failed(tmp_path):

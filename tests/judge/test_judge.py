@@ -351,7 +351,8 @@ def test_a_log_of_another_trial_is_noticed(everything, tmp_path):
     names = ("marker_error_RMS", "marker_error_max")
     write_storage(log, StorageTable(names, np.array([0.0, 0.01]), np.full((2, 2), 0.08)))
     found = judge(replace(everything, marker_errors=log))
-    assert any("the log of inverse kinematics differs by" in one for one in found.findings)
+    (said,) = (one for one in found.findings if "inverse kinematics differs by" in one)
+    assert "--ik-setup" in said  # which was not given
     assert logged_errors(log).whole_rms == pytest.approx(0.08)
 
 

@@ -222,4 +222,4 @@ def test_junit_has_a_case_a_measure_and_a_failure_a_loss(metrics, tmp_path):
     (failed,) = [case for case in cases if case.find("failure") is not None]
     assert (failed.get("classname"), failed.get("name")) == ("gaitval.angle_rmse", "knee_angle_r")
     (margin,) = [each.value for each in load_registry().margin if each.measure == "angle_rmse"]
-    assert f"margin {margin:g} deg" in failed.find("failure").get("message")
+    assert f"margin {margin:g}°" in failed.find("failure").get("message")

@@ -255,8 +255,8 @@ def test_every_measure_says_whether_it_is_fitted_or_predicted(walks, settings, s
         assert by_measure["angle_rmse"] == by_measure["speed_error"] == "fitted"
         assert by_measure["force_rmse"] == by_measure["stance_fraction_error"] == "predicted"
         assert by_measure["joint_work_error"] == by_measure["epsilon"] == "partly fitted"
-        assert found["told"]["forces"] == []
-        assert "reference" in found["told"]["angles"]
+        assert found["known"]["forces"] == []
+        assert "reference" in found["known"]["angles"]
 
 
 def test_nothing_is_judged_by_kinetics_that_were_not_recorded(walks):

@@ -331,8 +331,8 @@ def test_curves_of_each_walk_are_its_own_by_side(kind: str, name: str) -> None:
 
 def told_angles(found: StoredWalk) -> StoredWalk:
     """The walk as of a model that was told the angles alone."""
-    told = {kind: kind == "angles" for kind in found.metrics.told}
-    return replace(found, metrics=found.metrics.model_copy(update={"told": told}))
+    told = {kind: kind == "angles" for kind in found.metrics.known}
+    return replace(found, metrics=found.metrics.model_copy(update={"known": told}))
 
 
 def test_walks_of_one_person_are_named_by_what_differs(

@@ -49,7 +49,9 @@ def test_values_are_those_of_the_file_at_the_place_that_is_named() -> None:
 
 
 def test_what_a_run_lacks_is_not_done() -> None:
-    metrics = read_metrics(STORED).model_copy(update={"witness": None, "identification": None})
+    metrics = read_metrics(STORED).model_copy(
+        update={"second_engine": None, "identification": None}
+    )
     found = {row.item: row for row in checklist(metrics, {"momentum": "", "seed": ""})}
     for item in (
         "Software verified: the same walk in a second engine, goals reached",

@@ -225,7 +225,7 @@ def test_a_fall_is_called_a_fall(run_folder, tmp_path, monkeypatch, language, fe
     starts = stored["walks"][stored["final"]]["starts"]
     for start in starts:
         start["fell"] = fell
-    stored["witness"]["fell"] = fell
+    stored["second_engine"]["fell"] = fell
     write_json(tmp_path / "metrics.json", stored)
     write_report(tmp_path, [f"report.language={language}"])
     page = both_pages(tmp_path)
@@ -341,7 +341,7 @@ def test_the_numbers_are_those_of_the_metrics(whole, metrics):
     as_measured = walk["errors_as_measured"]["moments"]["hip_flexion_r"]
     assert number(as_measured, 3) in text
     assert number(metrics["record"]["joint_power"]["bursts"]["A2_r"], 2) in text
-    message = metrics["witness"]
+    message = metrics["second_engine"]
     assert f"{message['goals_reached']} of {message['goals']} goals are reached there" in text
     contact = walk["foot_contact"]["left"]
     assert number(contact["transient_peak"], 0) in text
@@ -577,9 +577,9 @@ def test_what_the_whole_correction_reached_is_not_told_of_a_part(run_folder, tmp
 
 
 def test_what_was_not_recorded_was_not_held_out(run_folder, tmp_path, monkeypatch):
-    message = read_json(run_folder / "metrics.json")["told"]
+    message = read_json(run_folder / "metrics.json")["known"]
     nothing = {name: [] for name in message if name in ("moments", "forces", "stance")}
-    fixed = changed_page(*(run_folder, tmp_path / "a", monkeypatch), told=nothing)
+    fixed = changed_page(*(run_folder, tmp_path / "a", monkeypatch), known=nothing)
     assert "Held out: moments, forces, stance" in fixed
     folder = tmp_path / "b"
     shutil.copytree(tmp_path / "a", folder)

@@ -318,7 +318,7 @@ def _sizes(page):
 def test_the_gravest_doubts_come_first_and_three_at_most(folder: Path) -> None:
     found = read_metrics(folder / "metrics.json")
     subject = load_subject(str(folder / "subject.toml"))
-    kinds = [each.kind for each in sheet(found, subject)["doubts"]]
+    kinds = [each.kind for each in sheet(found, subject)["warnings"]]
     assert len(kinds) == WARNINGS
     assert kinds[0] == "narrow"
 
@@ -327,7 +327,7 @@ def test_a_run_without_much_has_a_sheet_all_the_same(tmp_path: Path) -> None:
     build_run(tmp_path)
     metrics = json.loads((tmp_path / "metrics.json").read_text(encoding="utf-8"))
     metrics |= {"curve_statistics": None, "identification": None, "push_recovery": None}
-    metrics |= {"witness": None, "predictions": []}
+    metrics |= {"second_engine": None, "predictions": []}
     write_json(tmp_path / "metrics.json", metrics)
     found = sheet(read_metrics(tmp_path / "metrics.json"), load_subject("S05"))
     assert found["profile"] is None
@@ -352,9 +352,9 @@ def test_a_score_of_fewer_angles_is_not_beside_the_healthy_score_of_nine(
 
 def test_an_import_knows_how_much_its_strides_differ(folder: Path) -> None:
     metrics = read_metrics(folder / "metrics.json")
-    messages = {key: [] for key in metrics.told}
-    metrics = metrics.model_copy(update={"told": messages, "measures": [], "tolerances": []})
+    messages = {key: [] for key in metrics.known}
+    metrics = metrics.model_copy(update={"known": messages, "measures": [], "tolerances": []})
     subject = load_subject("S05")
     imported = subject.model_copy(update={"uncertainty": {"knee_angle_r": 0.02}})
-    texts = [[each.kind for each in sheet(metrics, s)["doubts"]] for s in (subject, imported)]
+    texts = [[each.kind for each in sheet(metrics, s)["warnings"]] for s in (subject, imported)]
     assert ["one cycle" in kinds for kinds in texts] == [True, False]

@@ -9,6 +9,7 @@ from gaitval.scaling.joint_centres import (
     locate,
     measure,
     pelvis_frame,
+    unused_widths,
 )
 from gaitval.scaling.landmarks import LANDMARKS
 
@@ -155,3 +156,22 @@ def test_heel_before_toes_is_named(markers):
     markers["L.Heel"], markers["L.MT1"] = markers["L.MT1"], markers["L.Heel"]
     with pytest.raises(ScalingError, match=r"L\."):
         measure(markers)
+
+
+@pytest.mark.parametrize(
+    ("lost", "unused"),
+    [
+        ((), ["knee", "ankle", "elbow"]),
+        (("R.Knee.Medial",), ["ankle", "elbow"]),
+        (("R.Elbow.Medial",), ["knee", "ankle"]),
+        (("R.Elbow.Medial", "L.Elbow"), ["knee", "ankle", "elbow"]),
+    ],
+)
+def test_a_width_of_which_nothing_is_made_is_said(lost, unused):
+    names = [f"{s}.{joint}{m}" for s in "RL" for joint in ("Knee", "Ankle", "Elbow")
+             for m in ("", ".Medial")]  # fmt: skip
+    seen = {*names, *(f"{s}.{joint}" for s in "RL" for joint in ("Acromion", "Wrist"))} - {*lost}
+    widths = {"knee_width": 0.1, "ankle_width": (0.07, 0.07), "elbow_width": 0.07}
+    assert [text.split()[0] for text in unused_widths(seen, widths)] == unused
+    nothing = dict.fromkeys(widths)
+    assert unused_widths(seen, nothing) == []

@@ -36,7 +36,7 @@ TRIAL = {
     "residuals": {},
 }
 RECORD = {
-    "schema_version": 1,
+    "schema_version": 2,
     "versions": {"gaitval": "0.1.0"},
     "inputs": [{"role": "trial", "name": "walk.c3d", "sha256": "0f" * 32, "size": 12}],
     "person": {"identifier": "P1", "sex": "F", "mass_kg": 61.5, "height_m": 1.68},
@@ -67,6 +67,13 @@ def test_a_record_comes_back_as_it_was(record: Json) -> None:
     assert found.as_dict() == record
     assert found.trials[0].consistent is None
     assert found.trials[0].gait.right.cadence == [1.0, None]
+
+
+def test_the_earlier_key_of_warnings_is_read(record: Json) -> None:
+    warning = {"trial": "walk.c3d", "check": "c", "where": "w", "value": None, "limit": 1.0,
+               "unit": "1", "message": "m"}  # fmt: skip
+    earlier = record | {"schema_version": 1, "doubts": [warning]}
+    assert ImportResult.model_validate(earlier).as_dict() == record | {"warnings": [warning]}
 
 
 def test_the_published_schema_takes_a_record(record: Json) -> None:

@@ -165,7 +165,7 @@ def _in_metrics(metrics: Json) -> Iterator[str]:
     yield from _in_statistics(metrics)
     if not typed(metrics).is_recorded_at_all and metrics["unseen"]:
         yield "unseen trials beside a prediction"
-    second_engine = metrics.get("witness")
+    second_engine = metrics.get("second_engine")
     if second_engine is not None:
         rows = [
             measured(row["measure"], row["target"], row["value"])

@@ -175,7 +175,7 @@ class TestWhereADoubtIsSaid:
         assert result.exit_code == 0, result.output
         assert "Warning: walk.trc: plate r" in " ".join(result.output.split())
         folder = tmp_path / "out" / "recording"
-        (stored,) = read_json(folder / "import.json")["doubts"]
+        (stored,) = read_json(folder / "import.json")["warnings"]
         assert (stored["check"], stored["trial"]) == ("direction of the free moment", "walk.trc")
         assert stored["value"] < stored["limit"] < 0.0
         page = (folder / "recording.html").read_text()
@@ -187,7 +187,7 @@ class TestWhereADoubtIsSaid:
         result = command(made.request, tmp_path / "out")
         assert result.exit_code == 0
         assert "Warning" not in result.output
-        assert read_json(tmp_path / "out" / "recording" / "import.json")["doubts"] == []
+        assert read_json(tmp_path / "out" / "recording" / "import.json")["warnings"] == []
         assert "doubt" not in (tmp_path / "out" / "recording" / "recording.html").read_text()
 
     @pytest.mark.slow

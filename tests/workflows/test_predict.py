@@ -42,7 +42,7 @@ def test_a_held_out_trial_and_then_a_speed(tmp_path):
     metrics = read_json(tmp_path / "at-0.78" / "metrics.json")
     assert metrics["subject"]["source"] == "WBDS14 T03"
     assert metrics["record"]["spatiotemporal"]["walking_speed"] == 0.78
-    assert not any(metrics["told"].values())
+    assert not any(metrics["known"].values())
     compared = {row["comparison"] for row in metrics["measures"]}
     assert compared <= {"predicted", "not compared"}
     names = [prediction["name"] for prediction in metrics["predictions"]]
@@ -53,7 +53,7 @@ def test_a_held_out_trial_and_then_a_speed(tmp_path):
         "line through two trials",
         "other people's change added",
     ]
-    assert metrics["predictions"][2]["told"] == "the person's T05 at 1.12 m/s"
+    assert metrics["predictions"][2]["known"] == "the person's T05 at 1.12 m/s"
     assert [row.status for row in group_rows(metrics_from(metrics, "here"))] == ["predicted"] * len(
         GROUPS
     )

@@ -474,13 +474,16 @@ def sentence(curve: CurveChange, region: RegionOfChange, change: Change) -> str:
     """What changed there, in words."""
     digits, sign = _DIGITS[curve.unit], _SIGNS[curve.unit]
     size = f"{region.difference:+.{digits}f}".replace("-", "−")
-    if region.half is not None:
-        size += f" ± {region.half:.{digits}f}"
+    spread = "" if region.half is None else f"{region.half:.{digits}f}"
+    if spread and float(spread) > 0.0:
+        size += f" ± {spread}"
     where = f"{region.first}–{region.last} % of the cycle"
     if region.last - region.first >= 100:
         where = "all over the cycle"
     said = _LEVELS[region.level]
-    if change.same_markers:
+    if change.same_markers and spread and float(spread) == 0.0:
+        said = "the difference itself, since the strides of each hardly differ there"
+    elif change.same_markers:
         said = "more than strides differ by chance, the markers being the same"
     name = curve_words(curve.name)
     return (

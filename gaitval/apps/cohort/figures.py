@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from gaitval.number_text import unit_sign
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import RECORD_SHADE
 
@@ -30,7 +31,7 @@ def by_speed_age_sex(rows: pd.DataFrame, names: Sequence[str], *, figure_name: s
             _scatter(panels[0], chosen, "speed")
             _scatter(panels[1], chosen, "age")
             _by_sex(panels[2], chosen)
-            unit = "" if chosen.empty else str(chosen["unit"].iloc[0])
+            unit = "" if chosen.empty else unit_sign(str(chosen["unit"].iloc[0]))
             panels[0].set_ylabel(f"{name}, {unit}" if unit else name)
         for axes, label in zip(grid[-1], ("Speed, m/s", "Age, years", "Sex"), strict=True):
             axes.set_xlabel(label)

@@ -29,7 +29,7 @@ from gaitval.metrics.origin import is_judged
 from gaitval.metrics.results import IdentificationResult, Metrics, read_metrics
 from gaitval.metrics.shown_quantities import quantities_of_walk
 from gaitval.metrics.statistics_results import WalkStatistics
-from gaitval.metrics.verdicts import not_judged
+from gaitval.metrics.verdicts import not_judged, target_text
 from gaitval.model.parameters import PARAMETERS
 from gaitval.quantities import BY_NAME
 from gaitval.study.compile_ahead import compile_ahead, walk
@@ -154,7 +154,7 @@ def summary_of(metrics: Metrics, subject: Subject) -> Json:
         "verdicts": {
             **metrics.summary.as_dict(),
             "failed": [
-                f"{row.measure} {row.target}".strip()
+                ", ".join(filter(None, (row.title, target_text(row.target))))
                 for row in metrics.tolerances
                 if row.role == "acceptance" and not row.passed
             ],

@@ -50,9 +50,8 @@ def export(
     from gaitval.apps.export.walked import ExportedWalk
 
     writer_of(to)  # a name that is none is refused before anything is computed
+    display.messages.print(f"Reading the walker of {walker} ...")
     found = ExportedWalk.of(walker)
-    display.messages.print(
-        f"Writing: {found.stored.subject.identifier} for {to}, from {found.stored.folder}.",
-    )
-    paths = export_to(to, out, found)
+    display.messages.print(f"{found.stored.subject.identifier}, from {found.stored.folder}.")
+    paths = export_to(to, out, found, display.messages.print)
     display.plain(f"{out}: {', '.join(str(path.relative_to(out)) for path in paths)}")

@@ -15,6 +15,8 @@ from gaitval.apps.export.training_folder import write_training
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.errors import ArtefactError, ConfigurationError
 
+BUNDLE: Final = "bundle"
+_Notify = Callable[[str], None]
 _Writer = Callable[[Path, ExportedWalk], list[Path]]
 """Writes files into a folder, which it makes; returns their paths. Raises ArtefactError."""
 
@@ -28,29 +30,41 @@ FORMATS: Final[dict[str, _Writer]] = {
 }
 
 
-def _bundle(folder: Path, walked: ExportedWalk) -> list[Path]:
-    parts = {name: write(folder / name, walked) for name, write in FORMATS.items()}
+def _bundle(folder: Path, walked: ExportedWalk, notify: _Notify) -> list[Path]:
+    parts = {}
+    for name, write in FORMATS.items():
+        notify(f"Writing {name} ...")
+        parts[name] = write(folder / name, walked)
     return write_crate(folder, walked, parts)
 
 
-def export_to(name: str, folder: Path, walked: ExportedWalk) -> list[Path]:
+def export_to(
+    name: str, folder: Path, walked: ExportedWalk, notify: _Notify = lambda text: None
+) -> list[Path]:
     """Write a format by its `name` of what was `walked` into `folder`; returns the paths of its
-    files. Raises ConfigurationError if there is no such format, ArtefactError if the folder cannot
-    be made or written to.
+    files. `notify` takes a line before each step that takes seconds. Raises ConfigurationError if
+    there is no such format, ArtefactError if the folder cannot be made or written to.
     """
     if os.path.exists(folder) and not folder.is_dir():  # False also for a name that is too long
         raise ArtefactError(
             f"--out {folder}: is a file, but an export is a folder of files. Give another name."
         )
-    return writer_of(name)(folder, walked)
+    write = writer_of(name)
+    notify("Making its simulation ready ...")
+    walked.environment  # noqa: B018
+    if write is None:
+        return _bundle(folder, walked, notify)
+    notify(f"Writing {name} ...")
+    return write(folder, walked)
 
 
-def writer_of(name: str) -> _Writer:
-    """What writes a format by its name. Raises ConfigurationError for others."""
-    writers = FORMATS | {"bundle": _bundle}
-    if name not in writers:
+def writer_of(name: str) -> _Writer | None:
+    """What writes a format by its name; None for a bundle of all of them. Raises ConfigurationError
+    for others.
+    """
+    if name not in FORMATS and name != BUNDLE:
         raise ConfigurationError(
             f"--to {name}: not a format that gaitval writes. Give one of "
-            f"{', '.join(FORMATS)}, or bundle for all of them."
+            f"{', '.join(FORMATS)}, or {BUNDLE} for all of them."
         )
-    return writers[name]
+    return FORMATS.get(name)

@@ -266,6 +266,19 @@ def _coordinates(found: Judgement) -> None:
         )
 
 
+def _another(request: JudgeRequest) -> str:
+    """Of what else a log may be that says other marker errors, and what to give then."""
+    if request.ik_setup is None:
+        return (
+            "other markers, or of another model. Give the set-up with --ik-setup, so that the same "
+            "markers count"
+        )
+    return (
+        "another model, motion or trial than these, or of another set-up than "
+        f"{request.ik_setup.name}. Give the log of the run that wrote the motion"
+    )
+
+
 def _markers(found: Judgement) -> None:
     request, motion = found.request, found.motion
     assert motion is not None
@@ -282,8 +295,7 @@ def _markers(found: Judgement) -> None:
             if not apart <= LOG_AGREES:
                 found.findings.append(
                     f"Markers: the log of inverse kinematics differs by {1000 * apart:.1f} mm in "
-                    f"{frames} common frames: it is of other markers, or of another model. Give "
-                    "the set-up with --ik-setup, so that the same markers count."
+                    f"{frames} common frames: it is of {_another(request)}."
                 )
     elif logged is not None:
         found.marker_errors = logged

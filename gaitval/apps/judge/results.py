@@ -6,7 +6,7 @@ from pydantic import Field
 
 from gaitval.metrics.typed import Count, Flag, Number, Result, Sha256
 
-JUDGE_VERSION: Final = 1
+JUDGE_VERSION: Final = 2
 """Of `judge.json`."""
 
 _Figure = Number | None
@@ -49,7 +49,7 @@ class JudgedModel(Result):
     """Mean of the sides."""
     stature_m: _Figure
     """As given, or that of the legs."""
-    stature_told: Flag
+    stature_given: Flag
     senses: dict[str, Literal[-1, 0, 1]]
     """Of each joint angle: 1 if the model's is positive as gaitval's is, -1 if it is negative, 0
     if it turns about another axis."""
@@ -67,7 +67,7 @@ class JudgedTrial(Result):
     walking_speed_m_s: _Figure
     belt_speed_m_s: _Figure = None
     """Of the treadmill, as given, as an import has it, or as the flat feet move; 0 over ground."""
-    belt_told: Flag = False
+    belt_given: Flag = False
     speed_group: str | None
     """Of the published bands."""
     weight_ratio: _Figure
@@ -157,7 +157,7 @@ class JudgedMusclesResult(Result):
 class JudgeResult(Result):
     """What `gaitval judge` found."""
 
-    schema_version: Literal[1]
+    schema_version: Literal[2]
     versions: dict[str, str]
     inputs: list[JudgedInput]
     passed: Flag

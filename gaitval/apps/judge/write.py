@@ -132,7 +132,7 @@ def _model(found: Judgement) -> dict[str, Any]:
         "markers": len(model.markers),
         "thigh_and_shank_m": found.skeleton.leg_length,
         "stature_m": found.stature,
-        "stature_told": found.request.height is not None,
+        "stature_given": found.request.height is not None,
         "senses": dict(found.skeleton.senses),
     }
 
@@ -152,7 +152,7 @@ def _trial(found: Judgement) -> dict[str, Any] | None:
         },
         "walking_speed_m_s": speed,
         "belt_speed_m_s": None if gait is None else gait.belt,
-        "belt_told": found.request.belt is not None,
+        "belt_given": found.request.belt is not None,
         "speed_group": speed_group(speed, floor_leg(leg))
         if leg is not None and np.isfinite(speed)
         else None,

@@ -129,7 +129,7 @@ def _facts(walk: StoredWalk) -> tuple[str, ...]:
 
 def _told(walk: StoredWalk) -> str:
     """What the model was told of the record."""
-    told = walk.metrics.told
+    told = walk.metrics.known
     known = [name for name, by in told.items() if by]
     return "all" if len(known) == len(told) else ", ".join(known) or "nothing"
 

@@ -231,7 +231,9 @@ def read_benchmarks(path: Path) -> Check:
     missing, damaged or of another kind.
     """
     fix = "give the file that `pytest --benchmark-json FILE` wrote"
-    found = _Benchmarks.read(read_json(path), str(path), file="pytest-benchmark", fix=fix)
+    found = _Benchmarks.read(
+        read_json(path, fix[0].upper() + fix[1:]), str(path), file="pytest-benchmark", fix=fix
+    )
     commit, about = found.commit_info, found.machine_info
     brand = about.cpu.get("brand_raw") or about.cpu.get("brand") or ""
     cores = about.cpu.get("count") or "?"

@@ -12,6 +12,7 @@ from gaitval.gait.record import Origin
 from gaitval.metrics.origin import is_judged, measure_origin
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import UNITS, load_registry
+from gaitval.number_text import unit_text
 
 MeasureOutcome = Literal["lost", "kept", "improved", "new"]
 
@@ -177,8 +178,8 @@ def write_junit(rows: Sequence[Row], path: Path, *, about: Mapping[str, str]) ->
             suite, "testcase", classname=f"gaitval.{row.measure}", name=row.target
         )
         text = (
-            f"{row.change}: {_text(row.baseline)} {row.unit} in the baseline, "
-            f"{_text(row.current)} {row.unit} now, margin {row.margin:g} {row.unit}"
+            f"{row.change}: {_text(row.baseline, row.unit)} in the baseline, "
+            f"{_text(row.current, row.unit)} now, margin {_text(row.margin, row.unit)}"
         )
         if row.change == "lost":
             ElementTree.SubElement(case, "failure", message=text, type=_kind(row))
@@ -195,5 +196,5 @@ def _kind(row: Row) -> str:
     return "accuracy" if is_judged(row.origin) else "distance"
 
 
-def _text(value: float | None) -> str:
-    return "not measured" if value is None else f"{value:.4g}"
+def _text(value: float | None, unit: str) -> str:
+    return "not measured" if value is None else f"{value:.4g}{unit_text(unit)}"
