@@ -5,7 +5,7 @@ import pytest
 
 from gaitval.apps.devices import learning
 from gaitval.apps.devices.learning import adapt, adaptation_settings, varied
-from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
+from gaitval.apps.devices.walking import DeviceEnvironment, with_devices
 from gaitval.configuration import Configuration
 from gaitval.model.devices.device import load_devices
 
@@ -86,17 +86,16 @@ def walked(task, policy, starts):
 
 @pytest.mark.slow
 def test_a_device_that_makes_fall_is_learned(person):
-    """A prosthesis, with which the person stumbles at once, is walked with.
+    """A prosthesis, with which the person often stumbles, is walked with.
 
     Where a single walk ends after so short a training is decided by rounding, which differs from
     processor to processor. So the same starts are walked before and after, and the mean gain must
     be clear of its standard error; a training that learns nothing gains 0 from every start.
     """
     task = with_devices(person.task, load_devices("below_knee"))
-    before = walk_with(DeviceEnvironment(task), person.policy, mu=person.mu, cycles=6.0)
-    assert before.rollout.fell[0]
     policy = adapt(task, person.policy, samples=200_000, seed=1)
     first, then = (walked(task, each, starts=20) for each in (person.policy, policy))
+    assert (first < 4.0).sum() > 4  # many a start ends in a fall without it
     gained = then - first
     assert gained.mean() > 3.0 * gained.std(ddof=1) / np.sqrt(len(gained))
     assert policy.about["devices"] == "below_knee"

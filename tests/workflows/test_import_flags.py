@@ -12,7 +12,7 @@ from typing import Any
 import ezc3d
 import numpy as np
 import pytest
-from made_up_session import MadeUpSession, made_up_session
+from made_up_session import CONTRADICTED, MadeUpSession, doubts, made_up_session
 from recorded_sessions import rajagopal_walk
 from typer.testing import CliRunner
 
@@ -80,7 +80,7 @@ def clipped(columns: Any) -> None:
 class TestMadeUp:
     def test_a_clean_recording_raises_no_doubt(self, made):
         found = work_out(made.request, PROCESSING)
-        assert [str(warning) for _, warning in found.warnings] == []
+        assert [str(warning) for warning in doubts(found)] == []
 
     @pytest.mark.parametrize(
         ("change", "words"),
@@ -116,8 +116,8 @@ class TestMadeUp:
     )
     def test_what_is_unlikely_is_doubted(self, made, tmp_path, change, check):
         found = work_out(with_forces(made, tmp_path / "f.mot", change), PROCESSING)
-        assert check in {warning.check for _, warning in found.warnings}
-        assert {warning.where.split()[1] for _, warning in found.warnings} == {"r"}
+        assert check in {warning.check for warning in doubts(found)}
+        assert {warning.where.split()[1] for warning in doubts(found)} == {"r"}
 
     @pytest.mark.slow
     @pytest.mark.parametrize("factor", [0.5, 2.0])
@@ -175,19 +175,21 @@ class TestWhereADoubtIsSaid:
         assert result.exit_code == 0, result.output
         assert "Warning: walk.trc: plate r" in " ".join(result.output.split())
         folder = tmp_path / "out" / "recording"
-        (stored,) = read_json(folder / "import.json")["warnings"]
+        stored, other = read_json(folder / "import.json")["warnings"]
+        assert other["check"] == CONTRADICTED
         assert (stored["check"], stored["trial"]) == ("direction of the free moment", "walk.trc")
         assert stored["value"] < stored["limit"] < 0.0
         page = (folder / "recording.html").read_text()
-        assert page.index("1 warning about the recording") < page.index("quality limits")
+        assert page.index("2 warnings about the recording") < page.index("quality limits")
         assert "turns the foot outwards" in page
 
     @pytest.mark.slow  # that a clean recording raises none is tested always
     def test_a_clean_page_has_no_doubts(self, made, tmp_path):
         result = command(made.request, tmp_path / "out")
         assert result.exit_code == 0
-        assert "Warning" not in result.output
-        assert read_json(tmp_path / "out" / "recording" / "import.json")["warnings"] == []
+        assert result.output.count("Warning") == 1
+        (only,) = read_json(tmp_path / "out" / "recording" / "import.json")["warnings"]
+        assert only["check"] == CONTRADICTED
         assert "doubt" not in (tmp_path / "out" / "recording" / "recording.html").read_text()
 
     @pytest.mark.slow

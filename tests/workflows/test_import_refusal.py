@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from html_page import pdf_in_ci
-from made_up_session import MadeUpSession, made_up_session
+from made_up_session import CONTRADICTED, MadeUpSession, made_up_session
 from typer.testing import CliRunner
 
 from gaitval import cli
 from gaitval.apps.judge.judge import judge
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.write import write_judgement
+from gaitval.artefacts import read_json
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import load_subject
@@ -83,7 +84,9 @@ def test_without_the_forces_of_a_foot_they_are_absent_unless_mirrored(session, t
     page = (out / "recording" / "recording.html").read_text()
     assert page.count(f"{side} foot: its moments and forces were not recorded") == 1
     assert "One side was not recorded" in page
-    assert "warning about the recording" not in page
+    warned = [each["check"] for each in read_json(out / "recording" / "import.json")["warnings"]]
+    assert "1 warning about the recording" in page
+    assert CONTRADICTED in warned
     assert "With --mirror" in page
     assert load_subject(out / "subject.toml").origin(side, "kinetics") == "expected"
     session_of = Session.load(out)

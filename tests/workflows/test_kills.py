@@ -31,7 +31,7 @@ def work():
 @pytest.mark.slow  # `test_import_errors.py` kills an import in every run of the tests
 def test_an_import_that_is_killed_and_started_again_writes_the_same(work):
     job, temporary, seconds, wanted = work
-    found = kills.killed(job, 0.85 * seconds, temporary, clock_back=True)
+    found = kills.killed(job, 0.6 * seconds, temporary, clock_back=True)
     assert found is not None, "it ended before it was killed"
     assert found["returned"] == 0, found["told"]
     assert kills.left(found) == 0, found

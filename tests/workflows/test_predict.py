@@ -14,7 +14,7 @@ from gaitval.artefacts import read_json
 from gaitval.interface.walks import load_policy, rollout
 from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.results import metrics_from
-from gaitval.simulation.simulated_walk import SimulatedWalk
+from gaitval.simulation.rollout import Rollout
 from gaitval.terminal import display
 
 SETTINGS = list(QUICK)
@@ -78,7 +78,7 @@ def test_a_speed_that_nobody_recorded_is_not_called_a_comparison(tmp_path):
     page = (tmp_path / "at-0.95" / "report.html").read_text(encoding="utf-8")
     assert "accuracy is not judged" in page
     # and what walks a run walks it, too
-    walked = SimulatedWalk.load(tmp_path / "at-0.95" / "rollouts" / "nominal.npz")
+    walked = Rollout.load(tmp_path / "at-0.95" / "rollouts" / "nominal.npz")
     again = rollout(load_policy(tmp_path / "at-0.95"), cycles=1.0)
     assert walked.start_phase == again.start_phase
     assert np.abs(again.positions[:250] - walked.positions[:250]).max() < 1e-4
