@@ -7,6 +7,7 @@ from gaitval.checks.event_checks import contact_warnings
 from gaitval.checks.filled_markers import filled_warnings
 from gaitval.checks.force_checks import (
     CUT_OFF,
+    FREE_MOMENT,
     NOT_ALONG,
     channel_warnings,
     force_warnings,
@@ -114,8 +115,10 @@ def trial_warnings(
         if used:
             of_plates += unloaded_warnings(plate, recording.force_rate)
     if weight := [*weight_warnings(needed, loads)]:
-        # with a wrong unit, balances of force and motion and limits in N are off, too
-        return (*found, *weight, *(each for each in of_plates if each.check != CUT_OFF))
+        # with a wrong unit, balances of force and motion, limits in N and moments over forces are
+        # off, too
+        follows = {CUT_OFF, FREE_MOMENT}
+        return (*found, *weight, *(each for each in of_plates if each.check not in follows))
     of_motion = motion_warnings(needed, loads, stances, forces.rate, mass_kg)
     contacts = [*contact_warnings(forces, marker_events(recording, landmarks=landmarks))]
     # What was lost, not a plate, makes events differ; looking for it takes a while.
