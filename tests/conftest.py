@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from _pytest.assertion.rewrite import AssertionRewritingHook
 from starting_order import place
 
 # The libraries are imported where they are used: the process that only hands out the tests loads
@@ -60,8 +61,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     # The whole package contains a plug-in of pytest, which would rewrite its assertions, too: there
     # are none, and each worker took a second to find that out.
-    config.pluginmanager.rewrite_hook._must_rewrite.discard("gaitval")
-    config.pluginmanager.rewrite_hook._marked_for_rewrite_cache.clear()
+    hook = config.pluginmanager.rewrite_hook
+    if isinstance(hook, AssertionRewritingHook):  # with --assert=plain there is none
+        hook._must_rewrite.discard("gaitval")
+        hook._marked_for_rewrite_cache.clear()
     missing = missing_data()
     if missing and config.getoption("--require-data"):
         raise pytest.UsageError(f"--require-data: {missing}")
