@@ -231,9 +231,9 @@ def test_damaged_metrics_are_refused_with_the_place(metrics):
 
 def test_metrics_of_another_version_are_refused_with_what_to_do(metrics):
     older = copy.deepcopy(metrics)
-    older["schema_version"] -= 1
+    older["schema_version"] -= 2
     older["measures"].append({"measure": "root_force", "target": "walk", "unit": "N", "value": 0.0})
-    with pytest.raises(ArtefactError, match=r"has version 11 .* reads version 12\. Write it again"):
+    with pytest.raises(ArtefactError, match=r"has version 11 .* reads version 13\. Write it again"):
         metrics_from(older, "stored.json")
 
 
