@@ -25,7 +25,7 @@ def test_each_record_is_drawn_at_its_speed_age_and_sex() -> None:
     panels = np.reshape(figure.axes, (2, 3))
     labels = [axes.get_xlabel() for axes in panels[-1]]
     assert labels == ["Speed, m/s", "Age, years", "Sex"]
-    for row, (name, label) in zip(panels, (("one", "one, deg"), ("two", "two")), strict=True):
+    for row, (name, label) in zip(panels, (("one", "one, °"), ("two", "two")), strict=True):
         assert row[0].get_ylabel() == label
         for sex, colour in SEX_COLOURS.items():
             some = rows[(rows["name"] == name) & (rows["sex"] == sex)]
