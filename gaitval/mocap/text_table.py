@@ -13,7 +13,7 @@ from gaitval.arrays import Array
 from gaitval.constants import LARGEST_SIZE
 from gaitval.errors import RecordError
 from gaitval.mocap.findings import passed_over
-from gaitval.plain_numbers import plain_float
+from gaitval.plain_numbers import plain_float, plain_floats
 
 SLOWEST_RATE: Final = 5.0
 """Hz. No camera and no force plate is sampled more slowly."""
@@ -104,10 +104,9 @@ def numbers_of(
                 f"{path}: line {first_line + i} has {len(fields)} fields, but the header has "
                 f"{width}: {why}."
             )
-        if "_" not in row and row.isascii():  # then Python reads a number as `plain_float` does
-            with suppress(ValueError):  # a gap, or damage
-                table[i] = [float(field) for field in fields]
-                continue
+        with suppress(ValueError):  # a gap, or damage
+            table[i] = plain_floats(fields)
+            continue
         wrong = ""
         try:
             # what a gap is called costs time to look for, and most rows have none
