@@ -11,13 +11,14 @@ directions, and gaits are turned onto their principal directions
 (`gaitval.prediction.laboratories`): no person's own curve.
 """
 
+from functools import cache
 from json import dumps
 from pathlib import Path
 
 import numpy as np
 
 import gaitval.prediction
-from claims.elsewhere import apart, imported, pooled, regressed_from
+from claims.elsewhere import ImportedElsewhere, apart, imported, pooled, regressed_from
 from experiments.shipped import parser_of, ship
 from gaitval.prediction import laboratories
 from gaitval.prediction.force_split import STORE, UNIT
@@ -35,9 +36,15 @@ SOURCE = (
 )
 
 
+@cache
+def _imported(public: Path) -> list[ImportedElsewhere]:
+    """Both files are of them; minutes."""
+    return imported(public)
+
+
 def forces_elsewhere(public: Path) -> str:
     """The file."""
-    found = imported(public)
+    found = _imported(public)
     values, directions = np.linalg.eigh(pooled(found, apart(found)))
     order = np.argsort(values)[::-1][:COMPONENTS]
     shapes = (directions[:, order] * np.sqrt(np.maximum(values[order], 0.0))).T
@@ -50,7 +57,7 @@ def forces_elsewhere(public: Path) -> str:
 
 def gaits_elsewhere(public: Path) -> str:
     """The other file."""
-    rows = laboratories.to_rows(regressed_from(imported(public)))
+    rows = laboratories.to_rows(regressed_from(_imported(public)))
     whole = np.rint(rows / laboratories.UNIT).astype(int).tolist()
     stored = {"source": SOURCE, "rows": whole}
     return dumps(stored, separators=(",", ":")).replace("],", "],\n") + "\n"

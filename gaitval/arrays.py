@@ -27,6 +27,16 @@ def sample_deviation(values: Array) -> Array | None:
     return np.asarray(values.std(axis=0, ddof=1)) if len(values) > 1 else None
 
 
+def spread_out(values: Array, rows: Index, count: int, axis: int = 0) -> Array:
+    """An array with `count` places along an `axis`, of which `rows` have the `values`, and the
+    others NaN, or False if these are flags.
+    """
+    shape = *values.shape[:axis], count, *values.shape[axis + 1 :]
+    whole = np.full(shape, False if values.dtype == bool else np.nan, values.dtype)
+    whole[(slice(None),) * axis + (rows,)] = values
+    return whole
+
+
 def runs(on: Flags) -> tuple[Index, Index]:
     """Runs of True in the flags `on` (samples,): the first sample of each, and the first sample
     after it, (runs,) each, in order of time.

@@ -28,16 +28,20 @@ FADED = -0.02
 
 
 @njit_borrowing
+def _at_rest(factor: float, x: float) -> float:
+    """fh at a penetration `x`, of which `factor` is what stiffness and radius make."""
+    # 1/2 + 1/2 tanh(y) = 1 / (1 + exp(-2 y)), and y^0.75 = sqrt(y) sqrt(sqrt(y)), cost half.
+    root = sqrt(x * x + SMOOTHING)
+    force: float = factor * root * sqrt(root) / (1.0 + exponential(-2.0 * PENETRATION_SLOPE * x))
+    return force
+
+
+@njit_borrowing
 def smooth_share(radius: float, x: float) -> float:
     """What of a foot's load at rest is on a sphere of a `radius` and a penetration `x`, both m, but
     for a factor that all spheres share. It fades above the ground, as the force does.
     """
-    if x < FADED:
-        return 0.0
-    root = sqrt(x * x + SMOOTHING)
-    fading = 1.0 + exponential(-2.0 * PENETRATION_SLOPE * x)
-    share: float = sqrt(radius) * root * sqrt(root) / fading
-    return share
+    return 0.0 if x < FADED else _at_rest(sqrt(radius), x)
 
 
 @njit_borrowing
@@ -53,13 +57,7 @@ def _force(
         return none, none
     # Penetration rate: velocity[2] is upwards.
     v = -velocity[2]
-    # 1/2 + 1/2 tanh(y) = 1 / (1 + exp(-2 y)), and y^0.75 = sqrt(y) sqrt(sqrt(y)), cost half.
-    root = sqrt(x * x + SMOOTHING)
-    fh = (
-        4.0 / 3.0 * law.k * sqrt(radius * law.k) * root * sqrt(root)
-        / (1.0 + exponential(-2.0 * PENETRATION_SLOPE * x))
-    )  # fmt: skip
-    fh = where(far, none, fh)
+    fh = where(far, none, _at_rest(4.0 / 3.0 * law.k * sqrt(radius * law.k), x))
     c = law.dissipation
     fn = fh * (1.0 + 1.5 * c * v)
     # -2/(3c) is where 1 + 1.5 c v changes sign; the logistic factor keeps the ground from pulling.

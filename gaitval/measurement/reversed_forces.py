@@ -45,9 +45,12 @@ def likeliest_signs(found: Import, trials: Sequence[PlateTrial]) -> tuple[list[P
     those recorded, of those that are `suspected`, and of all plates if one is: a wrong sign is
     often the laboratory's. Beside each, any other fault may be there.
     """
+    some = suspected([trial.walk for trial in trials])
+    if not some:
+        return [*trials], {}
     mass, height = found.request.mass_kg, found.request.height_m
     best: tuple[float, list[PlateTrial], Signs] | None = None
-    for signs in _candidates(suspected([trial.walk for trial in trials]), trials):
+    for signs in _candidates(some, trials):
         tried = [_reversed(found, trial, signs) for trial in trials]
         if (data := data_of(tried, mass)) is not None:
             left = balance(data, height).left
@@ -58,12 +61,11 @@ def likeliest_signs(found: Import, trials: Sequence[PlateTrial]) -> tuple[list[P
 
 def _candidates(some: Signs, trials: Sequence[PlateTrial]) -> Iterator[Signs]:
     yield {}
-    if some:
-        yield some
-        axes = frozenset[int]().union(*some.values())
-        everywhere = {plate.name: axes for trial in trials for plate in trial.walk.recording.plates}
-        if everywhere != some:
-            yield everywhere
+    yield some
+    axes = frozenset[int]().union(*some.values())
+    everywhere = {plate.name: axes for trial in trials for plate in trial.walk.recording.plates}
+    if everywhere != some:
+        yield everywhere
 
 
 def _reversed(found: Import, trial: PlateTrial, signs: Signs) -> PlateTrial:

@@ -170,12 +170,11 @@ def ground_rows(rollout: Rollout, model: BodyModel) -> GroundRows:
     ground's moment about their joint, which the joint's own holds (they weigh 0.2 kg). Of a foot
     without a centre of pressure it is that on the spheres, each of which moves with its own part.
     """
-    tree = tree_arrays(apply_parameters(model, rollout.mu))
-    power, slip = np.zeros((2, len(rollout.time), 2))
-    ground = rollout.ground_reaction, rollout.centre_of_pressure, rollout.free_moment
-    motion = rollout.positions, rollout.velocities, *ground
-    feet = np.array([SEGMENTS.index(f"foot_{side[0]}") for side in SIDES])
-    _ground_rows(tree, feet, tuple(map(np.ascontiguousarray, motion)), power, slip)
+    power, slip = _power_and_slip(
+        apply_parameters(model, rollout.mu),
+        *(rollout.positions, rollout.velocities),
+        *(rollout.ground_reaction, rollout.centre_of_pressure, rollout.free_moment),
+    )
     for side in range(2):
         toes = ACTUATED.index(f"mtp_angle_{SIDES[side][0]}")
         loaded = np.isfinite(rollout.centre_of_pressure[:, side, 0])
@@ -187,12 +186,16 @@ def slip_of(model: BodyModel, positions: Array, velocities: Array) -> Array:
     """`GroundRows.slip` (T, 2) of any motion of the body `model`: `positions` and `velocities`
     (T, 31).
     """
-    power, slip = np.zeros((2, len(positions), 2))
     none, nowhere = np.zeros((len(positions), 2, 3)), np.full((len(positions), 2, 3), np.nan)
-    motion = positions, velocities, none, nowhere, none[..., 0]
+    return _power_and_slip(model, positions, velocities, none, nowhere, none[..., 0])[1]
+
+
+def _power_and_slip(model: BodyModel, *motion: Array) -> tuple[Array, Array]:
+    """(T, 2) each; `motion` as `_ground_rows` has it."""
+    power, slip = np.zeros((2, len(motion[0]), 2))
     feet = np.array([SEGMENTS.index(f"foot_{side[0]}") for side in SIDES])
     _ground_rows(tree_arrays(model), feet, tuple(map(np.ascontiguousarray, motion)), power, slip)
-    return slip
+    return power, slip
 
 
 def creep(rollout: Rollout, ground: GroundRows, rows: slice, mass: float, side: int) -> float:

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, spread_out
 from gaitval.constants import GRAVITY
 from gaitval.musculature.contact import Contact, contact, knee_middle
 from gaitval.musculature.forces import (
@@ -164,12 +164,12 @@ def draw(
     drawn = _draw(
         replace(found, time=found.time[rows]), whole.part(rows), draws, spreads, criteria, seed
     )
-    moved: dict[str, Array] = {}
-    for each in fields(drawn):
-        values = getattr(drawn, each.name)
-        if isinstance(values, np.ndarray):
-            moved[each.name] = np.full((draws, len(found.time), *values.shape[2:]), np.nan)
-            moved[each.name][:, rows] = values
+    every = {each.name: getattr(drawn, each.name) for each in fields(drawn)}
+    moved = {
+        name: spread_out(values, rows, len(found.time), axis=1)
+        for name, values in every.items()
+        if isinstance(values, np.ndarray)
+    }
     return replace(drawn, **moved)  # type: ignore[arg-type]
 
 

@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from gaitval.arrays import Array, Flags, Index, runs
+from gaitval.arrays import Array, Flags, Index, runs, spread_out
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, Side
 from gaitval.errors import ModelError, RecordError
@@ -347,7 +347,7 @@ def _share_known(
         share_leg(
             time[rows],
             loads.part(rows),
-            geometry(loads.angles[rows]),
+            paths.part(rows),
             muscles,
             criterion,
             mass,
@@ -360,20 +360,17 @@ def _share_known(
 
     def spread(parts: Sequence[Any]) -> dict[str, Any]:
         """The arrays of time of `parts`, of all frames; NaN, and False of flags, between them."""
-        whole: dict[str, Any] = {}
-        for each in fields(parts[0]):
-            values = [getattr(part, each.name) for part in parts]
-            if isinstance(values[0], np.ndarray):
-                joined = np.concatenate(values)
-                empty = False if joined.dtype == bool else np.nan
-                whole[each.name] = np.full((len(time), *joined.shape[1:]), empty, joined.dtype)
-                whole[each.name][rows] = joined
-        return whole
+        every = {
+            each.name: [getattr(part, each.name) for part in parts] for each in fields(parts[0])
+        }
+        return {
+            name: spread_out(np.concatenate(values), rows, len(time))
+            for name, values in every.items()
+            if isinstance(values[0], np.ndarray)
+        }
 
     unknown: dict[str, Any] = {
-        name: np.where(
-            known.reshape(-1, *[1] * (getattr(loads, name).ndim - 1)), getattr(loads, name), np.nan
-        )
+        name: spread_out(getattr(loads, name)[rows], rows, len(time))
         for name in ("moments", "force", "moment")
     }
     return replace(

@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from gaitval.arrays import Array, Flags
+from gaitval.arrays import Array, Flags, Index
 from gaitval.coordinates import LEG
 
 COORDINATES: Final = LEG[:-1]
@@ -149,6 +149,16 @@ class Geometry:
     pull: Array
     knee_moment: Array
     outside: Flags
+
+    def part(self, rows: Index) -> "Geometry":
+        """The frames `rows` of it."""
+        return Geometry(
+            self.length[rows],
+            self.slope[rows],
+            self.pull[rows],
+            self.knee_moment[rows],
+            self.outside[rows],
+        )
 
 
 class _Member(NamedTuple):

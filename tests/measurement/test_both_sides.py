@@ -86,19 +86,23 @@ def test_both_front_spines_too_low(low, tape, said):
         assert found.value == pytest.approx(low, abs=0.002)
 
 
+def walked():
+    """The known walk, and as a trial in which every frame is known."""
+    walk = known_walk()
+    kinematics = SimpleNamespace(
+        positions=walk.positions, converged=np.ones(len(walk.positions), dtype=bool)
+    )
+    recording = SimpleNamespace(marker_rate=150.0)
+    return walk, SimpleNamespace(kinematics=kinematics, belt=0.0, recording=recording)
+
+
 @pytest.mark.parametrize(
     ("bent", "turned", "where"),
     [(0.0, 0.0, []), (6.0, 8.0, []), (16.0, 0.0, ["knees in standing"]),
      (0.0, 28.0, ["feet in standing"]), (0.0, -28.0, ["feet in standing"])],
 )  # fmt: skip
 def test_a_standing_pose_unlike_the_walk(bent, turned, where):
-    walk = known_walk()
-    kinematics = SimpleNamespace(
-        positions=walk.positions, converged=np.ones(len(walk.positions), dtype=bool)
-    )
-    trial = SimpleNamespace(
-        kinematics=kinematics, belt=0.0, recording=SimpleNamespace(marker_rate=150.0)
-    )
+    walk, trial = walked()
     standing = np.zeros(len(COORDINATES))
     least = np.mean([
         np.percentile(walk.positions[:, COORDINATES.index(f"knee_angle_{side}")], 2.0)
@@ -115,13 +119,7 @@ def test_a_standing_pose_unlike_the_walk(bent, turned, where):
 
 
 def test_one_knee_bent_in_standing():
-    walk = known_walk()
-    kinematics = SimpleNamespace(
-        positions=walk.positions, converged=np.ones(len(walk.positions), dtype=bool)
-    )
-    trial = SimpleNamespace(
-        kinematics=kinematics, belt=0.0, recording=SimpleNamespace(marker_rate=150.0)
-    )
+    walk, trial = walked()
     standing = np.zeros(len(COORDINATES))
     standing[COORDINATES.index("knee_angle_r")] = np.radians(18.0)
     (flag,) = standing_warnings(walk.model, standing, [trial])

@@ -129,9 +129,9 @@ def _facts(walk: StoredWalk) -> tuple[str, ...]:
 
 def _told(walk: StoredWalk) -> str:
     """What the model was told of the record."""
-    told = walk.metrics.known
-    known = [name for name, by in told.items() if by]
-    return "all" if len(known) == len(told) else ", ".join(known) or "nothing"
+    every = walk.metrics.known
+    known = [name for name, by in every.items() if by]
+    return "all" if len(known) == len(every) else ", ".join(known) or "nothing"
 
 
 def _legend(walks: Sequence[StoredWalk], labels: Sequence[str]) -> list[dict[str, str]]:
