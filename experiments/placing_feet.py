@@ -45,6 +45,7 @@ from gaitval.datasets.subject_file import BUILTIN
 from gaitval.lanes import WIDTH
 from gaitval.metrics.balance_walk import OUTWARD
 from gaitval.metrics.push_recovery import Push
+from gaitval.metrics.pushed_steps import forces_of
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.tree import centres_of_mass
 from gaitval.policy.environment import WalkingEnvironment
@@ -235,10 +236,9 @@ def tried(
     walker = TestedWalker.of(task, policy if law is None else corrected, mu)
     if law is not None:
         object.__setattr__(corrected, "teacher", PlacingFeet(policy, law, walker.together))
-    share = task.configuration.pushes.of_mass(task.model.mass).force
-    share /= task.configuration.pushes.force
+    forces = forces_of(task.configuration.pushes, task.model.mass, FORCES)
     plain = next(pushed(walker, [Push(0.0, 0.0, 0.0)]))
-    walks = list(pushed(walker, sideways_pushes([share * each for each in FORCES], phases)))
+    walks = list(pushed(walker, sideways_pushes(forces, phases)))
     found = Pushes.of(plain, walks, task.configuration.environment.push_seconds).answers()
     sizes = [abs(float(each.offset[1])) for each in found]
     return GainTrial(

@@ -230,7 +230,8 @@ def ankle_answer(disturbed: BalanceWalk, plain: BalanceWalk) -> Ankle | None:
     if not np.isfinite(change).all() or not len(change):
         return None
     at = int(np.abs(change).argmax())
-    half = int(np.flatnonzero(np.abs(change) >= ANSWERED * abs(change[at]))[0])
+    # Towards where it goes at last: the push itself may move it the other way before.
+    half = int(np.flatnonzero(change * np.sign(change[at]) >= ANSWERED * abs(change[at]))[0])
     step = float(plain.time[1] - plain.time[0])
     return Ankle(float(change[at] * np.sign(fall[-1])), half * step)
 
@@ -240,8 +241,8 @@ def step_delay(found: Sequence[Placement]) -> float | None:
     keeps their distance from the extrapolated centre of mass, sideways, of single steps `found`
     after pushes at many phases; None if none do.
 
-    It is the lead at which a line through share and lead crosses `ANSWERED`, over the leads around
-    it: below, most steps do less.
+    It is the shortest lead from which on the median of five neighbouring steps does that much; of
+    shorter ones the last does less.
     """
     shares = [
         (each.lead, float(each.foot[1] / each.extrapolated[1]))

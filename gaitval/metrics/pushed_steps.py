@@ -5,6 +5,7 @@ cycle to the left and to the right, of the `FORCES` in turn.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 from gaitval.arrays import Array
@@ -29,10 +30,10 @@ AFTER: Final = 2.5
 """Gait cycles: enough for the first step that there is time for."""
 
 
-def forces_of(settings: PushSettings, mass: float) -> list[float]:
-    """`FORCES` for a person of so many kg."""
+def forces_of(settings: PushSettings, mass: float, adults: Sequence[float] = FORCES) -> list[float]:
+    """For a person of so many kg the forces, N, that are `adults` for an adult."""
     share = settings.of_mass(mass).force / settings.force
-    return [share * each for each in FORCES]
+    return [share * each for each in adults]
 
 
 def pushes_aside(forces: list[float]) -> list[Push]:

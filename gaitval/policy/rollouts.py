@@ -126,7 +126,7 @@ def record_together(
         fell |= walking & fallen
     for e, start_phase in enumerate(start_phases):
         steps = recording.steps_of(e, int(rows[e]))
-        yield _rollout(steps, group.environments[e].walker, start_phase, bool(fell[e]))
+        yield rollout_of(steps, group.environments[e].walker, start_phase, bool(fell[e]))
 
 
 def times_of(walker: Walker, steps: int) -> Array:
@@ -187,10 +187,10 @@ def record_rollout(
         observation, _, fell, _, _ = environment.step(policy.act(observation), recording)
         if fell or walker.phase >= start_phase + cycles:
             break
-    return _rollout(recording.steps(), walker, start_phase, fell)
+    return rollout_of(recording.steps(), walker, start_phase, fell)
 
 
-def _rollout(steps: Steps, walker: Walker, start_phase: float, fell: bool) -> Rollout:
+def rollout_of(steps: Steps, walker: Walker, start_phase: float, fell: bool) -> Rollout:
     """What was recorded of a walker: the states that a step follows, with what acts in it."""
     centre, free = _centre_of_pressure(steps.feet[1:])
     return Rollout(

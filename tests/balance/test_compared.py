@@ -1,12 +1,15 @@
 """What people did, as data, and how a walker is judged by it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from walking_pendulum import DT, HEIGHT, RATE, STEP_TIME, pendulum
 
-from gaitval.apps.balance.compared import Pushes, published, sideways
+from gaitval.apps.balance.compared import Pushes, on_ground, published, sideways
+from gaitval.apps.balance.disturb import Slip
+from gaitval.apps.balance.experiment import DisturbedWalk
 from gaitval.metrics.foot_placement import linear_map
 
 EACH = round(STEP_TIME / DT)
@@ -74,6 +77,42 @@ def test_a_pendulum_is_as_its_own_guess_and_unlike_who_does_not_react(kept):
     assert found["gain_velocity_sideways"].pendulum == pytest.approx(grow / RATE, rel=0.01)
     assert found["step_width_by_outward"].walker > 0.0
     assert kept.plain.pendulum == HEIGHT
+
+
+def test_every_named_quantity_of_pushes_is_measured(kept):
+    named = {name for name, row in ROWS.items() if row.kind == "push"}
+    assert named == set(sideways(kept, None, None))
+
+
+def test_a_body_that_rolls_towards_an_outward_push_has_the_published_sign(kept):
+    def rolling(walk, rate):
+        spin = np.zeros_like(walk.spin)
+        spin[walk.onset :, 0] = rate  # to the right
+        return replace(walk, spin=spin)
+
+    values = []
+    for walk in kept.walks:
+        left = walk.velocity[walk.onset + 1, 1] > kept.plain.velocity[walk.onset + 1, 1]
+        one = Pushes(kept.plain, (rolling(walk, -2.0 if left else 2.0),), ((),))
+        values.append(sideways(one, None, None)["spin_by_outward"].walker)
+    outward = [each for each in values if each is not None]  # None of a push inward
+    assert 0 < len(outward) < len(values)
+    assert outward == pytest.approx([2.0] * len(outward))
+
+
+def test_a_hip_that_rises_in_a_slip_does_not_drop(kept):
+    def slipped(drop):
+        pelvis = kept.plain.pelvis.copy()
+        pelvis[4 * EACH + 5 :, 2] -= drop
+        walk, plain = (replace(kept.plain, onset=4 * EACH, pelvis=each)
+                       for each in (pelvis, kept.plain.pelvis))  # fmt: skip
+        still = np.zeros(len(plain.time))
+        slip = DisturbedWalk(Slip("right"), walk, plain, plain.steps[0], 0.1, 0.1, None, still,
+                             still)  # fmt: skip
+        return on_ground([slip])["slip_hip_drop"].walker
+
+    assert slipped(0.02) == pytest.approx(0.02)
+    assert slipped(-0.02) == pytest.approx(-0.02)
 
 
 def test_falls_at_once_are_not_compared(kept):

@@ -116,6 +116,18 @@ def test_the_ankle_answers_towards_the_fall_when_the_pressure_moves_there(left, 
     assert ankle_answer(away, plain).shift == pytest.approx(-0.01)
 
 
+def test_a_pressure_that_the_push_moves_the_other_way_first_is_no_answer():
+    row, late = 4 * EACH + 4, 20
+
+    def shift(at):
+        if row <= at < row + 5:
+            return -0.008
+        return 0.01 if row + late <= at < 5 * EACH else 0.0
+
+    pushed, plain, _ = beside([(row, 0.0, KICK)], pressure_shift=shift)
+    assert ankle_answer(pushed, plain).delay == pytest.approx(late * DT)
+
+
 def test_the_shortest_time_for_a_step_is_where_feet_begin_to_follow():
     def slow(extrapolated, column, number):
         keeps = extrapolated + np.array([BACK, SIGN[column] * OUT])

@@ -228,10 +228,11 @@ def _usual(plain: BalanceWalk, onset: int) -> list[Footstep]:
 
 
 def _outward(pushes: Pushes) -> dict[str, Guessed]:
-    """Of pushes towards the side of the only foot on the ground: the mean change of the vertical
-    force under it, N, and of its centre of pressure forward within the foot, m, for a short time.
+    """Of pushes towards the side of the only foot on the ground: the mean change for a short time
+    of the body's angular momentum towards that side, kg m²/s, of the vertical force under the foot,
+    N, and of its centre of pressure forward within the foot, m.
     """
-    plain, up, ahead = pushes.plain, [], []
+    plain, spin, up, ahead = pushes.plain, [], [], []
     step = float(plain.time[1] - plain.time[0])
     for walk in pushes.walks:
         loaded = np.isfinite(plain.pressure[walk.onset, :, 0])
@@ -242,10 +243,14 @@ def _outward(pushes: Pushes) -> dict[str, Guessed]:
         pushed_to = walk.velocity[rows, 1][-1] - plain.velocity[rows, 1][-1]
         if np.sign(pushed_to) != OUTWARD[column]:
             continue
+        # About the axis forward, rolling to the right is positive.
+        rolled = np.mean(walk.spin[rows, 0] - plain.spin[rows, 0])
+        spin.append(float(-OUTWARD[column] * rolled))
         up.append(float(np.mean(walk.force[rows, column, 2] - plain.force[rows, column, 2])))
         inside = [w.pressure[rows, column, 0] - w.feet[rows, column, 0] for w in (walk, plain)]
         ahead.append(float(np.nanmean(inside[0] - inside[1])))
     return {
+        "spin_by_outward": Guessed(_mean(spin), 0.0, 0.0),
         "vertical_by_outward": Guessed(_mean(up), 0.0, 0.0),
         "pressure_forward_by_outward": Guessed(_mean(ahead), 0.0, 0.0),
     }
@@ -287,11 +292,11 @@ def _slip(each: DisturbedWalk) -> dict[str, float | None]:
     at = _rows(each, 0.15, 0.17).start
     ahead = [w.extrapolated[at, 0] - w.feet[at, column, 0] for w in (each.walk, each.plain)]
     knee = _rows(each, 0.19, 0.35)  # when people answer (Cham and Redfern's 190 to 350 ms)
+    # Of the largest size: the largest alone is a drop in every walk, for it begins with none.
+    drop = each.plain.pelvis[rows, 2] - each.walk.pelvis[rows, 2]
     return {
         "slip_width": _width(each),
-        "slip_hip_drop": float(
-            (each.plain.pelvis[rows, 2] - each.walk.pelvis[rows, 2]).max(initial=-math.inf)
-        ),
+        "slip_hip_drop": _largest(drop.tolist()),
         "slip_stability": float(ahead[0] - ahead[1]),
         "slip_knee": float(np.mean(each.knee[knee] - each.plain_knee[knee])),
     }

@@ -36,6 +36,9 @@ AFTER: Final = 5.0
 NOISE: Final = 0.02
 """rad, of the joints at the start of walks whose small deviations the linear map is made of: that
 of a training."""
+FIRST: Final = 2
+"""Steps of such a walk that are left out, one of each foot: they end where the moved joints swing
+the leg, whatever the pelvis does."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,13 @@ def pushed(
             ],
         ):
             yield walker.seen(rollout)
+
+
+def steady_walks(walker: TestedWalker, count: int) -> list[BalanceWalk]:
+    """So many walks without pushes that begin with `NOISE`, without their first steps."""
+    still = [Push(0.0, 0.0, 0.0)] * count
+    walks = pushed(walker, still, list(range(count)))
+    return [replace(walk, steps=walk.steps[FIRST:]) for walk in walks]
 
 
 def sideways_pushes(forces: Sequence[float], phases: int) -> list[Push]:

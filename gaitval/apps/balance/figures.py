@@ -26,7 +26,7 @@ class DrawnSteps:
     hurried : first steps after sideways pushes, whether or not there was time.
     cycles : (n,) gait cycles since the push.
     velocity : (pushes, n) m/s to the left, of the centre of mass, after sideways pushes.
-    plain : (n,) the same without a push, as often as there are pushes: (pushes, n).
+    plain : (pushes, n) the same without the push, at the same times of the walk.
     """
 
     aside: tuple[Placement, ...]

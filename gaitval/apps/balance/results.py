@@ -66,7 +66,8 @@ class GroundResult(Result):
     side: Literal["right", "left"]
     settings: dict[str, Number]
     survived: Annotated[list[Flag], Field(min_length=1)]
-    """By start, of starts that differ by micrometres and milliseconds."""
+    """By start, of an ensemble whose starts differ by micrometres and milliseconds; what else is
+    said of the ground is of the walk without noise."""
     slid: Size
     """m."""
     momentum_residual: Size | None
@@ -128,7 +129,7 @@ class PerturbResult(Result):
     """Whether it fell without any disturbance; then there is nothing else."""
     pushes: list[PushedStep]
     steady: LinearMapResult | None
-    """Of walks that begin with noise and are not pushed."""
+    """Of walks that begin with noise and are not pushed, without the first step of each foot."""
     moved: LinearMapResult | None
     """Of pushed walks."""
     grounds: list[GroundResult]

@@ -24,6 +24,7 @@ from gaitval.apps.balance.experiment import (
     pushed,
     random_pushes,
     sideways_pushes,
+    steady_walks,
 )
 from gaitval.apps.balance.results import PERTURB_VERSION, ComparedQuantity, PerturbResult
 from gaitval.artefacts import versions
@@ -40,6 +41,7 @@ from gaitval.metrics.foot_placement import (
 from gaitval.metrics.momentum import momentum_residual
 from gaitval.metrics.push_ensembles import NOISE, STARTS, RobustPushes, robust_pushes
 from gaitval.metrics.push_recovery import Push
+from gaitval.metrics.pushed_steps import forces_of
 from gaitval.metrics.typed import tidy
 
 if TYPE_CHECKING:
@@ -65,7 +67,8 @@ class Recoveries(Displayed):
     ----------
     plain : undisturbed.
     tried, walks : pushes and the walks with them.
-    grounds : by ground, the walk of the first start, and which starts were survived.
+    grounds : by ground, the walk from the start without noise, and which starts of the ensemble
+        were survived.
     """
 
     result: PerturbResult
@@ -73,6 +76,11 @@ class Recoveries(Displayed):
     tried: tuple[Push, ...]
     walks: tuple[BalanceWalk, ...]
     grounds: tuple[tuple[DisturbedWalk, tuple[bool, ...]], ...]
+
+    def pushed_along(self, axis: int) -> list[BalanceWalk]:
+        """The walks with pushes forward and backward (0), or to the sides (1)."""
+        pairs = zip(self.tried, self.walks, strict=True)
+        return [walk for push, walk in pairs if push_axis(push) == axis]
 
     def title(self) -> str:
         """Of whom, and how many quantities are as people's."""
@@ -129,9 +137,8 @@ def recoveries(
     """Disturb the `walker` called `name` in all `kinds`, on the `grounds`, and, if asked for,
     find the `largest` pushes forward, backward and sideways. `say` is told what comes next.
     """
-    share = walker.task.configuration.pushes.of_mass(walker.task.model.mass).force
-    share /= walker.task.configuration.pushes.force
-    forces = [share * each for each in FORCES]
+    settings = walker.task.configuration.pushes
+    forces = forces_of(settings, walker.task.model.mass, FORCES)
     say("walking undisturbed")
     plain = next(pushed(walker, [Push(0.0, 0.0, 0.0)]))
     tried: list[Push] = []
@@ -143,8 +150,7 @@ def recoveries(
         aside, along = sideways_pushes(forces, PHASES), lengthways_pushes(forces[:1], PHASES)
         tried = [*aside, *along]
         walks = list(pushed(walker, tried))
-        still = [Push(0.0, 0.0, 0.0)] * STEADY
-        steady = linear_map(list(pushed(walker, still, list(range(STEADY)))))
+        steady = linear_map(steady_walks(walker, STEADY))
         more = list(pushed(walker, random_pushes(RANDOM, forces[-1])))
         maps = steady, linear_map([*walks, *more])
         seconds = walker.task.configuration.environment.push_seconds
@@ -222,12 +228,17 @@ def _result(
     return PerturbResult.model_validate(tidy(values))
 
 
+def push_axis(push: Push) -> int:
+    """0 of a push forward or backward, 1 of one to a side."""
+    return int(abs(math.sin(push.direction)) > math.sqrt(0.5))
+
+
 def _pushed_step(
     push: Push, walk: BalanceWalk, plain: BalanceWalk, seconds: float
 ) -> dict[str, Any]:
     steps = list(Pushes.of(plain, [walk], seconds).found[0]) if not walk.fell else []
     step = answered(steps, TIME_FOR_A_STEP)
-    axis = 1 if abs(math.sin(push.direction)) > math.sqrt(0.5) else 0
+    axis = push_axis(push)
     rows = slice(walk.onset, min(len(walk.time), len(plain.time)))
     spin, lean = (getattr(walk, n)[rows] - getattr(plain, n)[rows] for n in ("spin", "trunk"))
     empty = [None, None]

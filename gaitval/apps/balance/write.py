@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from gaitval.apps.balance.compared import Pushes
 from gaitval.apps.balance.experiment import TestedWalker
-from gaitval.apps.balance.study import PHASES, Recoveries
+from gaitval.apps.balance.study import Recoveries
 from gaitval.artefacts import write_json
 from gaitval.build_info import now, source_commit
 from gaitval.missing_extras import raise_named
@@ -28,10 +28,8 @@ def write_recoveries(found: Recoveries, walker: TestedWalker, folder: Path) -> N
     drawn = None
     if found.walks:
         seconds = walker.task.configuration.environment.push_seconds
-        split = len(found.walks) - 2 * PHASES
-        aside, along = (
-            Pushes.of(found.plain, each, seconds)
-            for each in (found.walks[:split], found.walks[split:])
+        along, aside = (
+            Pushes.of(found.plain, found.pushed_along(axis), seconds) for axis in (0, 1)
         )
         drawn = DrawnSteps.of(aside, along, walker.task.reference.stride_time)
     known = {row.name: row for row in result.quantities}
