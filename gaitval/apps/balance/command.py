@@ -125,9 +125,8 @@ def _say(result: "PerturbResult") -> None:
         if not row.right_sign or row.inside is False:
             display.plain(f"Not as people: {row.words} ({row.source})")
     for each in result.grounds:
-        settings = ", ".join(f"{name} {value:g}" for name, value in each.settings.items())
         stood = f"{sum(each.survived)} of {len(each.survived)} starts survived"
-        display.plain(f"{each.kind} ({settings}): {stood}")
+        display.plain(f"{each.kind} ({each.words()}): {stood}")
 
 
 def _delays(text: str) -> tuple[float, float, float]:

@@ -59,6 +59,10 @@ GROUND_WORDS: Final = {"slip": "slips", "trip": "trips", "step": "steps down"}
 """Of the kinds of disturbed ground."""
 
 
+SETTING_UNITS: Final = {"distance": " m", "hold": " s", "height": " m", "drop": " m"}
+"""Of the settings of disturbed ground; the others are shares."""
+
+
 class GroundResult(Result):
     """Walks on one kind of disturbed ground."""
 
@@ -74,6 +78,13 @@ class GroundResult(Result):
     """% of body weight, of the largest force that ground and gravity do not explain."""
     values: dict[str, _Figure]
     """By quantity."""
+
+    def words(self) -> str:
+        """The settings with their units."""
+        return ", ".join(
+            f"{name} {value:g}{SETTING_UNITS.get(name, '')}"
+            for name, value in self.settings.items()
+        )
 
 
 class LargestPushes(Result):

@@ -36,6 +36,7 @@ def write_recoveries(found: Recoveries, walker: TestedWalker, folder: Path) -> N
     offset = known.get("offset_change")
     context: dict[str, Any] = {
         "result": result,
+        "units": {name: row.unit for name, row in known.items()},
         "offset": None if offset is None else offset.walker,
         "steps": 0 if drawn is None else len(drawn.aside),
         "drawn": drawn is not None,
