@@ -44,7 +44,8 @@ SPHERES: Final[Mapping[str, tuple[str, float | None, float]]] = {
 }
 """Segment, and forward and lateral position, of each sphere under the published right foot, m, from
 the origin of OpenSim's calcaneus (Falisse et al. 2022; the toe joint of Rajagopal et al. 2016 is at
-0.1788, 0.00108). None: by the person's own metatarsal head, of `HEADS`."""
+0.1788, 0.00108). None: by the person's own metatarsal head, of `HEADS`. The published medial ball
+is on the calcaneus: see `contact_spheres`."""
 
 HEADS: Final[Mapping[str, int]] = {"ball_lateral": 1, "ball_medial": 0}
 """Sphere that lies under a metatarsal head -> row of `Limbs.metatarsals`."""
