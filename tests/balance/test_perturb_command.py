@@ -51,7 +51,7 @@ def test_pushes_and_grounds_of_a_stored_walker(tmp_path: Path, monkeypatch: pyte
     out = tmp_path / "perturbed"
     arguments = ["perturb", "5", "--pushes", "--slip", "0.5:0.02", "--out", str(out)]
     done = CliRunner().invoke(cli.app, arguments)
-    assert done.exit_code == 0, done.output
+    assert done.exit_code == 0, done.output + told.getvalue()
     found = PerturbResult.model_validate(read_json(out / "perturb.json"))
     assert len(found.pushes) == 2 * 2 * 2 + 2 * 2
     assert done.output.startswith(found.answers()[0])
