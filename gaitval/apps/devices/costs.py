@@ -1,29 +1,36 @@
 """What devices do to the metabolic rate of a walk: the change, its sign, and how sure that is.
 
 A change is of one person between two walks at one speed, so most of what models do not know of the
-person cancels. What does not is the model: `model_band` is where one more of such models would lie,
-and decides the sign. Nor do people change alike: `change_band` is where the change of those who
-walk lies, be it one person (`person_band`), whose rate is as far from a model's in each of the two
-walks as people's are on the level, or the mean of a group.
+person cancels. What is left is of two kinds. Common to everybody is by how much the models are off,
+which more people do not make smaller: a share of the change's size (`COMMON`), found at groups of
+people who were measured. A person's own is that people do not change alike (`PERSON`, in each of
+two walks): it is whole in the band of one person (`person_band`), and falls with their number in
+that of a group's mean (`group_band`).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.stats import norm as normal
-from scipy.stats import t as student
 
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
+from gaitval.apps.devices.results import MARGINS
 from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.musculature.metabolics import REST
 from gaitval.number_text import number
+from gaitval.quantities.metabolic_cost import JOINTS as OF_JOINTS
 from gaitval.quantities.metabolic_cost import PERSON
 from gaitval.quantities.metabolic_rate import CENTRAL, leg_rate
 
-SHARE: Final = 0.90
+REACH: Final = float(normal.ppf(0.95))
+"""Standard deviations to either side in which 90 % lie."""
+
+COMMON: Final = 0.30
+"""Standard deviation of what people's mean change is off that of the models, as a share of its
+size (`size`)."""
 
 
 class CostChange(NamedTuple):
@@ -34,15 +41,12 @@ class CostChange(NamedTuple):
     assumption : how the person adapts.
     before, after : gross, mean of the muscles' and the joints' model.
     changes : by model.
-    low, high : of the change, 90 %: where one more such model would lie.
     """
 
     assumption: str
     before: float
     after: float
     changes: dict[str, float]
-    low: float
-    high: float
 
     @property
     def middle(self) -> float:
@@ -50,9 +54,17 @@ class CostChange(NamedTuple):
         return self.after - self.before
 
     @property
+    def band(self) -> tuple[float, float]:
+        """Low and high of 90 % of what is common to people, and of what the rate of a walk may move
+        by itself.
+        """
+        return _around(self.middle, REACH * COMMON * size(self.changes), MARGINS["W/kg"])
+
+    @property
     def sign(self) -> int:
-        """1 if it costs more by all of the band, -1 if it costs less, 0 if models disagree."""
-        return int(self.low > 0.0) - int(self.high < 0.0)
+        """1 if it costs more by all of the band and every model, -1 if less, else 0."""
+        low, high = self.band
+        return self.agreed * int(low > 0.0 or high < 0.0)
 
     @property
     def agreed(self) -> int:
@@ -63,7 +75,7 @@ class CostChange(NamedTuple):
     @property
     def person(self) -> tuple[float, float]:
         """Low and high of 90 % of one person's change."""
-        return person_band(list(self.changes.values()))
+        return person_band(self.changes)
 
     @property
     def percent(self) -> float:
@@ -95,8 +107,7 @@ def change_of(outcome: DeviceOutcome, without: DeviceOutcome) -> CostChange:
         for model in now.gross
         if model in before.gross
     }
-    low, high = model_band(list(changes.values()))
-    return CostChange(outcome.assumption, before.middle, now.middle, changes, low, high)
+    return CostChange(outcome.assumption, before.middle, now.middle, changes)
 
 
 def joints_rate(curves: WalkCurves) -> float:
@@ -112,44 +123,49 @@ def joints_rate(curves: WalkCurves) -> float:
     return rate
 
 
-def model_band(values: Sequence[float]) -> tuple[float, float]:
-    """Low and high of 90 % of one more value of those that gave `values` (Student's t)."""
-    count = len(values)
-    if count < 2:
-        return -np.inf, np.inf
-    spread = float(np.std(values, ddof=1)) * np.sqrt(1.0 + 1.0 / count)
-    reach = float(student.ppf(0.5 + SHARE / 2.0, count - 1)) * spread
-    middle = float(np.mean(values))
-    return middle - reach, middle + reach
+def middle(changes: Mapping[str, Array | float]) -> Array:
+    """The stated change, of `changes` by model: the mean of the muscles' and the joints'."""
+    return np.mean([changes[each] for each in (CENTRAL, OF_JOINTS) if each in changes], axis=0)
 
 
-def change_band(values: Sequence[float], own: float) -> tuple[float, float]:
-    """Low and high of 90 % of a change that models gave as `values`: the band of one more model,
-    and what is not known of those who walk, a standard deviation `own`. All in the same unit.
+def size(changes: Mapping[str, float]) -> float:
+    """How large a change is whose sign two models may not agree on, of `changes` by model: the root
+    mean square of the muscles' and the joints'.
     """
-    low, high = model_band(values)
-    reach = float(np.hypot((high - low) / 2.0, float(normal.ppf(0.5 + SHARE / 2.0)) * own))
-    middle = float(np.mean(values))
-    return middle - reach, middle + reach
+    known = [changes[each] for each in (CENTRAL, OF_JOINTS) if each in changes]
+    return float(np.sqrt(np.mean(np.square(known))))
 
 
-def person_band(values: Sequence[float]) -> tuple[float, float]:
-    """`change_band` of one person, whose two rates are `PERSON` off each, W/kg."""
-    return change_band(values, np.sqrt(2.0) * PERSON)
+def person_band(changes: Mapping[str, float]) -> tuple[float, float]:
+    """Low and high of 90 % of one person's change that models gave as `changes`, W/kg."""
+    own = np.sqrt(2.0) * PERSON
+    return _around(float(middle(changes)), REACH * COMMON * size(changes), REACH * own)
 
 
-def group_band(changes: Array, measured: int) -> tuple[float, float]:
-    """`change_band` of the mean of a `measured` number of people, of others' `changes` (people,
-    models): both groups are samples of people who change as unlike as these do.
+def group_band(
+    changes: Mapping[str, Array], measured: int, common: float = COMMON
+) -> tuple[float, float]:
+    """Low and high of 90 % of the mean change of a `measured` number of people, of others' changes
+    (people,) W/kg by model.
     """
-    people = len(changes)
-    if people < 2:
-        return -np.inf, np.inf
-    spread = float(np.std(changes.mean(axis=1), ddof=1)) * np.sqrt(1.0 / people + 1.0 / measured)
-    # Of so few people the spread itself is not well known: Student's t.
-    edge = 0.5 + SHARE / 2.0
-    own = spread * float(student.ppf(edge, people - 1) / normal.ppf(edge))
-    return change_band(changes.mean(axis=0).tolist(), own)
+    means = {model: float(each.mean()) for model, each in changes.items()}
+    own = REACH * own_error(changes, measured)
+    return _around(float(middle(means)), REACH * common * size(means), own)
+
+
+def own_error(changes: Mapping[str, Array], measured: int) -> float:
+    """Standard error of the difference between the mean change of a `measured` number of people and
+    that of others' `changes` (people,) by model, were the models right: of who was measured, and of
+    who walked.
+    """
+    of_each = middle(changes)
+    walked = float(np.std(of_each, ddof=1)) if len(of_each) > 1 else np.inf
+    return float(np.hypot(PERSON * np.sqrt(2.0 / measured), walked / np.sqrt(len(of_each))))
+
+
+def _around(at: float, *reaches: float) -> tuple[float, float]:
+    reach = float(np.sqrt(np.sum(np.square(reaches))))
+    return at - reach, at + reach
 
 
 def in_words(changes: Sequence[CostChange]) -> str:
@@ -176,7 +192,7 @@ def in_words(changes: Sequence[CostChange]) -> str:
         if alike:
             said.append(
                 f"Where it is {_listed(alike)}, every model says that walking costs {way}, but "
-                "they are so far apart that one more model might not."
+                "by so little that the rate of a walk may move as much by itself."
             )
     apart = [each.assumption for each in unsure if not each.agreed]
     if apart:
