@@ -12,7 +12,10 @@ from gaitval.apps.devices.costs import (
     group_band,
     in_words,
     person_band,
+    rate_in_words,
+    signed,
     size,
+    unknown_in_words,
 )
 from gaitval.apps.devices.curves import JOINTS as JOINTS_OF_LEG
 from gaitval.apps.devices.results import MARGINS
@@ -160,8 +163,8 @@ def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():
         ([(-0.5, -0.52, -0.48, -0.5)], "costs less, by every assumption"),
         ([(0.5, 0.5, 0.5, 0.5), (-0.5, -0.5, -0.5, -0.5)], "assumption decides the sign"),
         ([(0.5, -0.3, 0.6, 0.1)], "models decide the sign, not the device"),
-        ([(-0.05, -0.02, -0.1, -0.04)], "every model says that walking costs less, but"),
-        ([(0.5, 0.5, 0.5, 0.5), (-0.6, 0.3, -0.6, -0.1)], "Nor do the assumptions"),
+        ([(-0.05, -0.02, -0.1, -0.04)], "costs less by every model if the motion is kept, but"),
+        ([(0.5, 0.5, 0.5, 0.5), (-0.6, 0.3, -0.6, -0.1)], "the assumptions do not agree either"),
         ([], ""),
     ],
 )
@@ -173,6 +176,22 @@ def test_the_page_says_who_decides_the_sign(changes, words):
     said = in_words(found)
     assert words in said
     assert bool(said) == bool(words)
+
+
+def test_a_change_is_said_with_both_bands():
+    change = change_of(_with("kinematics kept", -0.4, -0.5, -0.3, -0.2), WITHOUT)
+    said = rate_in_words(change)
+    for shown in ("−0.30 W/kg", "−8 %", *(signed(each) for each in change.band + change.person)):
+        assert shown in said
+
+
+def test_why_no_change_is_known_is_said():
+    kept = _with("kinematics kept", -0.1, -0.1, -0.1, -0.1)
+    assert unknown_in_words([WITHOUT, kept]) == ""
+    kept.cost = None
+    assert "muscles" in unknown_in_words([WITHOUT, kept])
+    slower = _with("kinematics kept", -0.1, -0.1, -0.1, -0.1, speed=1.0)
+    assert "speed" in unknown_in_words([WITHOUT, slower])
 
 
 @pytest.fixture(scope="module")

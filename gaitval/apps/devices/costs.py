@@ -14,16 +14,14 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.stats import norm as normal
 
-from gaitval.apps.devices.curves import JOINTS, WalkCurves
+from gaitval.apps.devices.answer import WORDS
 from gaitval.apps.devices.results import MARGINS
 from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES
-from gaitval.musculature.metabolics import REST
 from gaitval.number_text import number
 from gaitval.quantities.metabolic_cost import JOINTS as OF_JOINTS
 from gaitval.quantities.metabolic_cost import PERSON
-from gaitval.quantities.metabolic_rate import CENTRAL, leg_rate
+from gaitval.quantities.metabolic_rate import CENTRAL
 
 REACH: Final = float(normal.ppf(0.95))
 """Standard deviations to either side in which 90 % lie."""
@@ -110,19 +108,6 @@ def change_of(outcome: DeviceOutcome, without: DeviceOutcome) -> CostChange:
     return CostChange(outcome.assumption, before.middle, now.middle, changes)
 
 
-def joints_rate(curves: WalkCurves) -> float:
-    """W/kg, gross, of a walk by the model of the joints, from its mean `curves`."""
-    rate = REST
-    for side in SIDES:
-        size = sum(float(np.abs(curves.own[joint, side][:-1]).mean()) for joint in JOINTS)
-        positive, negative = (
-            sum(work[joint, side] for joint in JOINTS) / curves.stride_time[side]
-            for work in (curves.work, curves.negative_work)
-        )
-        rate += float(leg_rate(*np.array([[size], [positive], [negative]]))[0])
-    return rate
-
-
 def middle(changes: Mapping[str, Array | float]) -> Array:
     """The stated change, of `changes` by model: the mean of the muscles' and the joints'."""
     return np.mean([changes[each] for each in (CENTRAL, OF_JOINTS) if each in changes], axis=0)
@@ -178,11 +163,11 @@ def in_words(changes: Sequence[CostChange]) -> str:
         return f"Walking with it costs {way}, by every assumption and every model."
     if by[1] and by[-1]:
         return (
-            "The assumption decides the sign, not the device: walking costs more where it is "
-            f"{_listed(by[1])}, and less where it is {_listed(by[-1])}."
+            "The assumption decides the sign, not the device: walking costs more "
+            f"{_listed(by[1])}, and less {_listed(by[-1])}."
         )
     said = [
-        f"Walking costs {way} where it is {_listed(by[sign])}."
+        f"Walking costs {way} {_listed(by[sign])}."
         for sign, way in ((1, "more"), (-1, "less"))
         if by[sign]
     ]
@@ -191,22 +176,46 @@ def in_words(changes: Sequence[CostChange]) -> str:
         alike = [each.assumption for each in unsure if each.agreed == sign]
         if alike:
             said.append(
-                f"Where it is {_listed(alike)}, every model says that walking costs {way}, but "
-                "by so little that the rate of a walk may move as much by itself."
+                f"It costs {way} by every model {_listed(alike)}, but by so little that the rate "
+                "of a walk may move as much by itself."
             )
     apart = [each.assumption for each in unsure if not each.agreed]
     if apart:
         said.append(
-            f"Where it is {_listed(apart)}, the models decide the sign, not the device: they do "
-            "not agree whether walking costs more or less."
+            f"The models decide the sign, not the device, {_listed(apart)}: they do not agree "
+            "whether walking costs more or less."
         )
     if len({each.middle > 0.0 for each in changes}) > 1:
-        said.append("Nor do the assumptions, by the mean of the models.")
+        said.append("By the mean of the models the assumptions do not agree either.")
     return " ".join(said)
 
 
 def _listed(names: Sequence[str]) -> str:
-    return " or ".join(f"“{name}”" for name in names)
+    return " or ".join(WORDS[name][0].lower() + WORDS[name][1:] for name in names)
+
+
+def rate_in_words(change: CostChange) -> str:
+    """The change by an assumption, W/kg and %, with its bands."""
+    (low, high), (least, most) = change.band, change.person
+    return (
+        f"{signed(change.middle)} W/kg ({'+' if change.percent > 0.0 else '−'}"
+        f"{number(abs(change.percent), 0)} %; 90 %: people’s mean {signed(low)} to {signed(high)}, "
+        f"one person {signed(least)} to {signed(most)})"
+    )
+
+
+def unknown_in_words(outcomes: Sequence[DeviceOutcome]) -> str:
+    """Why no change of metabolic rate is given of `outcomes`, the first without devices; empty
+    where one is.
+    """
+    if cost_changes(outcomes):
+        return ""
+    if outcomes[0].cost is None or all(each.cost is None for each in outcomes[1:]):
+        return (
+            "not given: muscles could not be worked out, for the person’s height is not known, a "
+            "prosthesis has a part of a leg, or no gait cycle is whole"
+        )
+    return "not given: no walk with it keeps the speed without"
 
 
 def model_names(changes: Sequence[CostChange]) -> list[str]:
