@@ -332,10 +332,7 @@ def cost(given: claims.Given) -> list[Claim]:
     measured = rates.mean(axis=0)
     rows = []
     for title, read in (("mean of two", _middle), ("joints", lambda rates: rates["joints"])):
-        for who, some in (
-            ("", list(walks.values())),
-            (f", {len(usual)} at usual speed", list(usual.values())),
-        ):
+        for who, some in (("", walks), (f", {len(usual)} at usual speed", usual)):
             predicted = np.array(
                 [np.mean([read(each[name]["gross"]) for each in some.values()]) for name in names]
             )

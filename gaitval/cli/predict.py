@@ -234,7 +234,7 @@ def _rates(metrics: "Metrics") -> str:
     from gaitval.quantities import METABOLIC_JOINTS, METABOLIC_MUSCLES
     from gaitval.quantities.metabolic_rate import TITLES
 
-    found = {}
+    found: dict[str, list[float]] = {}
     for quantity in (METABOLIC_MUSCLES, METABOLIC_JOINTS):
         known = metrics.walk.quantities.get(quantity.name)
         for name, rate in (known.figures.get("gross", {}) if known is not None else {}).items():

@@ -108,9 +108,10 @@ def change_of(outcome: DeviceOutcome, without: DeviceOutcome) -> CostChange:
     return CostChange(outcome.assumption, before.middle, now.middle, changes)
 
 
-def middle(changes: Mapping[str, Array | float]) -> Array:
+def middle(changes: Mapping[str, Array] | Mapping[str, float]) -> Array:
     """The stated change, of `changes` by model: the mean of the muscles' and the joints'."""
-    return np.mean([changes[each] for each in (CENTRAL, OF_JOINTS) if each in changes], axis=0)
+    known = [np.asarray(changes[each]) for each in (CENTRAL, OF_JOINTS) if each in changes]
+    return np.asarray(np.mean(known, axis=0))
 
 
 def size(changes: Mapping[str, float]) -> float:
