@@ -53,8 +53,8 @@ def left_over(people: Sequence[MissedPerson], forces: int) -> dict[str, Array]:
 
 
 def per_vertical(kinetics: Array, noise: float) -> Array:
-    """(2, 7, n) `kinetics` over the vertical force, the last of them: arms of moments, slopes of the
-    other forces; less where that force is as small as the `noise`.
+    """(2, 7, n) `kinetics` over the vertical force, the last of them: arms of moments, slopes of
+    the other forces; less where that force is as small as the `noise`.
     """
     vertical = kinetics[:, -1:]
     return np.asarray(kinetics * vertical / (vertical**2 + noise**2))
