@@ -208,6 +208,9 @@ def seen(given: claims.Given) -> list[Claim]:
         i = KINETICS.index((kind, name))
         without, with_them = (each[:, i] for each in size)
         noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
+        scale, nearer = 100.0 if kind == "forces" else 1.0, int(np.sum(with_them < without))
+        print(f"{noun}: {scale * without.mean():.3f} without, {scale * with_them.mean():.3f} with "
+              f"what markers say, nearer {nearer} of {count}", flush=True)  # fmt: skip
         what = f"recordings elsewhere without plates: {noun}, contacts and total force by markers"
         ratio = float(with_them.mean() / without.mean())
         of = f"{what}: error over that without them"

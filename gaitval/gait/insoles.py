@@ -42,7 +42,7 @@ class InsoleForces(NamedTuple):
 
     Attributes
     ----------
-    source : the file.
+    source : the file's name.
     vertical : (2, n) body weights, right and left, at n even times of each foot's own cycle from
         its landing on; scaled so that in a stride both carry the weight, as in steady walking.
     gain : what both carried in a stride before that, body weights.
@@ -125,7 +125,7 @@ def read_insoles(
             "and whether both insoles work, and calibrate them."
         )
     strides = (len(by_foot[0]), len(by_foot[1]))
-    return InsoleForces(str(path), curves / gain, gain, strides, time, error)
+    return InsoleForces(path.name, curves / gain, gain, strides, time, error)
 
 
 def _read(path: Path, columns: tuple[str, str]) -> _Table:
