@@ -1,9 +1,9 @@
 """One laboratory left out: people with markers alone, against the force plates they walked over.
 
 Each recording is imported without its plates, and estimated from the ten of WBDS with what all
-*other* laboratories of the list differ by from these (`estimate.OFFSETS`, `force_split.elsewhere`)
-and with bands as wide as those need. A laboratory counts once, however many people it has. Two
-others of the list are kept for a last test and are not here.
+*other* laboratories of the list differ by from these (`estimate.OFFSETS`,
+`force_split.covariance_elsewhere`) and with bands as wide as those need. A laboratory counts once,
+however many people it has. Two others of the list are kept for a last test and are not here.
 """
 
 import tempfile

@@ -161,7 +161,7 @@ def together(differences: Sequence[Array], weights: Iterable[float]) -> Array:
 
 
 @cache
-def elsewhere() -> Array:
+def covariance_elsewhere() -> Array:
     """(2s, 2s) of people of other laboratories, pooled (experiments/forces_elsewhere.py)."""
     text = (resources.files("gaitval.prediction") / STORE).read_text(encoding="utf-8")
     stored: dict[str, Any] = loads(text)
@@ -197,7 +197,7 @@ def covariance(person: str, others: Array | None = None) -> Array:
     """(2s, 2s) by which forces and angles of anybody but `person` differ from what is expected;
     `others` of other laboratories, else those that come with the package.
     """
-    pooled = elsewhere() if others is None else others
+    pooled = covariance_elsewhere() if others is None else others
     known = any(each.person == person for each in builtin_subjects())
     at_home = _built_in(person if known else "")
     return (1.0 - ELSEWHERE) * at_home + ELSEWHERE * pooled + _rough()

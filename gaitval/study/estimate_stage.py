@@ -44,7 +44,7 @@ from gaitval.prediction.estimate import (
     WIDER_ELSEWHERE,
     WIDER_WITH_TOTAL,
     Estimate,
-    elsewhere,
+    about_imported_joints,
     estimate,
 )
 from gaitval.prediction.force_split import with_total
@@ -173,7 +173,7 @@ def of_known(
     trial, people = trial_of(subject, record, fit), learned_from(subject, others)
     found = estimate(trial, people, angles=at_home, laboratories=those)
     if _is_of_an_import_elsewhere(subject):
-        found = elsewhere(found)
+        found = about_imported_joints(found)
     return found if own is record else _seen(found, record, subject, forces)
 
 

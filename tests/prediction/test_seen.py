@@ -24,7 +24,7 @@ from gaitval.prediction.force_split import (
     angles_at_contacts,
     at_contacts,
     covariance,
-    elsewhere,
+    covariance_elsewhere,
     with_total,
 )
 from gaitval.prediction.normal_form import SAMPLES, normal_form
@@ -297,7 +297,7 @@ def test_where_the_total_is_known_mechanics_adds_nothing_to_forces(
 
 
 def test_other_laboratories_right_and_left_differ_alike() -> None:
-    pooled = elsewhere()
+    pooled = covariance_elsewhere()
     half = len(pooled) // 2
     assert pooled[:half, :half] == pytest.approx(pooled[half:, half:], abs=2e-5)
     # up, in early stance, by more than the unit of the file and less than half a body weight
