@@ -5,7 +5,7 @@ python -m claims [TOPIC | TOPIC.NAME ...]
 """
 
 from .given import ROOT, Given
-from .registry import measured
+from .registry import LackingError, measured
 from .rows import Claim
 
-__all__ = ["ROOT", "Claim", "Given", "measured"]
+__all__ = ["ROOT", "Claim", "Given", "LackingError", "measured"]

@@ -40,6 +40,9 @@ def run(names: Sequence[str], given: Given, *, again: bool) -> int:
         given.work.mkdir(parents=True, exist_ok=True)
         try:
             found = measure(given)
+        except registry.LackingError as error:
+            print(f"{each.name}: not measured, {error}", flush=True)
+            continue
         except Exception:  # the others are measured nevertheless
             traceback.print_exc()
             print(f"{each.name}: FAILED", flush=True)

@@ -1,9 +1,9 @@
 """One laboratory left out: people with markers alone, against the force plates they walked over.
 
 Each recording is imported without its plates, and estimated from the ten of WBDS with what all
-*other* laboratories of the list differ by from these (`estimate.OFFSETS`, `force_split.elsewhere`)
-and with bands as wide as those need. A laboratory counts once, however many people it has. Two
-others of the list are kept for a last test and are not here.
+*other* laboratories of the list differ by from these (`estimate.OFFSETS`,
+`force_split.covariance_elsewhere`) and with bands as wide as those need. A laboratory counts once,
+however many people it has. Two others of the list are kept for a last test and are not here.
 """
 
 import tempfile
@@ -17,6 +17,7 @@ import claims
 from claims import Claim
 from claims.accuracy import MOMENTS
 from claims.prediction import SKILLS
+from claims.recordings.public import public_file
 from claims.skill_interval import skill_interval
 from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings, load_configuration
@@ -90,7 +91,7 @@ class PersonElsewhere(NamedTuple):
 
 
 def recordings(public: Path) -> list[dict[str, Any]]:
-    """What is imported; of a folder of `public` that is not there, nothing."""
+    """What is imported. Raises LackingError without the clone whose people are not named here."""
     found: list[dict[str, Any]] = []
     for number, mass, height in (("01", 72.84, 1.75), ("04", 80.3, 1.85)):
         of = f"{ARNOLD}/subject{number}"
@@ -132,7 +133,7 @@ def recordings(public: Path) -> list[dict[str, Any]]:
             "trials": [str(next((person / "Straight").glob("*.c3d")).relative_to(public))],
             "sex": "F",
         }
-        for person in sorted((public / MONTREAL).glob("HC*"))
+        for person in sorted(public_file(MONTREAL, public).glob("HC*"))
     ]
     return [{"name": each["trials"][0].rpartition("/")[2], **each} for each in found]
 

@@ -24,6 +24,7 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import RecordError
 from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.gait.insoles import InsoleForces
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.recorded import by_kind
@@ -37,12 +38,16 @@ from gaitval.prediction.deviations import (
     units,
 )
 from gaitval.prediction.estimate import WIDER_WITH_TOTAL, Estimate, estimate
+from gaitval.prediction.insoles import with_insoles
 from gaitval.prediction.known import known_record
 from gaitval.prediction.normal_form import normal_form
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.servo import closed_cycle
 from gaitval.study.estimate_stage import of_known
 
+WORN_ERROR = 0.05
+TIMES_WORN = 5
+INSOLES_SEED = 84
 SKILLS = (
     ("forces", "vertical"),
     ("forces", "forward"),
@@ -139,6 +144,48 @@ def estimates(_: claims.Given) -> list[Claim]:
     return [*rows, Claim(what, share, "%", len(inside))]
 
 
+@claims.measured()
+def insoles(_: claims.Given) -> list[Claim]:
+    """Estimates of the ten with insoles that are as far off as they are stated to be (their own
+    plates with planted gains and waves): what error is left of that without, and points of the
+    vertical force within its band.
+    """
+    rng, left, inside = np.random.default_rng(INSOLES_SEED), [], []
+    for person in builtin_subjects():
+        before = _estimate_of(person.identifier)
+        truth = kinetics_of(normal_form(person.record(), person.leg_length_m))
+        for _again in range(TIMES_WORN):
+            found = with_insoles(before, _worn(truth[:, -1], person.stride_time_s, rng))
+            left.append(
+                np.divide(*(np.sqrt(np.mean((e.kinetics - truth) ** 2, (0, 2)))
+                            for e in (found, before)))
+            )  # fmt: skip
+            stance = truth[:, -1] > 0.0
+            off = np.abs(found.kinetics[:, -1] - truth[:, -1])
+            inside.append(np.mean((off <= found.half_width[-1])[stance]))
+    rows, count = [], len(left)
+    for kind, name in SKILLS:
+        noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
+        value = float(np.mean(left, axis=0)[KINETICS.index((kind, name))])
+        what = f"estimate with insoles that are {100 * WORN_ERROR:g} % of body weight off: {noun}"
+        rows.append(Claim(f"{what}, error over that without", value, "1", count))
+    what = "estimate with insoles: points of the vertical force in stance within the band of 90 %"
+    return [*rows, Claim(what, 100.0 * float(np.mean(inside)), "%", count)]
+
+
+def _worn(vertical: Array, stride_time: float, rng: np.random.Generator) -> InsoleForces:
+    """What insoles say of a `vertical` force (2, n): each has a gain of its own and slow waves."""
+    phase = 2.0 * np.pi * np.arange(vertical.shape[1]) / vertical.shape[1]
+    waves = sum(
+        rng.normal(size=(2, 1)) * np.cos(k * phase + rng.uniform(0.0, 2.0 * np.pi, (2, 1)))
+        for k in (3, 5, 7)
+    )
+    gain, off = 1.0 + WORN_ERROR * rng.normal(size=(2, 1)), 0.5 * WORN_ERROR * waves
+    shown = np.where(vertical > 0.0, np.maximum(gain * vertical + off, 0.0), 0.0)
+    shown /= shown.mean(axis=1).sum()
+    return InsoleForces("", shown, 1.0, (9, 9), stride_time, WORN_ERROR)
+
+
 @claims.measured("public")
 def seen(given: claims.Given) -> list[Claim]:
     """Kinetics of people of other laboratories, imported without their plates and compared with
@@ -161,6 +208,9 @@ def seen(given: claims.Given) -> list[Claim]:
         i = KINETICS.index((kind, name))
         without, with_them = (each[:, i] for each in size)
         noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
+        scale, nearer = 100.0 if kind == "forces" else 1.0, int(np.sum(with_them < without))
+        print(f"{noun}: {scale * without.mean():.3f} without, {scale * with_them.mean():.3f} with "
+              f"what markers say, nearer {nearer} of {count}", flush=True)  # fmt: skip
         what = f"recordings elsewhere without plates: {noun}, contacts and total force by markers"
         ratio = float(with_them.mean() / without.mean())
         of = f"{what}: error over that without them"

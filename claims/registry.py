@@ -33,6 +33,10 @@ class Needs(NamedTuple):
     stored: tuple[str, ...]
 
 
+class LackingError(Exception):
+    """A file of public or raw data that a measurement reads is not there; it says how to get it."""
+
+
 _needs: dict[Any, Needs] = {}
 
 

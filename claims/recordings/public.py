@@ -119,7 +119,7 @@ def _peer(
 ) -> list[dict[str, Any]]:
     """Differences from the results that come with the recording, if there are any."""
     if "opensim" in recording:
-        return against_opensim(found, _path(recording["opensim"], base))
+        return against_opensim(found, public_file(recording["opensim"], base))
     if recording.get("plug_in_gait"):
         return against_plug_in_gait(found, list(trials))
     return []
@@ -135,16 +135,26 @@ def several(value: Any) -> list[str]:
     return [value] if isinstance(value, str) else list(value or ())
 
 
-def _path(name: str, base: Path) -> Path:
-    """A file of the project's data ("data:...") or of a clone."""
-    if name.startswith("data:"):
-        return DATA / name.removeprefix("data:")
-    return base / name
+def public_file(name: str, base: Path) -> Path:
+    """A file of the project's data ("data:...") or of a clone in the folder `base`. Raises
+    LackingError if it is not there: a figure without it would be of fewer people than it says.
+    """
+    of_data = name.startswith("data:")
+    path = DATA / name.removeprefix("data:") if of_data else base / name
+    if not path.exists():
+        clone = name.partition("/")[0]
+        get = (
+            "the raw data of GAITVAL_DATA have it"
+            if of_data
+            else f"clone https://github.com/{clone.replace('+', '/')} into {base / clone}"
+        )
+        raise claims.LackingError(f"there is no {path}: {get}")
+    return path
 
 
 def local_file(name: str, base: Path, folder: Path) -> Path:
     """The file itself; of a `.zoo` file the C3D that it was made from."""
-    path = _path(name, base)
+    path = public_file(name, base)
     if path.suffix != ".zoo":
         return path
     target = folder / f"{path.parent.name}_{path.stem}.c3d"

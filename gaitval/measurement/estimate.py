@@ -20,6 +20,7 @@ from scipy.special import logsumexp
 
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import SIDES
+from gaitval.gait.plate_contacts import USUAL_DELAY
 from gaitval.measurement.balance import NEWTON, PRESSURE, Data, PlateTrial, data_of
 from gaitval.measurement.expected import USUAL
 from gaitval.measurement.likelihood import (
@@ -56,10 +57,8 @@ CERTAIN: Final = 0.5
 """Probability from which on there is a warning."""
 DELAYS: Final = tuple(np.arange(-70, 71, 10) / 1000.0)
 """s, those that are tried: beyond, an import refuses the forces (`gait.plate_contacts`)."""
-USUAL_DELAY: Final = 0.003
 OWN_DELAY: Final = 0.003
-"""s. The forces of sound recordings come this much later than the markers (mean and SD; soft tissue
-moves before the bones, and force channels have filters)."""
+"""s, standard deviation of `USUAL_DELAY` between sound recordings."""
 LARGEST_LEFT: Final = 2.5
 """Of the covariance that no fault explains: beyond, something else is wrong (markers that jump),
 and causes that cannot be distinguished are not named."""

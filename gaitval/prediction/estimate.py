@@ -20,7 +20,7 @@ how angles go with kinetics wherever markers sit. On another laboratory's people
 one makes some moments worse (docs/how-to/predict.md), so there e + l + w · f is all, with the lever
 of the step width alone, what all laboratories say of the moments of hip and knee, half of how the
 ankle's angle changes its moment, and what laboratories that import differ by from that of these
-people (`elsewhere`).
+people (`about_imported_joints`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -356,7 +356,7 @@ def estimate(
     return Estimate(kinetics, of.usual, half_width, weights, *parts, angles, more)
 
 
-def elsewhere(found: Estimate) -> Estimate:
+def about_imported_joints(found: Estimate) -> Estimate:
     """What was `found` without angles, of a person of another laboratory: with the `OFFSETS`."""
     kinetics, regressed = found.kinetics.copy(), found.regressed.copy()
     for name, lever in OFFSETS.items():

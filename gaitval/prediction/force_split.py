@@ -10,7 +10,8 @@ measurements of it, so that none is averaged with the others afterwards:
 * the shapes of the angles, with as much noise as signal;
 * the landings of both feet, which markers say to `LANDING_ERROR`. Who lands later than markers say
   has forces and angles that are later there;
-* the total of both forces, with the noise that makes it likeliest.
+* the total of both forces, with the noise that makes it likeliest, and as late as forces are
+  (`USUAL_DELAY`).
 
 Its covariance is the mean of two:
 
@@ -38,10 +39,12 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.events import LANDING_ERROR
+from gaitval.gait.plate_contacts import USUAL_DELAY
 from gaitval.gait.record import GaitRecord
 from gaitval.prediction.deviations import SAGITTAL
+from gaitval.prediction.normal_form import TO_MIDLINE
 from gaitval.prediction.population import expected_record, gaits_of, other_people
-from gaitval.prediction.seen import PHASES, SAMPLES, contacts, knows_total, stance_curves
+from gaitval.prediction.seen import PHASES, contacts, knows_total, stance_curves
 
 STORE: Final = "forces_elsewhere.json"
 UNIT: Final = 1e-4
@@ -62,7 +65,6 @@ signal has in one of the 27 people. Convention; with half or twice of it forces 
 are left out are as near within 1 %."""
 LANDING_SPREAD: Final = LANDING_ERROR / 1.96
 """Standard deviation of a landing by markers, s."""
-_TO_MIDLINE: Final = {"right": np.array([1.0, 1.0, 1.0]), "left": np.array([1.0, -1.0, 1.0])}
 ELSEWHERE: Final = 0.5
 """What other laboratories count in the covariance: as much as the built-in people. Convention."""
 ROUGH: Final = np.array([0.008, 0.006, 0.02])
@@ -86,7 +88,7 @@ CORNER_HZ: Final = HIGHEST_HZ / (np.sqrt(2.0) - 1.0) ** 0.25
 
 
 class _Leg(NamedTuple):
-    """Of a foot over the right cycle: (`SAMPLES`, m) force at each phase by those at
+    """Of a foot over the right cycle: (n, m) force at each of `PHASES` by those at
     `CONTACT_TIMES`, and signs (3,) that make it the force in the world.
     """
 
@@ -101,7 +103,7 @@ def at_contacts(record: GaitRecord) -> Array:
     found = []
     for side in SIDES:
         phase = np.interp(CONTACT_TIMES, np.arange(4), _of_stance(record, side))
-        found.append(record.ground_reaction(side, phase) * _TO_MIDLINE[side])
+        found.append(record.ground_reaction(side, phase) * TO_MIDLINE[side])
     return np.array(found)
 
 
@@ -159,7 +161,7 @@ def together(differences: Sequence[Array], weights: Iterable[float]) -> Array:
 
 
 @cache
-def elsewhere() -> Array:
+def covariance_elsewhere() -> Array:
     """(2s, 2s) of people of other laboratories, pooled (experiments/forces_elsewhere.py)."""
     text = (resources.files("gaitval.prediction") / STORE).read_text(encoding="utf-8")
     stored: dict[str, Any] = loads(text)
@@ -195,7 +197,7 @@ def covariance(person: str, others: Array | None = None) -> Array:
     """(2s, 2s) by which forces and angles of anybody but `person` differ from what is expected;
     `others` of other laboratories, else those that come with the package.
     """
-    pooled = elsewhere() if others is None else others
+    pooled = covariance_elsewhere() if others is None else others
     known = any(each.person == person for each in builtin_subjects())
     at_home = _built_in(person if known else "")
     return (1.0 - ELSEWHERE) * at_home + ELSEWHERE * pooled + _rough()
@@ -238,7 +240,7 @@ class _Known(NamedTuple):
     spread: Array
 
 
-def _by_angles(
+def _before_total(
     record: GaitRecord, usual: GaitRecord, spread: Array, *, angles: bool = True
 ) -> _Known:
     """What landings, and `angles`, of a `record` say of forces that are distributed with the
@@ -273,10 +275,11 @@ def with_total(
         return record
     own = {"right": PHASES, "left": (PHASES - record.left_phase) % 1.0}
     forces = np.array([record.ground_reaction(side, own[side]) for side in SIDES])
-    needed = np.stack([each.periodic()(PHASES) for each in (total.forward, total.left, total.up)])
+    when = (PHASES - USUAL_DELAY / record.stride_time) % 1.0
+    needed = np.stack([each.periodic()(when) for each in (total.forward, total.left, total.up)])
     legs = [_leg(record, side) for side in SIDES]
     usual = expected_record(subject, other_people(subject, builtin_subjects()))
-    known = _by_angles(record, usual, covariance(subject.person, others), angles=angles)
+    known = _before_total(record, usual, covariance(subject.person, others), angles=angles)
     moved = _given_total(forces, needed.T, legs, known, record)
     curves = {}
     for side, force in zip(SIDES, moved, strict=True):
@@ -292,7 +295,7 @@ def _leg(record: GaitRecord, side: Side) -> _Leg:
     on = _of_stance(record, side)
     when = np.interp(own, on, np.arange(4))
     hats = np.array([np.interp(when, CONTACT_TIMES, one) for one in np.eye(len(CONTACT_TIMES))]).T
-    return _Leg(hats * (own <= on[-1])[:, None], _TO_MIDLINE[side])
+    return _Leg(hats * (own <= on[-1])[:, None], TO_MIDLINE[side])
 
 
 def _given_total(
@@ -301,19 +304,19 @@ def _given_total(
     """(2, n, 3) forces, given their total `needed` (n, 3), by what is expected, `forces`, and how
     they differ from it at contacts by what else is `known`; no foot pulls.
     """
-    count = len(CONTACT_TIMES)
-    by_leg = np.zeros((2, SAMPLES, 3, 2, count, 3))
+    count, samples = len(CONTACT_TIMES), len(PHASES)
+    by_leg = np.zeros((2, samples, 3, 2, count, 3))
     for i, leg in enumerate(legs):
         for c in range(3):
             by_leg[i, :, c, i, :, c] = leg.spread * leg.signs[c]
-    flat = by_leg.reshape(2, SAMPLES, 3, -1)
-    frequency = np.arange(SAMPLES // 2 + 1) / record.stride_time
+    flat = by_leg.reshape(2, samples, 3, -1)
+    frequency = np.arange(samples // 2 + 1) / record.stride_time
     gain = 1.0 / (1.0 + (frequency / CORNER_HZ) ** 4)
     kept = int(HIGHEST_HZ * record.stride_time)
 
     def harmonics(values: Array, gain: Array) -> Array:
         """Amplitudes (2k + 1, ...) of the mean, and of cosines and sines to `HIGHEST_HZ`."""
-        found = (np.fft.rfft(values, axis=0).T * gain).T[: kept + 1] * 2.0 / SAMPLES
+        found = (np.fft.rfft(values, axis=0).T * gain).T[: kept + 1] * 2.0 / samples
         found[0] *= 0.5
         return np.concatenate([found.real, found[1:].imag])
 

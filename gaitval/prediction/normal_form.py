@@ -27,7 +27,9 @@ from gaitval.gait.record import (
 
 SAMPLES = 100
 _CYCLE = np.arange(SAMPLES) / SAMPLES
-_MIRROR = {"right": np.array([1.0, 1.0, 1.0]), "left": np.array([1.0, -1.0, 1.0])}
+TO_MIDLINE = {"right": np.array([1.0, 1.0, 1.0]), "left": np.array([1.0, -1.0, 1.0])}
+"""Signs of a foot's force in the world (x forward, y left, z up) that make it forward, to the
+midline and up."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,9 @@ def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
         moments=np.array([record.moments[name](_CYCLE) for name in REQUIRED_MOMENTS])
         / moment_units(leg_length),
         # Towards the midline is left (+y) for the right foot and right (-y) for the left one.
-        forces=np.array([record.ground_reaction(side, _CYCLE) * _MIRROR[side] for side in SIDES]),
+        forces=np.array(
+            [record.ground_reaction(side, _CYCLE) * TO_MIDLINE[side] for side in SIDES]
+        ),
     )
 
 
@@ -116,7 +120,7 @@ def record_from(gait: NormalForm, leg_length: float) -> GaitRecord:
     """The record of a dimensionless `gait` on legs of `leg_length`, m."""
     forces, stance = {}, {}
     for i, side in enumerate(SIDES):
-        values = gait.forces[i] * _MIRROR[side]
+        values = gait.forces[i] * TO_MIDLINE[side]
         # A force is fitted over stance alone, from heel strike on, and the sample that ends the
         # cycle is the first one again.
         rows = np.concatenate([values, values[:1]])

@@ -26,8 +26,8 @@ from gaitval.gait.record import (
 from gaitval.prediction.population import other_people
 from gaitval.prediction.speed_line import dimensionless_speed
 
-SAMPLES: Final = 200
-PHASES: Final = np.arange(SAMPLES) / SAMPLES
+PHASES: Final = np.arange(200) / 200
+"""Of the right cycle, at which forces are known here."""
 SHORTEST: Final = 0.02
 """Of the cycle, of a double support or a swing that is stretched to."""
 
@@ -94,8 +94,9 @@ def contacts(record: GaitRecord, side: Side) -> list[float]:
 
 
 def stance_curves(rows: Array, stance: float) -> tuple[PeriodicCurve, PeriodicCurve, PeriodicCurve]:
-    """Curves through the forces (200, 3) of a stance."""
-    on = np.append(np.flatnonzero(stance >= PHASES), SAMPLES)
+    """Curves through the forces (n, 3) of a stance, at `PHASES` of its foot's cycle."""
+    at = np.append(PHASES, 1.0)
+    on = np.append(stance >= PHASES, True)
     closed = np.vstack([rows, rows[:1]])[on]
-    forward, left, up = (fit_periodic(on / SAMPLES, each, FORCE_TOLERANCE)[0] for each in closed.T)
+    forward, left, up = (fit_periodic(at[on], each, FORCE_TOLERANCE)[0] for each in closed.T)
     return forward, left, up

@@ -51,6 +51,14 @@ OWN_CHANGE_SPAN: Final = 0.3
 as much as other people's beyond them. The ankles of 30 people at up to eight speeds, predicted from
 two of their trials and the change in two others, choose it (tests/prediction/test_speed.py)."""
 
+NEAR_A_TRIAL: Final = 0.02
+"""Difference of dimensionless speed, 6 cm a second, from a trial at which it counts as much as the
+mean of all trials; convention."""
+_OF_ALL_TRIALS: Final = np.array([[name.startswith("hip_adduction")] for name in REQUIRED_MOMENTS])
+"""(8, 1) the moments that differ more from trial to trial than with speed: a trial that is copied
+brings what was its own. S05's trials T05, T06, T03 are predicted from the two others within 0.055,
+0.063, 0.048 Nm/kg so, and within 0.057, 0.073, 0.064 as the other moments are."""
+
 
 def at_speed(
     subject: Subject,
@@ -185,15 +193,6 @@ def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> Norma
     mean = share * _by_all_trials(own, speed, change) + (1.0 - share) * moved.moments
     moments = np.where(_OF_ALL_TRIALS, mean, moved.moments)
     return replace(moved, speed=speed, stride_time=stride_time, moments=moments)
-
-
-NEAR_A_TRIAL: Final = 0.02
-"""Difference of dimensionless speed, 6 cm a second, from a trial at which it counts as much as the
-mean of all trials; convention."""
-_OF_ALL_TRIALS: Final = np.array([[name.startswith("hip_adduction")] for name in REQUIRED_MOMENTS])
-"""(8, 1) the moments that differ more from trial to trial than with speed: a trial that is copied
-brings what was its own. S05's trials T05, T06, T03 are predicted from the two others within 0.055,
-0.063, 0.048 Nm/kg so, and within 0.057, 0.073, 0.064 as the other moments are."""
 
 
 def _by_all_trials(own: Sequence[NormalForm], speed: float, change: NormalForm) -> Array:

@@ -52,6 +52,14 @@ def left_over(people: Sequence[MissedPerson], forces: int) -> dict[str, Array]:
     }
 
 
+def per_vertical(kinetics: Array, noise: float) -> Array:
+    """(2, 7, n) `kinetics` over the vertical force, the last of them: arms of moments, slopes of
+    the other forces; less where that force is as small as the `noise`.
+    """
+    vertical = kinetics[:, -1:]
+    return np.asarray(kinetics * vertical / (vertical**2 + noise**2))
+
+
 def _without_arms(of: MissedPerson, forces: int) -> Array:
     """What is missed when the arm of the vertical force at each joint and side is known."""
     rest, vertical = of.missed.copy(), of.truth[:, -1:]
@@ -63,12 +71,9 @@ def _without_arms(of: MissedPerson, forces: int) -> Array:
 
 def _without_vertical(of: MissedPerson, noise: float) -> Array:
     """What is missed when the vertical force on each foot is known at each instant: the other
-    curves keep their estimated lengths beside it, less where it is as small as the `noise`.
+    curves stay what they are estimated `per_vertical`.
     """
-    estimated = of.truth - of.missed
-    vertical = estimated[:, -1:]
-    lengths = estimated * vertical / (vertical**2 + noise**2)
-    rest: Array = of.missed - lengths * of.missed[:, -1:]
+    rest: Array = of.missed - per_vertical(of.truth - of.missed, noise) * of.missed[:, -1:]
     rest[:, -1] = 0.0
     return rest
 

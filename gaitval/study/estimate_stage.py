@@ -10,12 +10,13 @@ import io
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.artefacts import write_text
+from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
@@ -24,6 +25,7 @@ from gaitval.errors import ConfigurationError
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
 from gaitval.gait.events import LANDING_ERROR
+from gaitval.gait.insoles import InsoleForces
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.metrics.results import read_metrics
@@ -42,10 +44,11 @@ from gaitval.prediction.estimate import (
     WIDER_ELSEWHERE,
     WIDER_WITH_TOTAL,
     Estimate,
-    elsewhere,
+    about_imported_joints,
     estimate,
 )
 from gaitval.prediction.force_split import with_total
+from gaitval.prediction.insoles import with_insoles
 from gaitval.prediction.known import KINEMATIC_ACCURACY, KnownRecord, is_predicted
 from gaitval.prediction.laboratories import Laboratories
 from gaitval.prediction.normal_form import normal_form, record_from
@@ -63,6 +66,8 @@ from gaitval.study.stage import Run, Stage
 
 FOLDER: Final = "estimate"
 TABLE: Final = f"{FOLDER}/estimate.csv"
+INSOLES_KEPT: Final = f"{FOLDER}/insoles.json"
+"""What insoles said of this walk, where `gaitval estimate` was given any."""
 PAGE: Final = f"{FOLDER}/estimate.html"
 _Row = tuple[object, ...]
 ESTIMATE_ACCURACY: Final = KINEMATIC_ACCURACY._replace(
@@ -99,11 +104,14 @@ class Elsewhere(NamedTuple):
 
 
 def stage(run: Run) -> Stage:
-    """Known record and reference of `run` → the estimate's table and page."""
+    """Known record and reference of `run`, and insoles that it was given → the estimate's table and
+    page.
+    """
+    given = (INSOLES_KEPT,) if (run.folder / INSOLES_KEPT).is_file() else ()
     return Stage(
         "estimate",
         lambda: write(run),
-        inputs=("subject.toml", "model.urdf", "metrics.json"),
+        inputs=("subject.toml", "model.urdf", "metrics.json", *given),
         outputs=(TABLE, PAGE),
         values={
             **run.sections("contact", "record"),
@@ -119,6 +127,21 @@ def check(run: Run) -> None:
             "estimate. An estimate is for a person without force plates: give the folder of such a "
             "run, or run this person with --use kinematics."
         )
+
+
+def keep_insoles(run: Run, insoles: InsoleForces) -> None:
+    """Keep what `insoles` say in the folder of `run`: its estimates have it from now on."""
+    (run.folder / FOLDER).mkdir(exist_ok=True)
+    kept = insoles._replace(vertical=insoles.vertical.round(6).tolist())
+    write_json(run.folder / INSOLES_KEPT, kept._asdict())
+
+
+def _kept_insoles(folder: Path) -> InsoleForces | None:
+    path = folder / INSOLES_KEPT
+    if not path.is_file():
+        return None
+    kept = InsoleForces(**read_json(path))
+    return kept._replace(vertical=np.array(kept.vertical, float))
 
 
 def of_run(run: Run, model: BodyModel | None = None) -> Estimate:
@@ -150,7 +173,7 @@ def of_known(
     trial, people = trial_of(subject, record, fit), learned_from(subject, others)
     found = estimate(trial, people, angles=at_home, laboratories=those)
     if _is_of_an_import_elsewhere(subject):
-        found = elsewhere(found)
+        found = about_imported_joints(found)
     return found if own is record else _seen(found, record, subject, forces)
 
 
@@ -196,7 +219,9 @@ def with_kinetics(known: GaitRecord, subject: Subject, kinetics: Array) -> GaitR
 
 def write(run: Run) -> Estimate:
     """Write `TABLE` and `PAGE` into the folder of `run`; the errors are those of `of_run`."""
-    found = of_run(run)
+    found, insoles = of_run(run), _kept_insoles(run.folder)
+    if insoles is not None:
+        found = with_insoles(found, insoles)
     curves = read_metrics(run.folder).walk.curves
     walked = [
         [
@@ -227,6 +252,7 @@ def write(run: Run) -> Estimate:
         "looked_at_angles": found.looked_at_angles,
         "contacts": knows_contacts(run.subject),
         "total": knows_total(run.subject),
+        "insoles": None if insoles is None else insoles._asdict(),
         "rows": [
             (
                 _title(kind, name),

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from claims import Claim, Given, __main__, changes, registry, rows
+from claims.recordings.public import public_file
 
 ROOT = Path(__file__).parents[2]
 
@@ -178,3 +179,27 @@ def test_every_measurement_can_be_loaded_where_its_libraries_are() -> None:
             continue
         assert callable(function)
         assert set(needs.folders) <= {"data", "public", "work"}
+
+
+def test_a_recording_that_is_not_there_is_named_with_where_to_get_it(
+    measured, tmp_path, capsys
+) -> None:
+    run, seen, _ = measured
+
+    def reads(given: Given) -> Claim:
+        public_file("data:one.c3d", given.public)
+        return Claim("never", 1.0, "1", 1)
+
+    def reads_clone(given: Given) -> Claim:
+        (given.public / "here").touch()
+        assert public_file("here", given.public) == given.public / "here"
+        public_file("owner+name/walks/one.c3d", given.public)
+        return Claim("never", 1.0, "1", 1)
+
+    failed, found = run(one=reads, two=reads_clone, three=lambda _: Claim("it goes on", 1, "1", 1))
+    said = capsys.readouterr().out
+    assert (failed, len(found)) == (0, 1)
+    assert seen == ["one", "two", "three"]
+    for words in ("one: not measured", "GAITVAL_DATA", str(tmp_path / "owner+name/walks/one.c3d"),
+                  "https://github.com/owner/name"):  # fmt: skip
+        assert words in said

@@ -15,7 +15,14 @@ from gaitval.prediction.deviations import (
     learned_from,
     stored_fits,
 )
-from gaitval.prediction.estimate import LEVERS, OFFSETS, _blocks, _levered, elsewhere, estimate
+from gaitval.prediction.estimate import (
+    LEVERS,
+    OFFSETS,
+    _blocks,
+    _levered,
+    about_imported_joints,
+    estimate,
+)
 from gaitval.prediction.laboratories import of_rows, stored, to_rows
 from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
 
@@ -187,7 +194,7 @@ def test_an_ankle_is_half_what_the_ten_and_half_what_more_people_say(monkeypatch
 def test_people_of_imports_have_their_joints_where_imports_put_them():
     trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
     found = estimate(trial, people, angles=False)
-    moved = elsewhere(found)
+    moved = about_imported_joints(found)
     vertical = 9.80665 * found.expected[:, KINETICS.index(("forces", "vertical"))]
     for (_, name), before, after in zip(
         KINETICS, np.moveaxis(found.kinetics, 1, 0), np.moveaxis(moved.kinetics, 1, 0), strict=True

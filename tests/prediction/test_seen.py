@@ -18,13 +18,13 @@ from gaitval.prediction.force_split import (
     HIGHEST_HZ,
     LANDING_SPREAD,
     NOISE,
-    _by_angles,
+    _before_total,
     _late,
     _likeliest,
     angles_at_contacts,
     at_contacts,
     covariance,
-    elsewhere,
+    covariance_elsewhere,
     with_total,
 )
 from gaitval.prediction.normal_form import SAMPLES, normal_form
@@ -71,8 +71,9 @@ def moved(subject: Subject, total: Force | None) -> Subject:
     )
 
 
-def total_of(record: GaitRecord) -> np.ndarray:
-    own = {"right": PHASE, "left": (PHASE - record.left_phase) % 1.0}
+def total_of(record: GaitRecord, later: float = 0.0) -> np.ndarray:
+    when = (PHASE + later) % 1.0
+    own = {"right": when, "left": (when - record.left_phase) % 1.0}
     return sum(record.ground_reaction(side, own[side]) for side in SIDES)
 
 
@@ -173,6 +174,19 @@ def forces_through(total: np.ndarray) -> Force:
     )
 
 
+def test_forces_come_later_than_the_motion_says(
+    usual: GaitRecord, known: Subject, monkeypatch
+) -> None:
+    record = at_own_contacts(usual, known)
+    early = forces_through(total_of(record, 0.02 / record.stride_time))
+    off = []
+    for delay in (0.02, 0.0):
+        monkeypatch.setattr("gaitval.prediction.force_split.USUAL_DELAY", delay)
+        found = with_total(record, moved(known, early), angles=False)
+        off.append(np.std(total_of(found) - total_of(record)))
+    assert off[0] < 0.5 * off[1]
+
+
 def leg_angles(record: GaitRecord) -> list[tuple[str, PeriodicCurve]]:
     return [(n, c) for n, c in record.angles.items() if n[:-2] in SAGITTAL]
 
@@ -188,18 +202,18 @@ def test_angles_say_of_forces_what_people_s_say(usual: GaitRecord, known: Subjec
     push[1, 5] = 0.2  # of the other foot
     one = np.concatenate([push, shape], axis=1).ravel()
     others = np.outer(one, one)
-    found = _by_angles(record, expected, others)
+    found = _before_total(record, expected, others)
     most = int(np.argmax(found.mean))
     assert most == _OF_FORCES + 5
     assert found.mean[most] == pytest.approx(0.2, rel=0.2)
     assert found.spread[most, most] < 0.3 * 0.2**2
-    none = _by_angles(record, expected, others, angles=False)
+    none = _before_total(record, expected, others, angles=False)
     assert not none.mean.any()
     assert none.spread[most, most] > 0.9 * 0.2**2
     # nor does it where they do not
     apart = np.concatenate([push, 0.0 * shape], axis=1).ravel()
     alone = np.concatenate([0.0 * push, shape], axis=1).ravel()
-    neither = _by_angles(record, expected, np.outer(apart, apart) + np.outer(alone, alone))
+    neither = _before_total(record, expected, np.outer(apart, apart) + np.outer(alone, alone))
     assert abs(neither.mean[most]) < 0.02
 
 
@@ -283,7 +297,7 @@ def test_where_the_total_is_known_mechanics_adds_nothing_to_forces(
 
 
 def test_other_laboratories_right_and_left_differ_alike() -> None:
-    pooled = elsewhere()
+    pooled = covariance_elsewhere()
     half = len(pooled) // 2
     assert pooled[:half, :half] == pytest.approx(pooled[half:, half:], abs=2e-5)
     # up, in early stance, by more than the unit of the file and less than half a body weight

@@ -11,6 +11,7 @@ from seen_figures import bands, figure_of, forward, legend, lines
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
+from gaitval.gait.insoles import InsoleForces
 from gaitval.prediction.deviations import kinetics_of
 from gaitval.prediction.normal_form import normal_form
 from gaitval.study.estimate_stage import (
@@ -21,6 +22,7 @@ from gaitval.study.estimate_stage import (
     TABLE,
     _draw,
     _title,
+    keep_insoles,
     of_run,
     stage,
     target_record,
@@ -48,6 +50,17 @@ def test_the_table_and_the_page_of_a_run(tmp_path):
         page = (tmp_path / PAGE).read_text(encoding="utf-8")
         assert "need not obey Newton" in page
         assert "another laboratory" not in page
+        kept = InsoleForces("walk.csv", np.tile(0.5, (2, 100)), 1.0, (4, 5), 1.2, 0.03)
+        keep_insoles(run, kept)
+        assert why_run(stage(run), tmp_path) is not None
+        run_stage(stage(run), tmp_path, observer=run.observer)
+        again = list(csv.DictReader((tmp_path / TABLE).open(encoding="utf-8")))
+        for before, after in zip(rows, again, strict=True):
+            if before["quantity"] == "vertical force":
+                assert float(after["plus_minus"]) < max(float(before["plus_minus"]), 1e-9) + 1e-9
+        page = (tmp_path / PAGE).read_text(encoding="utf-8")
+        for word in ("walk.csv", "4 right and 5 left", "3.0 % BW"):
+            assert word in page
         found = of_run(run)
         strange = load_subject("7").model_copy(update={"laboratory": "elsewhere"})
         elsewhere = of_run(type(run)(tmp_path, strange, configuration))
