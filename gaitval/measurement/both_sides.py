@@ -61,6 +61,9 @@ LEG: Final = 0.008
 LEG_SD: Final = 0.011
 """m, by which a leg measured with a tape, from spine to malleolus, is longer than from marker to
 marker: of twelve children (McGill) and two adults whose files have it."""
+TAPED: Final = -0.001
+TAPED_SD: Final = 0.018
+"""m, the same of these and of four sessions of a clinic's boys, whose tapes are shorter."""
 LEAST_FLEXION: Final = float(np.radians(30.0))
 LEAST_FRAMES: Final = 30
 STANDS_BENT: Final = float(np.radians(10.0))
@@ -130,17 +133,41 @@ def low_spines(
         (depth * (body.chosen.pelvic_tilt - TILT), depth * TILT_SD),
         SPINES_SD,
     )
-    shorter = [
-        leg - float(np.linalg.norm(np.subtract(points[f"{side}.ASIS"], points[f"{side}.Ankle"])))
-        for side, leg in zip("RL", taped, strict=False)
-        if leg is not None and f"{side}.Ankle" in points
-    ]
-    if not shorter:
+    longer = taped_longer(points, taped)
+    if longer is None:
         return found._replace(beyond=UNTAPED)
-    by_tape = float(np.mean(shorter)) - LEG
+    by_tape = longer - LEG
     if abs(by_tape - found.value) > BEYOND * float(np.hypot(SPINES_SD, LEG_SD)):
         return found._replace(beyond=UNTAPED)  # somebody else's legs, or measured otherwise
     return _together((found.value, SPINES_SD), (by_tape, LEG_SD))
+
+
+def taped_longer(points: "Mapping[str, Place]", taped: Sequence[float | None]) -> float | None:
+    """m, by which the legs that were `taped`, right and left, are longer than from the front spine
+    to the malleolus of `points` (3,) m on landmarks in standing; None where neither is known.
+    """
+    longer = [
+        leg - float(np.linalg.norm(np.subtract(points[f"{side}.ASIS"], points[f"{side}.Ankle"])))
+        for side, leg in zip("RL", taped, strict=False)
+        if leg is not None and f"{side}.ASIS" in points and f"{side}.Ankle" in points
+    ]
+    return float(np.mean(longer)) if longer else None
+
+
+def taped_warnings(longer: float | None) -> Iterator[QualityFlag]:
+    """Warning about lengths of the legs in a file that are not those of whoever stands there."""
+    if longer is None or abs(longer - TAPED) <= BEYOND * TAPED_SD:
+        return
+    yield QualityFlag(
+        "leg lengths of the file", "leg lengths", abs(longer - TAPED), BEYOND * TAPED_SD, "m",
+        f"those of the file are {1000 * abs(longer):.0f} mm {'longer' if longer > 0 else 'shorter'} "
+        "than from the front spines to the malleoli by the markers (elsewhere within "
+        f"{1000 * BEYOND * TAPED_SD:.0f} mm): "
+        "they are somebody else's or were typed wrong, or markers are misplaced, or the trials are "
+        "not to scale. The markers are used here; Plug-in Gait puts its hip centres by these "
+        "lengths, so its hip moments differ from those here. Measure the legs again, and look "
+        "whether mass, stature and widths of the file are this person's",
+    )  # fmt: skip
 
 
 def _together(

@@ -24,6 +24,8 @@ from gaitval.measurement.both_sides import (
     low_spines,
     low_spines_warnings,
     standing_warnings,
+    taped_longer,
+    taped_warnings,
 )
 from gaitval.measurement.correct import corrected, wanted
 from gaitval.measurement.estimate import Examined, examined
@@ -250,7 +252,9 @@ def _of_both_sides(found: Import, points: Mapping[str, Place]) -> Iterator[Quali
     if marked and found.request.hip_centre == "harrington":
         taped = read_person(found.request.static).leg_length_m
         spines = low_spines(body, points, taped)
-        yield from low_spines_warnings(spines, landmarks, body.chosen.pelvic_tilt)
+        of_spines = [*low_spines_warnings(spines, landmarks, body.chosen.pelvic_tilt)]
+        # spines that are too low make every tape too long
+        yield from of_spines or taped_warnings(taped_longer(points, taped))
 
 
 def unexplained(flags: Iterable[QualityFlag], checks: Set[str]) -> Iterator[QualityFlag]:

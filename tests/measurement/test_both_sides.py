@@ -20,6 +20,8 @@ from gaitval.measurement.both_sides import (
     low_spines,
     low_spines_warnings,
     standing_warnings,
+    taped_longer,
+    taped_warnings,
 )
 from gaitval.mocap.recording import Recording
 
@@ -84,6 +86,11 @@ def test_both_front_spines_too_low(low, tape, said):
     assert [each.where for each in flags] == ["RASIS and LASIS"] * said
     if said:
         assert found.value == pytest.approx(low, abs=0.002)
+    of_tape = [*taped_warnings(taped_longer(points, (leg, leg)))]
+    assert [each.value for each in of_tape] == pytest.approx(
+        [0.061] if tape is not None and abs(tape) > 0.06 else [], abs=1e-3
+    )
+    assert all("62 mm shorter" in str(each) for each in of_tape)
 
 
 def walked():
