@@ -415,6 +415,8 @@ def newton(
     for plate, wrench, middle in zip(recording.plates, ground.plates, middles, strict=True):
         for name, (df, dm) in _plate_effects(wrench, middle, weight).items():
             effects[f"{name} {plate.name}"] = about(df, dm)
+        late = -np.gradient(wrench, step, axis=0)
+        effects[f"plate delay {plate.name}"] = about(late[:, :3], late[:, 3:])
     found = np.hstack([measured - need_force, turning - need_turn])
     return found / weight, {name: effect / weight for name, effect in effects.items()}
 
@@ -507,6 +509,7 @@ def _pressures(trial: PlateTrial, ground: GroundWrenches) -> list[_Row]:
                 one, none = np.ones(len(inside)), np.zeros(len(inside))
                 changes = {
                     "delay": later[inside],
+                    f"plate delay {plate.name}": later[inside],
                     "scale": -ankle[inside, :2, 3],
                     f"place x {plate.name}": np.stack([one, none], axis=1),
                     f"place y {plate.name}": np.stack([none, one], axis=1),
