@@ -48,8 +48,8 @@ RARER: Final = {
 frame rate is wrong, which the cameras' own program writes; what soft tissue does to the body's
 acceleration looks like it. That one channel of a plate is wrong, and its others are not: with 0.1,
 one of 27 sound recordings has a false warning of it; of 48 such gains that are 20 % wrong, in 12
-people of McGill and Stanford, 23 are named (40 with 0.25). That the plates have clocks of their own,
-where most laboratories read them with one converter."""
+people of McGill and Stanford, 23 are named (40 with 0.25). That plates have clocks of their
+own, where most laboratories read them with one converter."""
 UNSOUND: Final = 0.01
 """Probability that nothing is wrong, below which something is, whatever it be: of 36 sound
 recordings that have no warning of a cause, 0.12 at least."""
