@@ -75,6 +75,7 @@ BEST_PAIRS: Final = 10
 """Pairs of faults beside which a third is looked for."""
 SHARED: Final = {
     "gain": "mass",
+    "plate delay": "delay",
     "cross-talk": "tilt",
     "place": "place all",
     "rotation": "rotation all",
