@@ -12,11 +12,11 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.checks.checks import marker_warnings
+from gaitval.checks.smoothed_markers import smoothed, smoothed_warnings
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
 from gaitval.gait.cycles import PLAUSIBLE_STRIDE
 from gaitval.gait.events import FOOT_CUTOFF_HZ
-from gaitval.gait.filters import octave
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.raised_plates import without_raised
 from gaitval.mocap.axes import LaboratoryAxes, detect_axes, turn_to_walking_direction
@@ -31,9 +31,6 @@ from gaitval.session.pelvis_markers import completed
 from gaitval.session.request import Notify, Request, part_text, silent
 from gaitval.session.standing import check_stands
 
-SLOW: Final = -4.5
-"""Octaves by which the markers' rate falls from 4 to 8 Hz, below which they were low-passed: -2.4 ±
-0.6 in 23 public recordings (-3.5 at least), -4.3 to -6.0 after 3 Hz."""
 NAMED: Final = 20
 """Points named when they are ignored: Plug-in Gait writes 250 computed ones into a file."""
 
@@ -169,7 +166,7 @@ def _doubts_beside(
     standing: Recording,
     walk: Recording,
     as_recorded: Recording,
-) -> Iterable[QualityFlag]:
+) -> Iterator[QualityFlag]:
     """Warnings about the markers of a `walk` beside those in standing; RecordError if they are of
     another person. `as_recorded` is the walk before it was cleaned.
     """
@@ -181,7 +178,7 @@ def _doubts_beside(
             names=(str(request.static), walk.source),
         )
     except RecordError as error:
-        if not _slowed(as_recorded):
+        if not smoothed(as_recorded):
             raise
         raise RecordError(
             f"{error}\nMost likely the walk's markers were low-passed at one or two Hz before the "
@@ -192,17 +189,8 @@ def _doubts_beside(
     segments = {name: marker.segment for name, marker in marker_set.markers.items()}
     stood = not request.stands_in_walk
     marks = marker_set.landmarks, moved, segments
-    return marker_warnings(as_recorded, standing, walk, *marks, stood=stood)
-
-
-def _slowed(walk: Recording) -> bool:
-    """Whether the markers of a `walk` have hardly anything fast in them, as after a low-pass."""
-    seen = np.isfinite(walk.markers).all(axis=(0, 2))
-    if not seen.any() or len(walk.markers) < walk.marker_rate:
-        return False
-    return (
-        octave(walk.markers[:, seen].reshape(len(walk.markers), -1), walk.marker_rate, 4.0) < SLOW
-    )
+    yield from smoothed_warnings(as_recorded)
+    yield from marker_warnings(as_recorded, standing, walk, *marks, stood=stood)
 
 
 def _check_plates(request: Request, recording: Recording) -> None:
