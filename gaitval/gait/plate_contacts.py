@@ -43,7 +43,7 @@ LEAST_SHOWN: Final = 0.8
 """Fraction of a stance, by markers, in which the plates must show a force."""
 LONGEST_MISSED: Final = 0.09
 """s of a stance's beginning or end, by markers, that a plate may not show: -25 to 41 and -28 to 50
-ms in 45 stances of 22 people, the last at 0.5 m/s."""
+ms in 64 stances of 24 people, the last at 0.5 m/s."""
 BRUSH_FORCE: Final = 2.0
 """A touch too short for a stance is reported above this many force thresholds."""
 

@@ -13,9 +13,9 @@ Axes of the pelvis (x forward, y left, z up), origin midway between the ASIS, me
 
 PW is the distance between the ASIS, PD that between the middle of the ASIS and of the PSIS, LL from
 the ASIS to the medial malleolus; C is 0.115 LL - 15.3 mm, D is 0.1288 LL - 48.56 mm and a marker's
-radius, t is 28.4 and b 18 degrees; Plug-in Gait takes LL from a tape. Of OpenSim's models hips and spines are where their own markers
-have them, and the pelvis is scaled as their set-ups do: Rajagopal's by PD along and by PW across
-and up, Gait2392's by PW.
+radius, t is 28.4 and b 18 degrees; Plug-in Gait takes LL from a tape. Of OpenSim's models hips and
+spines are where their own markers have them, and the pelvis is scaled as their set-ups do:
+Rajagopal's by PD along and by PW across and up, Gait2392's by PW.
 
 1. Harrington et al. 2007, J Biomech 40:595-602, the regressions on one variable.
 2. Bell et al. 1989, Hum Mov Sci 8:3-16, abstract: 22 % back, 14 % inwards of the ASIS, 30 % down.
@@ -33,7 +33,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.conventions import GENERIC
-
 
 MARKER_RADIUS: Final = 0.007
 """m, of the markers on the spines, as Plug-in Gait has it if nothing is said."""
