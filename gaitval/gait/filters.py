@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter, periodogram, sosfiltfilt
 
 from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError
@@ -101,3 +101,20 @@ def _both_ways(sections: Array, values: Array, period: int) -> Array:
     """
     padding = min(period, len(values) - 1)
     return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))
+
+
+def octave(values: Array, rate: float, hertz: float) -> float:
+    """Octaves by which the rate of change of the `values` (T, n), samples at `rate` Hz, changes
+    from `hertz` to twice that, over all columns.
+    """
+    change = np.diff(values, axis=0)
+    count = max(len(change), int(4.0 * rate))
+    frequency, power = periodogram(
+        change - change.mean(axis=0), rate, window="hann", nfft=count, axis=0
+    )
+    total = power.sum(axis=1)
+    low, high = (
+        total[(frequency >= at / 2**0.25) & (frequency < at * 2**0.25)].mean()
+        for at in (hertz, 2 * hertz)
+    )
+    return 0.5 * float(np.log2(max(high, 1e-30) / max(low, 1e-30)))

@@ -16,12 +16,11 @@ from typing import Final
 
 import numpy as np
 from scipy.ndimage import binary_erosion
-from scipy.signal import periodogram
 
 from gaitval.arrays import Array, Flags, Index, runs
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
-from gaitval.gait.filters import low_pass
+from gaitval.gait.filters import low_pass, octave
 from gaitval.gait.sampling import bridged
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.measurement.standing import StandingForces
@@ -415,6 +414,8 @@ def newton(
     for plate, wrench, middle in zip(recording.plates, ground.plates, middles, strict=True):
         for name, (df, dm) in _plate_effects(wrench, middle, weight).items():
             effects[f"{name} {plate.name}"] = about(df, dm)
+        late = -np.gradient(wrench, step, axis=0)
+        effects[f"plate delay {plate.name}"] = about(late[:, :3], late[:, 3:])
     found = np.hstack([measured - need_force, turning - need_turn])
     return found / weight, {name: effect / weight for name, effect in effects.items()}
 
@@ -507,6 +508,7 @@ def _pressures(trial: PlateTrial, ground: GroundWrenches) -> list[_Row]:
                 one, none = np.ones(len(inside)), np.zeros(len(inside))
                 changes = {
                     "delay": later[inside],
+                    f"plate delay {plate.name}": later[inside],
                     "scale": -ankle[inside, :2, 3],
                     f"place x {plate.name}": np.stack([one, none], axis=1),
                     f"place y {plate.name}": np.stack([none, one], axis=1),
@@ -546,7 +548,7 @@ def _falls(recording: Recording) -> list[_Row]:
         (FALL[1], recording.markers[:, seen, 2], recording.marker_rate, (4.0, 5.0)),
     ):
         if values.shape[1] and len(values) > 0.5 * rate and rate > 50.0:
-            fall = float(np.mean([_octave(values, rate, hertz) for hertz in low]))
+            fall = float(np.mean([octave(values, rate, hertz) for hertz in low]))
             rows.append(
                 _Row(kind, kind, 0, 0.0, fall, (_OF_FALL[kind],), np.array([FALL_EFFECT[kind]]))
             )
@@ -556,18 +558,3 @@ def _falls(recording: Recording) -> list[_Row]:
 FALL_EFFECT: Final = {FALL[0]: -2.5, FALL[1]: -3.0}
 """Octaves more, after a zero-lag low-pass at `SLOW_FORCES_HZ`, `SLOW_MARKERS_HZ`."""
 _OF_FALL: Final = {FALL[0]: "forces low-passed", FALL[1]: "markers low-passed"}
-
-
-def _octave(values: Array, rate: float, hertz: float) -> float:
-    """Octaves by which the rate of the `values` changes from `hertz` to twice that."""
-    change = np.diff(values, axis=0)
-    count = max(len(change), int(4.0 * rate))
-    frequency, power = periodogram(
-        change - change.mean(axis=0), rate, window="hann", nfft=count, axis=0
-    )
-    total = power.sum(axis=1)
-    low, high = (
-        total[(frequency >= at / 2**0.25) & (frequency < at * 2**0.25)].mean()
-        for at in (hertz, 2 * hertz)
-    )
-    return 0.5 * float(np.log2(max(high, 1e-30) / max(low, 1e-30)))

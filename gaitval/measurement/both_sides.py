@@ -61,6 +61,9 @@ LEG: Final = 0.008
 LEG_SD: Final = 0.011
 """m, by which a leg measured with a tape, from spine to malleolus, is longer than from marker to
 marker: of twelve children (McGill) and two adults whose files have it."""
+TAPED: Final = -0.001
+TAPED_SD: Final = 0.018
+"""m, the same of these and of four sessions of a clinic's boys, whose tapes are shorter."""
 LEAST_FLEXION: Final = float(np.radians(30.0))
 LEAST_FRAMES: Final = 30
 STANDS_BENT: Final = float(np.radians(10.0))
@@ -125,22 +128,48 @@ def low_spines(
         return None
     front = np.mean([np.asarray(points[name]) for name in FRONT], axis=0)
     depth = float(np.linalg.norm(front - np.mean(rear, axis=0)))
+    by_tilt = TooLow(depth * (body.chosen.pelvic_tilt - TILT), depth * TILT_SD)
+    if abs(by_tilt.value) > by_tilt.limit:
+        # the fit moves hips by 8 mm at most, and a tape says nothing of the rear spines
+        return by_tilt
     found = _together(
-        ((forward - FORWARD) / FORWARD_BY, FORWARD_SD / FORWARD_BY),
-        (depth * (body.chosen.pelvic_tilt - TILT), depth * TILT_SD),
-        SPINES_SD,
+        ((forward - FORWARD) / FORWARD_BY, FORWARD_SD / FORWARD_BY), by_tilt[:2], SPINES_SD
     )
-    shorter = [
-        leg - float(np.linalg.norm(np.subtract(points[f"{side}.ASIS"], points[f"{side}.Ankle"])))
-        for side, leg in zip("RL", taped, strict=False)
-        if leg is not None and f"{side}.Ankle" in points
-    ]
-    if not shorter:
+    longer = taped_longer(points, taped)
+    if longer is None:
         return found._replace(beyond=UNTAPED)
-    by_tape = float(np.mean(shorter)) - LEG
+    by_tape = longer - LEG
     if abs(by_tape - found.value) > BEYOND * float(np.hypot(SPINES_SD, LEG_SD)):
         return found._replace(beyond=UNTAPED)  # somebody else's legs, or measured otherwise
     return _together((found.value, SPINES_SD), (by_tape, LEG_SD))
+
+
+def taped_longer(points: "Mapping[str, Place]", taped: Sequence[float | None]) -> float | None:
+    """m, by which the legs that were `taped`, right and left, are longer than from the front spine
+    to the malleolus of `points` (3,) m on landmarks in standing; None where neither is known.
+    """
+    longer = [
+        leg - float(np.linalg.norm(np.subtract(points[f"{side}.ASIS"], points[f"{side}.Ankle"])))
+        for side, leg in zip("RL", taped, strict=False)
+        if leg is not None and f"{side}.ASIS" in points and f"{side}.Ankle" in points
+    ]
+    return float(np.mean(longer)) if longer else None
+
+
+def taped_warnings(longer: float | None) -> Iterator[QualityFlag]:
+    """Warning about lengths of the legs in a file that are not those of whoever stands there."""
+    if longer is None or abs(longer - TAPED) <= BEYOND * TAPED_SD:
+        return
+    yield QualityFlag(
+        "leg lengths of the file", "leg lengths", abs(longer - TAPED), BEYOND * TAPED_SD, "m",
+        f"those of the file are {1000 * abs(longer):.0f} mm "
+        f"{'longer' if longer > 0 else 'shorter'} than from the front spines to the malleoli by "
+        f"the markers (elsewhere within {1000 * BEYOND * TAPED_SD:.0f} mm): "
+        "they are somebody else's or were typed wrong, or markers are misplaced, or the trials are "
+        "not to scale. The markers are used here; Plug-in Gait puts its hip centres by these "
+        "lengths, so its hip moments differ from those here. Measure the legs again, and look "
+        "whether mass, stature and widths of the file are this person's",
+    )  # fmt: skip
 
 
 def _together(
@@ -178,18 +207,23 @@ def low_spines_warnings(
     """
     if found is None or abs(found.value) <= found.limit:
         return
-    low = found.value > 0.0
+    low, alone = found.value > 0.0, abs(tilt - TILT) > BEYOND * TILT_SD
+    shown = (
+        "more than anybody sound"
+        if alone
+        else f"and the walk shows the hips farther {'forward' if low else 'back'} than these "
+        "spines say"
+    )
     yield QualityFlag(
         "height of the front spines",
         " and ".join(landmarks.get(f"{side}.ASIS", f"{side}.ASIS") for side in "RL"),
         abs(found.value), found.limit, "m",
         f"the pelvis is tilted by {np.degrees(tilt):.0f}° in standing "
-        f"({np.degrees(TILT):.0f} ± {np.degrees(TILT_SD):.0f}° in others), and the walk shows the "
-        f"hips farther {'forward' if low else 'back'} than these spines say: both are some "
+        f"({np.degrees(TILT):.0f} ± {np.degrees(TILT_SD):.0f}° in others), {shown}: both are some "
         f"{1000 * abs(found.value):.0f} mm too {'low' if low else 'high'} on the pelvis (sound "
         f"people are within {1000 * found.limit:.0f} mm), as over a belt or a belly, or "
         "the rear ones the other way. Tilt of the pelvis and flexion of the hips are off by some "
-        "degrees all the time. Feel for the spines and put the markers on them",
+        "degrees all the time. Feel for all four spines and put the markers on them",
     )  # fmt: skip
 
 

@@ -77,6 +77,7 @@ class Usual(NamedTuple):
 
 USUAL: Final[Mapping[str, Usual]] = {
     "delay": Usual(0.003, 0.030, 0.010),
+    "plate delay": Usual(0.0, 0.030, 0.010),
     "place": Usual(0.004, 0.025, 0.010),
     "rotation": Usual(0.010, 0.09, 0.04),
     "gain": Usual(0.015, 0.08, 0.05),

@@ -55,6 +55,7 @@ OF_A_PLATE: Final = (
     "cross-talk",
     "offset",
     "mirrored moment",
+    "plate delay",
 )
 """Faults of one plate, or of all."""
 LIKE_A_GAIN: Final = (
@@ -63,8 +64,9 @@ LIKE_A_GAIN: Final = (
 )
 """What changes the vertical force as a plate's fault does, and must not be taken for one."""
 LIKE_A_PLACE: Final = (
-    "forces that are late, a plate that is turned, and a wrong scale of the cameras or length of "
-    "the wand look alike: measure the corners with markers before anything is corrected"
+    "forces that are late, a plate that is turned, a wrong scale of the cameras or length of the "
+    "wand, and a cane or hand on the plate beside the foot look alike: make sure of these, and "
+    "measure the corners with markers, before anything is corrected"
 )
 """What moves the centre of pressure under the foot as a plate's place does."""
 WORDS: Final[Mapping[str, FaultText]] = {
@@ -73,6 +75,13 @@ WORDS: Final[Mapping[str, FaultText]] = {
         "ms",
         "the forces come {later} than the markers",
         "synchronise force plates and cameras, or correct it with --correct delay",
+    ),
+    "plate delay": FaultText(
+        1000.0,
+        "ms",
+        "its forces come {later} than those of the other plates and the markers",
+        "synchronise its amplifier or converter with the others, and look at the filter of its "
+        "channels",
     ),
     "place": FaultText(
         1000.0,
@@ -389,6 +398,7 @@ def _bare(cause: Cause) -> str:
     of = _where(cause)
     plain = {
         "delay": "the forces are late or early",
+        "plate delay": f"{of}: its forces alone are late or early",
         "place": f"{of}: its place",
         "rotation": f"{of}: turned about the vertical",
         "gain": f"{of}: its sensitivity",

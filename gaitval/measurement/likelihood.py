@@ -30,6 +30,8 @@ from gaitval.measurement.expected import (
 
 ALL: Final = ("place x", "place y", "rotation")
 """Faults that all plates may have together: the cameras' axes are not those of the plates."""
+CLOSED: Final = "plate delay"
+"""A fault that is too rare for what is left of a session to be measured beside it."""
 LEAST_SCALE: Final = 0.7
 """Of the covariance, where a session is more regular than others."""
 
@@ -113,7 +115,7 @@ def balance(
     rest = data.value - mean
     open_ = covariance.copy()
     for name, effect in effects.items():
-        if name not in NUISANCE:
+        if name not in NUISANCE and not name.startswith(CLOSED):
             open_ += USUAL[kind_of(name)].faulty ** 2 * np.outer(effect, effect)
     left = float(rest @ cho_solve(cho_factor(open_, lower=True), rest)) / len(rest)
     scale = max(left, LEAST_SCALE) if scaled else 1.0

@@ -13,6 +13,7 @@ from gaitval.arrays import Array
 from gaitval.checks.force_checks import HORIZONTAL, SATURATED
 from gaitval.checks.laboratory_checks import FLOOR_TILTED
 from gaitval.checks.motion_checks import WEIGHT
+from gaitval.checks.smoothed_markers import SMOOTHED
 from gaitval.coordinates import Side, split_side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
@@ -24,6 +25,8 @@ from gaitval.measurement.both_sides import (
     low_spines,
     low_spines_warnings,
     standing_warnings,
+    taped_longer,
+    taped_warnings,
 )
 from gaitval.measurement.correct import corrected, wanted
 from gaitval.measurement.estimate import Examined, examined
@@ -61,6 +64,8 @@ from gaitval.session.request import Notify
 from gaitval.session.session import Import
 from gaitval.session.standing import standing_places
 
+SLOW_MARKERS: Final = ": markers low-passed"
+"""End of the check that says of forces and markers what the markers alone show, too."""
 LIKE_TILT: Final = (": place", ": cross-talk", ": offset", ": tilt")
 """Ends of the checks of faults that cameras which are not level look like; these are known by the
 floor itself."""
@@ -250,7 +255,9 @@ def _of_both_sides(found: Import, points: Mapping[str, Place]) -> Iterator[Quali
     if marked and found.request.hip_centre == "harrington":
         taped = read_person(found.request.static).leg_length_m
         spines = low_spines(body, points, taped)
-        yield from low_spines_warnings(spines, landmarks, body.chosen.pelvic_tilt)
+        of_spines = [*low_spines_warnings(spines, landmarks, body.chosen.pelvic_tilt)]
+        # spines that are too low make every tape too long
+        yield from of_spines or taped_warnings(taped_longer(points, taped))
 
 
 def unexplained(flags: Iterable[QualityFlag], checks: Set[str]) -> Iterator[QualityFlag]:
@@ -263,7 +270,8 @@ def unexplained(flags: Iterable[QualityFlag], checks: Set[str]) -> Iterator[Qual
         heavier = WEIGHT in checks and flag.check.endswith(OF_WEIGHT)
         # a horizontal force that is missing, or another's, looks like each of these on every plate
         other_force = checks & HORIZONTAL and flag.check.endswith(OF_A_PLATE)
-        if not tilted and not heavier and not other_force:
+        told = SMOOTHED in checks and flag.check.endswith(SLOW_MARKERS)
+        if not (tilted or heavier or other_force or told):
             yield flag
 
 
@@ -296,6 +304,7 @@ def measured(found: Import, notify: Notify) -> Import:
     cut_off = sorted({warning.plate for warning in of_trials if warning.check == SATURATED})
     # a wrong sign hides nothing: the estimate is made without it
     checks = {warning.check for warning in of_trials if not of_a_sign(warning)}
+    checks |= {warning.check for _, warning in found.session.warnings if warning.check == SMOOTHED}
     flags = [] if seen is None else [*unexplained(warnings(seen, cut_off, kinds), checks)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]

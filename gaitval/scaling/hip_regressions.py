@@ -7,19 +7,22 @@ Axes of the pelvis (x forward, y left, z up), origin midway between the ASIS, me
 | harrington | -0.24 PD - 9.9 mm | 0.33 PW + 7.3 mm | -0.30 PW - 10.9 mm | MRI of 32 people [1] |
 | bell | -0.22 PW | 0.36 PW | -0.30 PW | X-rays of adults [2] |
 | hara | 11 mm - 0.063 LL | 8 mm + 0.086 LL | -9 mm - 0.078 LL | CT of 157 people [3] |
+| davis | C cos t sin b - D cos b | PW / 2 - C sin t | -C cos t cos b - D sin b | Plug-in Gait [6] |
 | rajagopal2016 | -0.337 PD | 0.301 PW | -0.400 PW | OpenSim's generic model [4] |
 | gait2392 | -0.333 PW | 0.326 PW | -0.394 PW | OpenSim's older one [5] |
 
 PW is the distance between the ASIS, PD that between the middle of the ASIS and of the PSIS, LL from
-the ASIS to the medial malleolus. Of OpenSim's models hips and spines are where their own markers
-have them, and the pelvis is scaled as their set-ups do: Rajagopal's by PD along and by PW across
-and up, Gait2392's by PW.
+the ASIS to the medial malleolus; C is 0.115 LL - 15.3 mm, D is 0.1288 LL - 48.56 mm and a marker's
+radius, t is 28.4 and b 18 degrees; Plug-in Gait takes LL from a tape. Of OpenSim's models hips and
+spines are where their own markers have them, and the pelvis is scaled as their set-ups do:
+Rajagopal's by PD along and by PW across and up, Gait2392's by PW.
 
 1. Harrington et al. 2007, J Biomech 40:595-602, the regressions on one variable.
 2. Bell et al. 1989, Hum Mov Sci 8:3-16, abstract: 22 % back, 14 % inwards of the ASIS, 30 % down.
 3. Hara et al. 2016, Sci Rep 6:37707, abstract; the numbers as public programs have them.
 4. Rajagopal et al. 2016, IEEE Trans Biomed Eng 63:2068-2079; `Rajagopal2016.osim`.
 5. opensim-models, Gait2392_Simbody and the marker set of its set-up.
+6. Davis et al. 1991, Hum Mov Sci 10:575-587, as the manual of Visual3D has it (Helen Hayes pelvis).
 """
 
 from collections.abc import Callable, Mapping
@@ -30,6 +33,9 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.conventions import GENERIC
+
+MARKER_RADIUS: Final = 0.007
+"""m, of the markers on the spines, as Plug-in Gait has it if nothing is said."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +85,18 @@ def _hara(pelvis: PelvisSize) -> Array:
     )
 
 
+def _davis(pelvis: PelvisSize) -> Array:
+    away, theta, beta = 0.115 * pelvis.leg - 0.0153, np.radians(28.4), np.radians(18.0)
+    behind = 0.1288 * pelvis.leg - 0.04856 + MARKER_RADIUS
+    return np.array(
+        [
+            away * np.cos(theta) * np.sin(beta) - behind * np.cos(beta),
+            -(0.5 * pelvis.width - away * np.sin(theta)),
+            -away * np.cos(theta) * np.cos(beta) - behind * np.sin(beta),
+        ]
+    )
+
+
 def _rajagopal(pelvis: PelvisSize) -> Array:
     own, place = _generic("rajagopal2016")
     across = pelvis.width / own.width
@@ -105,6 +123,7 @@ REGRESSIONS: Final[Mapping[str, Callable[[PelvisSize], Array]]] = {
     "harrington": _harrington,
     "bell": _bell,
     "hara": _hara,
+    "davis": _davis,
     "rajagopal2016": _rajagopal,
     "gait2392": _gait2392,
 }
@@ -114,6 +133,7 @@ TITLES: Final = {
     "harrington": "Harrington",
     "bell": "Bell",
     "hara": "Hara",
+    "davis": "Davis, as in Plug-in Gait",
     "rajagopal2016": "OpenSim's Rajagopal 2016",
     "gait2392": "OpenSim's Gait2392",
 }

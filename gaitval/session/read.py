@@ -12,6 +12,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.checks.checks import marker_warnings
+from gaitval.checks.smoothed_markers import smoothed, smoothed_warnings
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
 from gaitval.gait.cycles import PLAUSIBLE_STRIDE
@@ -165,21 +166,31 @@ def _doubts_beside(
     standing: Recording,
     walk: Recording,
     as_recorded: Recording,
-) -> Iterable[QualityFlag]:
+) -> Iterator[QualityFlag]:
     """Warnings about the markers of a `walk` beside those in standing; RecordError if they are of
     another person. `as_recorded` is the walk before it was cleaned.
     """
-    distances = check_same_person(
-        trajectories(standing),
-        trajectories(walk),
-        marker_set,
-        names=(str(request.static), walk.source),
-    )
+    try:
+        distances = check_same_person(
+            trajectories(standing),
+            trajectories(walk),
+            marker_set,
+            names=(str(request.static), walk.source),
+        )
+    except RecordError as error:
+        if not smoothed(as_recorded):
+            raise
+        raise RecordError(
+            f"{error}\nMost likely the walk's markers were low-passed at one or two Hz before the "
+            "file was written, which brings markers of one segment nearer to each other: export "
+            "them as they were recorded."
+        ) from error
     moved = displaced(distances, marker_set)
     segments = {name: marker.segment for name, marker in marker_set.markers.items()}
     stood = not request.stands_in_walk
     marks = marker_set.landmarks, moved, segments
-    return marker_warnings(as_recorded, standing, walk, *marks, stood=stood)
+    yield from smoothed_warnings(as_recorded)
+    yield from marker_warnings(as_recorded, standing, walk, *marks, stood=stood)
 
 
 def _check_plates(request: Request, recording: Recording) -> None:

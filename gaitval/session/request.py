@@ -29,7 +29,7 @@ def _method(given: object) -> object:
 
 
 _HipCentreMethod = Annotated[
-    Literal["harrington", "bell", "hara", "rajagopal2016", "gait2392", "functional"],
+    Literal["harrington", "bell", "hara", "davis", "rajagopal2016", "gait2392", "functional"],
     BeforeValidator(_method),
 ]
 """Where the hip centres of the standing trial come from: a regression of
@@ -165,9 +165,9 @@ class ImportOptions(BaseModel):
     """Range-of-motion trials of the same session: functional hip centres and knee axes are compared
     with those of the standing trial."""
     hip_centre: _HipCentreMethod = "harrington"
-    """Where hip centres are: by the regression of Harrington (2007), Bell (1989) or Hara (2016), as
-    in OpenSim's generic models (rajagopal2016, gait2392), or functional, of --functional where the
-    error is small; the page shows the hip moments by each."""
+    """Where hip centres are: by the regression of Harrington (2007), Bell (1989), Hara (2016) or
+    Davis (1991, as in Plug-in Gait), as in OpenSim's generic models (rajagopal2016, gait2392), or
+    functional, of --functional where the error is small; the page shows the hip moments by each."""
     age: float | None = None
     """Years; below 16 a child's segment masses are taken. Left out if the C3D file knows it."""
     aid: Aid | None = None

@@ -12,6 +12,7 @@ from gaitval.errors import RecordError
 from gaitval.gait.events import marker_events
 from gaitval.gait.feet_on_plates import Feet
 from gaitval.gait.plate_contacts import (
+    _cut_off,
     check_synchrony,
     judge_brushes,
     judge_contact,
@@ -231,7 +232,8 @@ def test_a_touch_too_short_for_a_stance(peak, message, column):
 
 @pytest.mark.parametrize(
     ("shown", "words"),
-    [(range(30, 280), None), (range(60, 202), None), (range(60, 198), "only 79 % of this stance"),
+    [(range(30, 280), None), (range(70, 236), None), (range(60, 198), "only 79 % of this stance"),
+     (range(60, 234), "the last 92 ms"), (range(80, 280), "the first 100 ms"),
      (range(100, 101), "only 24 %"), (range(10, 50), "only 20 %"), (range(10, 49), "on no plate"),
      (range(0), "on no plate")],
 )  # fmt: skip
@@ -252,6 +254,20 @@ def test_a_stance_of_which_plates_show_too_little(shown, words, column):
         assert words in found[0].action
         assert found[0].names == (("right foot", "left foot")[column],)
     np.testing.assert_array_equal(valid, expected)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "words"),
+    [(100, 350, ""), (150, 400, ""), (50, 300, ""), (150, 350, "the first 100 ms"),
+     (100, 300, "the last 100 ms"), (150, 300, "the first 100 ms and the last 100 ms")],
+)  # fmt: skip
+def test_which_end_of_a_stance_is_missed(first, last, words):
+    """Forces that are late at both ends have another clock, and miss nothing."""
+    touched = np.zeros(600, bool)
+    touched[first:last] = True
+    found = _cut_off(touched, 100, 350, 500.0)
+    assert words in found
+    assert bool(found) == bool(words)
 
 
 @pytest.mark.parametrize(("seconds", "known"), [(0.24, True), (0.26, False)])

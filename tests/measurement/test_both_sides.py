@@ -7,7 +7,7 @@ import pytest
 from known_walk import known_walk
 
 from gaitval.coordinates import COORDINATES
-from gaitval.measurement.balance import _plate_effects
+from gaitval.measurement.balance import GroundWrenches, _plate_effects, newton
 from gaitval.measurement.both_sides import (
     FORWARD,
     FORWARD_BY,
@@ -15,12 +15,16 @@ from gaitval.measurement.both_sides import (
     LEG,
     NEARER,
     TILT,
+    TILT_SD,
     low_knees,
     low_knees_warnings,
     low_spines,
     low_spines_warnings,
     standing_warnings,
+    taped_longer,
+    taped_warnings,
 )
+from gaitval.measurement.estimate import causes
 from gaitval.mocap.recording import Recording
 
 SPINE, SHANK = 0.98, 0.42
@@ -84,6 +88,27 @@ def test_both_front_spines_too_low(low, tape, said):
     assert [each.where for each in flags] == ["RASIS and LASIS"] * said
     if said:
         assert found.value == pytest.approx(low, abs=0.002)
+    of_tape = [*taped_warnings(taped_longer(points, (leg, leg)))]
+    assert [each.value for each in of_tape] == pytest.approx(
+        [0.061] if tape is not None and abs(tape) > 0.06 else [], abs=1e-3
+    )
+    assert all("62 mm shorter" in str(each) for each in of_tape)
+
+
+@pytest.mark.parametrize(("sds", "said"), [(3.2, True), (2.8, False), (-3.2, True)])
+def test_a_tilt_that_nobody_has_is_said_whatever_the_tape_says(sds, said):
+    """Rear spines on a belt: the legs by the tape are right, and the fit hardly moves the hips."""
+    tilt = TILT + sds * TILT_SD
+    chosen = SimpleNamespace(hip_forward=FORWARD, pelvic_tilt=tilt)
+    points = {f"{side}.ASIS": [0.15, 0.1, SPINE] for side in "RL"}
+    points |= {"Sacrum": [0.0, 0.1, SPINE]}
+    points |= {f"{side}.Ankle": [0.15, 0.1, 0.08] for side in "RL"}
+    leg = SPINE - 0.08 + LEG
+    found = low_spines(SimpleNamespace(chosen=chosen), points, (leg, leg))
+    flags = [*low_spines_warnings(found, NAMES, tilt)]
+    assert len(flags) == said
+    assert all(f"tilted by {np.degrees(tilt):.0f}°" in str(each) for each in flags)
+    assert all("rear" in str(each) for each in flags)
 
 
 def walked():
@@ -137,3 +162,31 @@ def test_a_moment_of_the_wrong_sign_once_more_is_the_right_one():
     mirrored[:, 3:] = about * [-1.0, 1.0, 1.0] + np.cross(middle, right[:, :3])
     force, moment = _plate_effects(mirrored, middle, 700.0)["mirrored moment"]
     assert np.allclose(mirrored - np.hstack([force, moment]), right)
+
+
+def test_a_plate_that_alone_is_late_shows_what_its_delay_adds():
+    """Two plates, the second late by 5 ms: what Newton's law has too much is that of its effect."""
+    time, late = np.arange(300) / 100.0, 0.005
+
+    def wrenches(seconds):
+        each = []
+        for phase, by in ((0.0, 0.0), (np.pi, seconds)):
+            up = 350.0 * (1.0 + np.sin(2.0 * np.pi * (time - by) + phase))
+            each.append(np.stack([0.1 * up, 0.02 * up, up, 0.1 * up, -0.4 * up, 0.0 * up], axis=1))
+        return GroundWrenches(
+            feet=np.stack(each, axis=1), on=np.ones((300, 2), bool), valid=np.ones((300, 2), bool),
+            plates=np.stack(each), height=0.0, rate=100.0,
+        )  # fmt: skip
+
+    plates = SimpleNamespace(plates=[SimpleNamespace(name="1"), SimpleNamespace(name="2")])
+    centre, needed = np.tile([0.3, 0.1, 0.9], (300, 1)), np.zeros((300, 6))
+    known = centre, needed, plates, [np.zeros(3)] * 2, 700.0
+    right, _ = newton(wrenches(0.0), *known)
+    wrong, effects = newton(wrenches(late), *known)
+    inside = slice(5, -5)
+    added = late * effects["plate delay 2"]
+    assert np.abs(wrong - right)[inside].max() > 0.01
+    assert np.allclose((wrong - right)[inside], added[inside], atol=3e-4)
+    both = {cause.name for cause in causes(["gain 1", "gain 2", "plate delay 1", "plate delay 2"])}
+    assert {"plate delay 1", "plate delay 2"} <= both
+    assert not any("delay" in each.name for each in causes(["gain 1", "plate delay 1"]))

@@ -11,6 +11,7 @@ from gaitval.checks.checks import trial_warnings
 from gaitval.checks.force_checks import BRAKING, INWARD
 from gaitval.checks.laboratory_checks import FLOOR_TILTED
 from gaitval.checks.motion_checks import ALONG, WEIGHT
+from gaitval.checks.smoothed_markers import SMOOTHED
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ConfigurationError
@@ -95,16 +96,17 @@ def test_who_stands_with_one_knee_bent_has_no_marker_beside_the_knee(imported):
 def test_what_something_found_before_explains_is_no_fault_of_a_plate():
     flags = [
         QualityFlag(f"{CHECK}: {kind}", "plate 1", 1.0, 0.5, "1", "is wrong")
-        for kind in ("gain", "offset", "place", "delay")
+        for kind in ("gain", "offset", "place", "delay", "markers low-passed")
     ]
 
     def left(*checks):
         return [each.check.removeprefix(f"{CHECK}: ") for each in unexplained(flags, {*checks})]
 
-    assert left() == ["gain", "offset", "place", "delay"]
-    assert left("weight") == ["place", "delay"]
-    assert left(FLOOR_TILTED) == ["gain", "delay"]
-    assert left("push towards the middle line") == ["delay"]
+    assert left() == ["gain", "offset", "place", "delay", "markers low-passed"]
+    assert left("weight") == ["place", "delay", "markers low-passed"]
+    assert left(FLOOR_TILTED) == ["gain", "delay", "markers low-passed"]
+    assert left("push towards the middle line") == ["delay", "markers low-passed"]
+    assert left(SMOOTHED) == ["gain", "offset", "place", "delay"]
 
 
 SUSPECTED = QualityFlag(INWARD, "plate 1", -0.02, 0.0, "1", "is pushed outwards", plate="1")

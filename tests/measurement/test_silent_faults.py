@@ -9,7 +9,9 @@ import pytest
 from gaitval.checks.force_checks import channel_warnings
 from gaitval.checks.marker_checks import trajectory_warnings
 from gaitval.checks.motion_checks import belt_warnings
+from gaitval.checks.smoothed_markers import fall_of_markers, smoothed_warnings
 from gaitval.checks.unloaded_plates import unloaded_warnings
+from gaitval.gait.filters import low_pass
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.scale import _odd_stature, _odd_widths
 
@@ -116,3 +118,26 @@ def test_a_gap_that_was_filled_by_a_straight_line_is_said(seconds):
     recording = Recording("a", "laboratory", tuple("abcde"), markers, 100.0)
     warnings = [each for each in trajectory_warnings(recording) if each.check == "straight line"]
     assert [each.where for each in warnings] == (["c"] if seconds > 0.1 else [])
+
+
+@pytest.mark.parametrize(
+    ("cutoff", "rate", "message"),
+    [(None, 100.0, False), (6.0, 100.0, False), (3.0, 100.0, True), (1.5, 200.0, True),
+     (1.5, 40.0, False)],
+)  # fmt: skip
+def test_markers_that_were_low_passed_are_said(cutoff, rate, message):
+    """Harmonics of a stride of 1 s that fall as people's do: by 2.4 octaves from 4 to 8 Hz."""
+    time = np.arange(round(4.0 * rate)) / rate
+    order = np.arange(1, 19)[:, None, None]
+    phase = np.random.default_rng(2).uniform(0.0, 6.3, (18, 1, 9))
+    path = (order**-3.75 * np.sin(2.0 * np.pi * order * time[:, None] + phase)).sum(axis=0)
+    if cutoff is not None:
+        path = low_pass(path, rate=rate, cutoff_hz=cutoff)
+    markers = path.reshape(len(time), 3, 3)
+    walk = Recording("walk", "laboratory", ("a", "b", "c"), markers, rate)
+    found = [*smoothed_warnings(walk)]
+    assert checks(found) == ["smoothed markers"] * message
+    if cutoff is None:
+        assert fall_of_markers(walk) == pytest.approx(-2.4, abs=0.3)
+    markers[5, :, :] = np.nan
+    assert np.isnan(fall_of_markers(walk))

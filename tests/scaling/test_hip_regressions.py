@@ -17,6 +17,7 @@ PELVIS = PelvisSize(width=0.240, depth=0.150, leg=0.900)
         ("harrington", (-45.9, -86.5, -82.9)),
         ("bell", (-52.8, -86.4, -72.0)),
         ("hara", (-45.7, -85.4, -79.2)),
+        ("davis", (-46.75, -78.05, -96.77)),
     ],
 )
 def test_the_values_are_those_of_the_paper(name, millimetres):
