@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
@@ -249,7 +250,7 @@ def _own_shares(people: FittedPeople, trials: int) -> Array:
     return np.asarray(of_person / np.maximum(of_person + of_trial / trials, np.finfo(float).tiny))
 
 
-def _of_both_sides(harmonics: Array) -> Array:
+def _of_both_sides(harmonics: NDArray[np.complex128]) -> Array:
     """Squares of `harmonics` (trials, 8, f), the mean of the right side's and the left one's."""
     squares = np.abs(harmonics) ** 2
     sides = squares.reshape(len(squares), 2, -1, squares.shape[-1]).mean(axis=1)

@@ -143,23 +143,25 @@ def _options() -> dict[str, Any]:
     """How a PDF is written: for archives, and each of its parts once. They are asked for twice, for
     the file and for its identifier, and compressed each time.
     """
-    import pydyf
+    import pydyf  # type: ignore[import-untyped]
 
     class Written(pydyf.Object):  # type: ignore[misc]
-        """A part of a PDF, as it is written."""
-
-        data = b""
+        """A part of a PDF with what is written of it."""
 
         def __init__(self, part: pydyf.Object) -> None:
-            vars(self).update(
-                number=part.number, generation=part.generation, free=part.free,
-                compressed_with_others=part.compressible, data=part.data,
-            )  # fmt: skip
+            super().__init__()
+            self.number, self.generation, self.free = part.number, part.generation, part.free
+            self._part, self._written = part, part.data
+
+        @property
+        def data(self) -> bytes:
+            """As it is written."""
+            return bytes(self._written)
 
         @property
         def compressible(self) -> bool:
-            """Whether it is compressed with others."""
-            return bool(vars(self)["compressed_with_others"])
+            """Whether it is compressed together with others."""
+            return bool(self._part.compressible)
 
     def written(_: object, pdf: pydyf.PDF) -> None:
         pdf.objects[:] = [each if each.free == "f" else Written(each) for each in pdf.objects]
