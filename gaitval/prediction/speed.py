@@ -10,13 +10,21 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
 from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.record import REQUIRED_MOMENTS, GaitRecord
-from gaitval.prediction.normal_form import NormalForm, combined, normal_form, record_from, symmetric
+from gaitval.prediction.normal_form import (
+    SAMPLES,
+    NormalForm,
+    combined,
+    normal_form,
+    record_from,
+    symmetric,
+)
 from gaitval.prediction.population import (
     FittedPeople,
     change_with_speed,
@@ -50,14 +58,6 @@ OWN_CHANGE_SPAN: Final = 0.3
 """Difference of dimensionless speed between a person's own trials at which their own change counts
 as much as other people's beyond them. The ankles of 30 people at up to eight speeds, predicted from
 two of their trials and the change in two others, choose it (tests/prediction/test_speed.py)."""
-
-NEAR_A_TRIAL: Final = 0.02
-"""Difference of dimensionless speed, 6 cm a second, from a trial at which it counts as much as the
-mean of all trials; convention."""
-_OF_ALL_TRIALS: Final = np.array([[name.startswith("hip_adduction")] for name in REQUIRED_MOMENTS])
-"""(8, 1) the moments that differ more from trial to trial than with speed: a trial that is copied
-brings what was its own. S05's trials T05, T06, T03 are predicted from the two others within 0.055,
-0.063, 0.048 Nm/kg so, and within 0.057, 0.073, 0.064 as the other moments are."""
 
 
 def at_speed(
@@ -95,10 +95,11 @@ def at_speed(
         )
     wanted = speed / speed_unit(subject.leg_length_m)
     own = _distinct([normal_form(record, subject.leg_length_m) for record in records])
-    gait = _moved(own, wanted, change_of_others(subject, others))
+    people = other_people(subject, others)
+    gait = _with_all_trials(_moved(own, wanted, _change_of_others(people)), own, people)
     slower = 1.0 - speed / min(speeds)
     if slower > LARGEST_CHANGE - PASSING:
-        far = _far_slower(own, wanted, other_people(subject, others))
+        far = _far_slower(own, wanted, people)
         share = min(1.0, 1.0 - (LARGEST_CHANGE - slower) / PASSING)
         gait = combined([gait, far], np.array([1.0 - share, share]))
     # The speed as given: through the dimensionless one and back it would be rounded.
@@ -131,11 +132,10 @@ def trials_known(subject: Subject, without: str | None = None) -> list[Subject]:
     return [subject.on_trial(name) for name in names]
 
 
-def change_of_others(subject: Subject, others: Sequence[Subject]) -> NormalForm:
-    """Change of the gait of `others` per unit of dimensionless speed, without the person of
-    `subject`; between people, where nobody has several trials.
+def _change_of_others(people: FittedPeople) -> NormalForm:
+    """Change of the gait of other `people` per unit of dimensionless speed, within each; between
+    them, where nobody has several trials.
     """
-    people = other_people(subject, others)
     change = change_with_speed(people)
     if change is not None:
         return change
@@ -187,17 +187,71 @@ def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> Norma
         step = np.log(above.stride_time / below.stride_time) / np.log(above.speed / below.speed)
         exponent += share * (float(step) - exponent)
     stride_time = nearest.stride_time * (speed / nearest.speed) ** exponent
-    moved = combined(gaits, np.array(weights))
+    return replace(combined(gaits, np.array(weights)), speed=speed, stride_time=stride_time)
+
+
+NEAR_A_TRIAL: Final = 0.02
+"""Difference of dimensionless speed, 6 cm a second, from a trial at which it counts as much as the
+mean of all trials; convention."""
+_OF_ALL_TRIALS: Final = np.array([[name.startswith("hip_adduction")] for name in REQUIRED_MOMENTS])
+"""(8, 1) the moments that differ more from trial to trial than with speed: a trial that is copied
+brings what was its own."""
+
+
+def _with_all_trials(
+    gait: NormalForm, own: Sequence[NormalForm], people: FittedPeople
+) -> NormalForm:
+    """A `gait` that was predicted from a person's trials (`own`), with the moments that differ from
+    trial to trial (`_OF_ALL_TRIALS`) by all of these trials and by other `people`.
+    """
+    away = min(abs(each.speed - gait.speed) for each in own)
     # at the speed of a trial it is that trial
     share = away**2 / (away**2 + NEAR_A_TRIAL**2)
-    mean = share * _by_all_trials(own, speed, change) + (1.0 - share) * moved.moments
-    moments = np.where(_OF_ALL_TRIALS, mean, moved.moments)
-    return replace(moved, speed=speed, stride_time=stride_time, moments=moments)
+    moments = share * _by_all_trials(own, gait.speed, people) + (1.0 - share) * gait.moments
+    return replace(gait, moments=np.where(_OF_ALL_TRIALS, moments, gait.moments))
 
 
-def _by_all_trials(own: Sequence[NormalForm], speed: float, change: NormalForm) -> Array:
-    """Moments (8, n) at a dimensionless speed, the mean of what each trial of the person predicts
-    with others' change: what is a trial's own is divided by the number of trials.
+def _by_all_trials(own: Sequence[NormalForm], speed: float, people: FittedPeople) -> Array:
+    """Moments (8, n) at a dimensionless speed: what is expected of other `people` there, with what
+    the person's trials (`own`) differ from that, of which each harmonic counts by `_own_shares`.
     """
-    each = [gait.moments + TRUST * (speed - gait.speed) * change.moments for gait in own]
-    return np.asarray(np.mean(each, axis=0))
+    beyond = np.fft.rfft(_beyond(own, people).mean(axis=0))
+    changed = np.fft.irfft(_own_shares(people, len(own)) * beyond, SAMPLES)
+    return np.asarray(symmetric(expected(people, speed)).moments + changed)
+
+
+def _beyond(own: Sequence[NormalForm], people: FittedPeople) -> Array:
+    """(trials, 8, n) moments of a person's trials less those expected of other `people`."""
+    each = [gait.moments - symmetric(expected(people, gait.speed)).moments for gait in own]
+    return np.array(each)
+
+
+def _own_shares(people: FittedPeople, trials: int) -> Array:
+    """(8, n / 2 + 1) of each harmonic of a moment, the share that is the person's own in how far
+    the mean of so many `trials` is from what is expected: the variance between `people`, over it
+    and that between trials of one of them, divided by their number: the best linear prediction
+    by these variances. All of it, where nobody else has several trials.
+    """
+    between, within, freedom = [], [], 0
+    for index, person in enumerate(people):
+        rest = [*people[:index], *people[index + 1 :]]
+        if len(person) > 1 and rest:
+            harmonics = np.fft.rfft(_beyond(person, rest))
+            within.append(_of_both_sides(harmonics - harmonics.mean(axis=0)).sum(axis=0))
+            freedom += len(person) - 1
+    if not freedom:
+        return np.ones((len(REQUIRED_MOMENTS), SAMPLES // 2 + 1))
+    for index, person in enumerate(people):
+        rest = [*people[:index], *people[index + 1 :]]
+        between.append(_of_both_sides(np.fft.rfft(_beyond(person, rest))).mean(axis=0))
+    of_trial = np.sum(within, axis=0) / freedom
+    # trials of one person differ, so the variance over people has that of their trials in it
+    of_person = np.maximum(np.mean(between, axis=0) - of_trial, 0.0)
+    return np.asarray(of_person / np.maximum(of_person + of_trial / trials, np.finfo(float).tiny))
+
+
+def _of_both_sides(harmonics: NDArray[np.complex128]) -> Array:
+    """Squares of `harmonics` (trials, 8, f), the mean of the right side's and the left one's."""
+    squares = np.abs(harmonics) ** 2
+    sides = squares.reshape(len(squares), 2, -1, squares.shape[-1]).mean(axis=1)
+    return np.asarray(np.tile(sides, (1, 2, 1)))

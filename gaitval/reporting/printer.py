@@ -6,17 +6,19 @@ are written. What it writes is the same, byte for byte.
 """
 
 import base64
+import ctypes.util
 import os
 import re
 import signal
 import struct
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 from gaitval.artefacts import replacing, scratch
 from gaitval.memory import without_search
@@ -44,8 +46,28 @@ _LENGTHS: Final = struct.Struct("<QQQ")
 """Before what the other process is sent: bytes of the paper's name, the folder, and the page."""
 
 
+def load() -> None:
+    """Load what lays a page out. It tries its libraries by the names of every system, and for each
+    name that is not of this one `ctypes` starts a compiler and a linker: 22 processes.
+    """
+    if sys.platform == "linux":
+        search = ctypes.util.find_library
+        ctypes.util.find_library = lambda name: None
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")  # that a library is missing
+                import weasyprint
+            return
+        except (OSError, Warning):  # here they have other names
+            pass
+        finally:
+            ctypes.util.find_library = search
+    import weasyprint  # noqa: F401
+
+
 def layouter(paper: str, own: Path) -> "Callable[[str], weasyprint.Document]":
     """What lays a page out on sheets of a size; fonts are prepared in the folder `own`."""
+    load()
     import weasyprint
     from weasyprint.text.fonts import FontConfiguration
     from weasyprint.urls import URLFetcher, URLFetcherResponse
@@ -117,6 +139,36 @@ def _fixed_clock() -> Iterator[None]:
         del os.environ[name]
 
 
+def _options() -> dict[str, Any]:
+    """How a PDF is written: for archives, and each of its parts once. They are asked for twice, for
+    the file and for its identifier, and compressed each time.
+    """
+    import pydyf  # type: ignore[import-untyped]
+
+    class Written(pydyf.Object):  # type: ignore[misc]
+        """A part of a PDF with what is written of it."""
+
+        def __init__(self, part: pydyf.Object) -> None:
+            super().__init__()
+            self.number, self.generation, self.free = part.number, part.generation, part.free
+            self._part, self._written = part, part.data
+
+        @property
+        def data(self) -> bytes:
+            """As it is written."""
+            return bytes(self._written)
+
+        @property
+        def compressible(self) -> bool:
+            """Whether it is compressed together with others."""
+            return bool(self._part.compressible)
+
+    def written(_: object, pdf: pydyf.PDF) -> None:
+        pdf.objects[:] = [each if each.free == "f" else Written(each) for each in pdf.objects]
+
+    return {"pdf_variant": PDF_VARIANT, "finisher": written}
+
+
 _beside: list["_Beside"] = []
 
 
@@ -186,15 +238,14 @@ def printed(path: Path, page: str, paper: str) -> Iterator[None]:
         made = None if here is None else here.answer()
         if made is None:
             with _fixed_clock(), without_search():
-                layouter(paper, own)(page).write_pdf(temporary, pdf_variant=PDF_VARIANT)
+                layouter(paper, own)(page).write_pdf(temporary, **_options())
         else:
             temporary.write_bytes(made)
 
 
 def _serve(sent: BinaryIO, answer: BinaryIO) -> int:
     """Print the page that is `sent`; return an exit code."""
-    import weasyprint  # noqa: F401  while the page is not there yet
-
+    load()  # while the page is not there yet
     lengths = sent.read(_LENGTHS.size)
     if len(lengths) < _LENGTHS.size:
         return 1  # who started this has ended, or needs no page
@@ -205,7 +256,7 @@ def _serve(sent: BinaryIO, answer: BinaryIO) -> int:
     paper, own, page = (each.decode() for each in parts)
     made = BytesIO()
     with _fixed_clock(), without_search():
-        layouter(paper, Path(own))(page).write_pdf(made, pdf_variant=PDF_VARIANT)
+        layouter(paper, Path(own))(page).write_pdf(made, **_options())
     answer.write(made.getvalue())
     answer.flush()
     return 0

@@ -13,16 +13,19 @@ from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.gait.record import HARMONICS_CAP, periodic_through
+from gaitval.gait.record import HARMONICS_CAP, REQUIRED_MOMENTS, periodic_through
 from gaitval.metrics.comparison import rms
 from gaitval.prediction import speed as speed_module
 from gaitval.prediction.known import known_record
 from gaitval.prediction.normal_form import normal_form, symmetric
-from gaitval.prediction.population import change_with_speed, expected, other_people
+from gaitval.prediction.population import change_with_speed, expected, gaits_of, other_people
 from gaitval.prediction.speed import (
     OWN_CHANGE_SPAN,
     STRIDE_TIME_EXPONENT,
+    TRUST,
+    _by_all_trials,
     _moved,
+    _own_shares,
     at_speed,
     trials_known,
 )
@@ -189,22 +192,73 @@ def test_two_trials_at_one_speed_are_as_their_mean():
 
 
 def test_what_is_a_trials_own_in_the_hip_adduction_moment_is_divided_by_the_trials():
-    """A ripple of one of two trials reaches another speed by a half, its own by the whole; that of
-    a hip flexion moment comes from the trial that is copied.
+    """Less of a ripple of one of two trials than a half reaches another speed, because people
+    differ less in ripples than trials do, and its own speed by the whole; that of a hip flexion
+    moment comes from the trial that is copied.
     """
     subject = load_subject("S05")
     trials = [each.record() for each in trials_known(subject, "T05")]
     near = max(trials, key=lambda each: each.speed)
-    for name, part in (("hip_adduction_r", 0.5), ("hip_flexion_r", 1.0)):
+    for name, least, most in (("hip_adduction_r", 0.0, 0.4), ("hip_flexion_r", 0.8, 1.2)):
         rippled = replace(near, moments=near.moments | {name: _rippled(near.moments[name])})
         others = [each for each in trials if each is not near]
-        for speed, share in ((1.15 * near.speed, part), (near.speed, 1.0)):
+        for speed, shares in ((1.15 * near.speed, (least, most)), (near.speed, (0.8, 1.2))):
             one, other = (
                 at_speed(subject, [*others, each], speed, builtin_subjects()).moments[name]
                 for each in (near, rippled)
             )
             ripple = (other(PHASE) - one(PHASE)) @ np.cos(20 * np.pi * PHASE) / 50.0
-            assert ripple == pytest.approx(0.1 * share, abs=0.02)
+            assert shares[0] <= ripple / 0.1 <= shares[1]
+
+
+def test_a_harmonic_counts_by_how_much_people_differ_in_it_and_their_trials_do():
+    """Made-up people who differ by 0.3 in the second harmonic, and by 0.2 in the third, in which
+    their trials differ by as much; trials alone differ in the fourth.
+    """
+    random, cycle = np.random.default_rng(3), 2.0 * np.pi * PHASE
+    base = normal_form(SUBJECTS[4].record(), SUBJECTS[4].leg_length_m)
+
+    def trial(second, third, speed):
+        own = np.array([[second], [third + random.normal(0.0, 0.2)], [random.normal(0.0, 0.2)]])
+        wave = own * np.cos(np.outer([2, 3, 4], cycle))
+        return replace(base, speed=speed, moments=0.0 * base.moments + wave.sum(axis=0))
+
+    people = []
+    for _ in range(60):
+        own = random.normal(0.0, [0.3, 0.2])
+        people.append([trial(*own, 0.4), trial(*own, 0.5)])
+    for trials in (1, 3):
+        share = _own_shares(people, trials)
+        np.testing.assert_allclose(share[:, 2], 1.0, atol=0.01)
+        np.testing.assert_allclose(share[:, 3], trials / (trials + 1.0), atol=0.15)
+        np.testing.assert_allclose(share[:, 4], 0.0, atol=0.25)
+    alone = [person[:1] for person in people]
+    assert (_own_shares(alone, 2) == 1.0).all()
+
+
+@pytest.mark.parametrize("name", ["S01", "S04", "S05"])
+def test_the_hip_adduction_moment_is_nearer_by_all_trials_and_other_people(name):
+    """Than the mean of what each of the person's trials says with others' change alone, and than
+    what is expected of anybody; over all trials that can be held out.
+    """
+    person = load_subject(name)
+    own = gaits_of(person)
+    people = other_people(person, SUBJECTS)
+    rows = [REQUIRED_MOMENTS.index(f"hip_adduction_{side}") for side in "rl"]
+    change = TRUST * change_with_speed(people).moments
+    errors = []
+    for held in own:
+        known = [each for each in own if each is not held]
+        moved = [each.moments + (held.speed - each.speed) * change for each in known]
+        guesses = (
+            _by_all_trials(known, held.speed, people),
+            np.mean(moved, axis=0),
+            symmetric(expected(people, held.speed)).moments,
+        )
+        errors.append([np.mean([rms(g[r] - held.moments[r]) for r in rows]) for g in guesses])
+    ours, mean, anybody = np.mean(errors, axis=0)
+    assert ours < 1.01 * mean
+    assert ours < 0.8 * anybody
 
 
 def _rippled(moment):

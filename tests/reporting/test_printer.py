@@ -1,7 +1,11 @@
 """A page is printed alike in this process and in one beside it, whatever becomes of that."""
 
+import io
 import os
 import signal
+import subprocess
+import sys
+import zlib
 from pathlib import Path
 
 import pytest
@@ -57,3 +61,39 @@ def test_who_is_sent_no_whole_page_prints_nothing(tmp_path: Path) -> None:
         process.stdin.close()
         assert process.stdout.read() == b""
         assert process.wait() == 1
+
+
+def test_each_part_of_a_pdf_is_compressed_once_and_the_file_is_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compressed = []
+    compressor = zlib.compressobj
+
+    def counted(*settings, **named):
+        compressed.append(settings)
+        return compressor(*settings, **named)
+
+    with whole_pdf(), printer._fixed_clock():
+        document = printer.layouter("a4", tmp_path)(PAGE)
+        files, counts = [io.BytesIO(), io.BytesIO()], []
+        monkeypatch.setattr(zlib, "compressobj", counted)
+        for file, options in zip(
+            files, (printer._options(), {"pdf_variant": printer.PDF_VARIANT}), strict=True
+        ):
+            compressed.clear()
+            document.write_pdf(file, **options)
+            counts.append(len(compressed))
+    assert files[0].getvalue() == files[1].getvalue()
+    assert counts[0] < 0.7 * counts[1]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="libraries have other names there")
+def test_no_compiler_is_started_to_find_libraries() -> None:
+    code = (
+        "import subprocess, sys, ctypes.util as c; search = c.find_library\n"
+        "def refuse(*a, **k): raise AssertionError(a)\n"
+        "subprocess.Popen = refuse\n"
+        "from gaitval.reporting.printer import load; load()\n"
+        "assert 'weasyprint' in sys.modules and c.find_library is search"
+    )
+    subprocess.run([sys.executable, "-P", "-c", code], check=True)
