@@ -960,7 +960,7 @@ def test_a_folder_that_is_not_ones_own(laboratory: Laboratory, plain_messages: i
     closed = laboratory.folder / "closed"
     closed.mkdir(mode=0o500)
     assert gaitval(laboratory.request(), closed / "out").exit_code == 2
-    assert "closed: no permission to write" in plain_messages.getvalue()
+    assert "closed may not be written to" in plain_messages.getvalue()
 
 
 @pytest.mark.slow
