@@ -115,8 +115,7 @@ def _of(
 ) -> LoadedMotion:
     if policy is None:
         raise ConfigurationError(
-            "A walk does not say of which body it is. Give its policy, too: "
-            "muscles(rollout(policy), policy=policy)."
+            "A walk does not say of which body it is. Give its policy, too, by policy=policy."
         )
     expect("policy", policy, StoredPolicy, "what load_policy(5) returns")
     body = apply_parameters(policy.model, walk.mu)
