@@ -294,8 +294,7 @@ def test_an_empty_file(laboratory: Laboratory, name: str) -> None:
 def test_a_folder(laboratory: Laboratory, name: str) -> None:
     path = laboratory.folder / name
     path.mkdir()
-    words = ["is a folder"] if path.suffix else ["a file without an ending", "Export the trial"]
-    refuse(laboratory.request(standing=path), name, *words)
+    refuse(laboratory.request(standing=path), name, "is a folder")
 
 
 @pytest.mark.parametrize("name", ["walk.trc", "forces.mot"])
