@@ -15,7 +15,8 @@ def is_of_another(error: Exception, path: Path) -> bool:
     name = getattr(error, "filename", None)
     if not isinstance(name, str | os.PathLike):
         return False
-    named = Path(name)
+    # a temporary file is named from the root, whatever the path of the one that it replaces
+    named, path = Path(os.path.abspath(name)), Path(os.path.abspath(path))
     return named.parent != path.parent and named not in (path, *path.parents)
 
 

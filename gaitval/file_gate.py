@@ -9,6 +9,7 @@ import codecs
 import csv
 import io
 import os
+import re
 import stat
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -93,17 +94,31 @@ def csv_rows(
 ) -> Iterator[tuple[int, dict[str, Any]]]:
     """Line and cells, by their columns, of each row of a CSV file; as `csv.DictReader` gives them.
     `path`, `refusal` and `largest` are those of `passed`, as which it raises, also for what is not
-    CSV in UTF-8.
+    CSV in UTF-8. Of a table with semicolons or tabs, as spreadsheets of many countries write it,
+    numbers with a comma for the point are given with the point.
     """
     try:
         text = read_text(path, refusal, largest=largest)
-        reader = csv.DictReader(io.StringIO(text))
+        header = text.partition("\n")[0]
+        separator = max(",;\t", key=header.count)  # of none, the first
+        reader = csv.DictReader(io.StringIO(text), delimiter=separator)
         for row in reader:
-            yield reader.line_num, row
+            yield reader.line_num, row if separator == "," else _with_points(row)
     except UnicodeDecodeError:
         raise refusal(f"{path}: not UTF-8 text. Save the table as UTF-8.") from None
     except csv.Error as error:
         raise refusal(f"{path}: cannot be read as CSV ({error}). Write it again.") from None
+
+
+def _with_points(row: dict[str, Any]) -> dict[str, Any]:
+    return {
+        name: cell.replace(",", ".") if isinstance(cell, str) and _DECIMAL.fullmatch(cell) else cell
+        for name, cell in row.items()
+    }
+
+
+_DECIMAL: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
+"""A number with a comma for the point."""
 
 
 def csv_frame(path: Path, refusal: Refusal, **options: Any) -> "pd.DataFrame":

@@ -21,6 +21,7 @@ from gaitval.artefacts import (
     write_json,
     write_text,
 )
+from gaitval.disk_errors import is_of_another
 from gaitval.errors import ArtefactError
 
 
@@ -227,3 +228,10 @@ def test_a_fault_that_is_not_the_disks_stays_what_it_is(tmp_path: Path) -> None:
 
     with pytest.raises(OSError, match="Invalid argument"):
         fail()
+
+
+def test_a_file_that_is_named_from_the_root_is_that_of_a_relative_path(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    partial = PermissionError(13, "denied", str(tmp_path / ".partial-walk-x.svg"))
+    assert not is_of_another(partial, Path("walk.svg"))
+    assert is_of_another(partial, Path("elsewhere/walk.svg"))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from shlex import quote
 from typing import Annotated, Any
 
 import typer
@@ -147,7 +148,7 @@ def curves(
         assert out is not None
         person = PersonDetails(mass, height, leg_length, sex, tape=tape or (), **about)
         path = new_subject(files, out, person, **trial)
-    display.plain(f"Subject: {path}; continue with: gaitval subject {path}")
+    display.plain(f"Subject: {path}; continue with: gaitval subject {quote(str(path))}")
 
 
 def _write_template(files: Sequence[Path]) -> None:
@@ -167,7 +168,8 @@ def _write_template(files: Sequence[Path]) -> None:
     write_text(path, curve_template(person))
     display.plain(
         f"Template: {path} (names, units and the curves of {person.identifier}). Fill in your own, "
-        f"then: gaitval curves {path} --speed {person.walking_speed_m_s:g} --stride-time "
-        f"{person.stride_time_s:g} --mass {person.mass_kg:g} --height {person.height_m:g} "
-        f"--leg-length {person.leg_length_m:g} --sex {person.sex} --out mine.toml"
+        f"then: gaitval curves {quote(str(path))} --speed {person.walking_speed_m_s:g} "
+        f"--stride-time {person.stride_time_s:g} --mass {person.mass_kg:g} "
+        f"--height {person.height_m:g} --leg-length {person.leg_length_m:g} --sex {person.sex} "
+        "--out mine.toml"
     )

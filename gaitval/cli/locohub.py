@@ -1,6 +1,7 @@
 """The command that makes subjects of a LocoHub file."""
 
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -83,6 +84,6 @@ def locohub(
     for name, reason in refused.items():
         display.plain(f"{name}: not used: {reason}")
     for path in written:
-        display.plain(f"Subject: {path}; continue with: gaitval subject {path}")
+        display.plain(f"Subject: {path}; continue with: gaitval subject {quote(str(path))}")
     if not written:
         raise typer.Exit(2)

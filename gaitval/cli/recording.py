@@ -134,7 +134,7 @@ def say_what_was_made(imported: "Imported", out: Path) -> None:
     # a prosthesis keeps them apart by itself
     wanted = not imported.found.body.chosen.symmetric and imported.subject.prosthesis not in SIDES
     two = " --set scaling.symmetric=false" if wanted else ""
-    display.plain(f"Subject: {path}; continue with: gaitval subject {path}{two}")
+    display.plain(f"Subject: {path}; continue with: gaitval subject {shlex.quote(str(path))}{two}")
     display.print_warnings(imported.found)
     if imported.subject.gait.not_recorded:
         display.plain(f"To fill the side in: {shlex.join(['gaitval', *sys.argv[1:]])} --mirror")

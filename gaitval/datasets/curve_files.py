@@ -161,6 +161,10 @@ def _from_wbds(paths: Sequence[Path]) -> MeanCurves:
     return MeanCurves(found, of_forces.moments, of_forces.forces, MOMENT_SEAM)
 
 
+def _is_note(line: str) -> bool:
+    return line.lstrip('"').startswith("#")
+
+
 def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
     """Columns of curves in a file, without `_mean`, and the names of the others."""
     if path.suffix.lower() in _NO_TABLES:
@@ -173,8 +177,9 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
             table = _parquet(path)
         else:
             text = file_gate.read_text(path, RecordError, largest=file_gate.VALUES)
-            # lines at the top that start with `#`, such as a template's
-            notes = sum(1 for _ in takewhile(lambda line: line.startswith("#"), text.splitlines()))
+            # lines at the top that start with `#`, such as a template's; a spreadsheet puts those
+            # with a separator in quotes
+            notes = sum(1 for _ in takewhile(_is_note, text.splitlines()))
             header, *rows = text.splitlines()[notes:] or [""]
             # In many countries' tables a comma is the decimal point and a semicolon separates.
             separator = next((each for each in ";\t," if each in header), None)
@@ -182,7 +187,7 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
             table = pd.read_csv(
                 io.StringIO(text), sep=separator, decimal="," if comma else ".", engine="python",
                 skiprows=notes,
-            )  # fmt: skip
+            ).dropna(how="all")  # fmt: skip
     except RecordError:
         raise
     except Exception as error:  # the readers have no common error

@@ -6,6 +6,7 @@ table of strides of three virtual people.
 
 from importlib import resources
 from pathlib import Path
+from shlex import quote
 from typing import Any, Final
 
 from gaitval import file_gate
@@ -48,13 +49,15 @@ def import_line(folder: Path, about: dict[str, Any]) -> str:
     """The command that imports the recording in `folder` of `gaitval virtual --c3d`, or the sample;
     `about` is what its `truth.json` holds.
     """
-    files = f"--static {folder / 'standing.c3d'} --trial {folder / 'walking.c3d'}"
+    static, trial = (quote(str(folder / f"{name}.c3d")) for name in ("standing", "walking"))
+    files = f"--static {static} --trial {trial}"
     person = f"--mass {about['mass_kg']:g} --height {about['height_m']:g} --sex {about['sex']}"
-    out = Path("reports") / folder.name
+    out = quote(str(Path("reports") / folder.name))
     return f"gaitval import {files} {person} --belt {about['belt_m_s']:.4f} --out {out}"
 
 
 def patients_line(folder: Path) -> str:
     """The command that makes subjects of the strides of the sample in `folder`."""
-    tables = f"{folder / 'strides.csv'} --people {folder / 'people.csv'}"
-    return f"gaitval patients {tables} --healthy virtual_healthy --out runs/patients"
+    strides, people = (quote(str(folder / f"{name}.csv")) for name in ("strides", "people"))
+    given = f"--people {people} --healthy virtual_healthy"
+    return f"gaitval patients {strides} {given} --out runs/patients"

@@ -64,7 +64,10 @@ def check_folder(folder: Path) -> None:
         if not nearest.is_dir():
             raise ArtefactError(f"{nearest}: is a file, not a folder. Give a folder with --out.")
         if not os.access(nearest, os.W_OK | os.X_OK):
-            raise ArtefactError(f"{nearest}: no permission to write. Give another with --out.")
+            raise ArtefactError(
+                f"{folder}: cannot be made or written to, for {nearest.resolve()} may not be "
+                "written to. Give another folder with --out."
+            )
     subject = Path(folder) / SUBJECT
     if subject.exists() and not (Path(folder) / FOLDER / RECORD).exists():
         raise ArtefactError(

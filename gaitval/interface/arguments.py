@@ -1,5 +1,8 @@
 """What the functions for Python refuse before they compute: arguments of another kind or size."""
 
+import os
+from pathlib import Path
+
 from gaitval.errors import ConfigurationError
 
 
@@ -11,6 +14,12 @@ def expect(name: str, value: object, kind: type | tuple[type, ...], give: str) -
         raise ConfigurationError(
             f"{name} is {value!r:.60}, of type {type(value).__name__}. Give {give}."
         )
+
+
+def as_path(name: str, value: object, give: str) -> Path:
+    """The path that the `value` of argument `name` is. Raises as `expect`."""
+    expect(name, value, (str, os.PathLike), give)
+    return Path(value)  # type: ignore[arg-type]
 
 
 def number(name: str, value: object, least: float, most: float, give: str) -> None:

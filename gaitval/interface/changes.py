@@ -9,7 +9,7 @@ from gaitval.apps.changes.visits import read_visit
 from gaitval.datasets.subject import Subject
 from gaitval.errors import RecordError
 from gaitval.importing.stored import Session
-from gaitval.interface.arguments import expect
+from gaitval.interface.arguments import as_path, expect
 from gaitval.metrics.single_case import CaseResult, compare_with_group
 
 
@@ -58,8 +58,12 @@ def change(
     metrics.json of a study is in it, so there is no session to compare. Give the folder that
     `gaitval import --out` or `gaitval subject` wrote.
     """
+    folders = (
+        as_path(name, folder, "the folder of an import or a study")
+        for name, folder in (("before", before), ("after", after))
+    )
     return change_between(
-        read_visit(before, walk=walks), read_visit(after, walk=walks), same_person=same_person
+        *(read_visit(each, walk=walks) for each in folders), same_person=same_person
     )
 
 

@@ -114,8 +114,7 @@ def _of(
 ) -> LoadedMotion:
     if policy is None:
         raise ConfigurationError(
-            "A walk does not say of which body it is. Give its policy, too: "
-            "muscles(rollout(policy), policy=policy)."
+            "A walk does not say of which body it is. Give its policy, too, by policy=policy."
         )
     expect("policy", policy, StoredPolicy, "what load_policy(5) returns")
     body, laden = person_and_laden(policy.model, walk.mu, policy.configuration.record)

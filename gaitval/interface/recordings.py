@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from gaitval.interface.arguments import as_path
 from gaitval.mocap import reading
 from gaitval.mocap.given_axes import parse_axes
 from gaitval.mocap.recording import Recording
@@ -50,5 +51,7 @@ def read_recording(
     >>> print(*trial.marker("R.ASIS")[0])
     0.1 -0.1 0.9
     """
-    found = reading.read_recording(Path(path), forces=None if forces is None else Path(forces))
+    trial = as_path("path", path, 'the file of a trial, such as "walk.c3d"')
+    beside = None if forces is None else as_path("forces", forces, "the file of its forces")
+    found = reading.read_recording(trial, forces=beside)
     return found if axes is None else found.turned(parse_axes(axes).rotation)

@@ -8,6 +8,7 @@ from typing import Any
 from gaitval.configuration import load_configuration
 from gaitval.importing.importing import import_files
 from gaitval.importing.stored import Session
+from gaitval.interface.arguments import as_path
 from gaitval.session.request import ImportOptions, Notify, checked, silent
 
 
@@ -76,7 +77,7 @@ def import_session(
     """
     import_files(
         checked(ImportOptions, {"static": static, "trials": trials, **options}),
-        Path(out),
+        as_path("out", out, "the path of a folder to write"),
         configuration=load_configuration(config, settings=settings),
         notify=notify,
     )

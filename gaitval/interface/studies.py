@@ -14,11 +14,14 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.folder_lock import locked
+from gaitval.interface.arguments import as_path
 from gaitval.metrics.results import METRICS, Metrics, read_metrics
 from gaitval.reporting import report
 from gaitval.study.one_stage import run_one
 from gaitval.study.run import run_subject
 from gaitval.study.stage import RECORDS, Observer, open_run
+
+FOLDER = "the path of a run folder"
 
 REPORT = ("report.html", "report-details.html", "report.pdf")
 
@@ -82,7 +85,7 @@ def run_study(
     ['side', 'quantity', 'percent', 'value', 'unit', 'source']
     """
     person = subject if isinstance(subject, Subject) else load_subject(subject)
-    folder = Path("reports") / person.identifier if out is None else Path(out)
+    folder = Path("reports") / person.identifier if out is None else as_path("out", out, FOLDER)
     configuration = load_configuration(config, settings=settings)
     with open_run(person, configuration, folder, observer or Observer()) as run, own_random():
         run_subject(run, scratch=scratch, force=force, afterwards=afterwards(person))
@@ -149,7 +152,7 @@ def write_report(
     >>> page.name, document.name
     ('report.html', 'report.pdf')
     """
-    where = Path(folder)
+    where = as_path("folder", folder, FOLDER)
     if not (where / METRICS).is_file():
         raise ArtefactError(
             f"{where}: no {METRICS}, so there is nothing to report. Give a finished run folder, or "

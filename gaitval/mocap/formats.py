@@ -56,6 +56,10 @@ def read_other(path: Path) -> Recording:
     if reader is not None:
         found: Recording = reader(path)
         return found
+    if path.is_dir():
+        raise RecordError(
+            f"{path}: is a folder. Give the file of a trial in it; `gaitval imports` takes folders."
+        )
     raise RecordError(
         f"{path}: markers are read from .c3d{further(READERS, plugins.RECORDINGS)} and WBDS's "
         f"mkr.txt files, not from {kind or 'a file without an ending'}. Export the trial as "

@@ -389,7 +389,8 @@ def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
     plates = metrics.record.plates
     if plates is not None and abs(plates.scale - 1.0) > PLATES_UNCERTAIN:
         place = f"{METRICS}#/record/plates/scale"
-        yield SheetWarning("plates", {"off": Cell(plates.scale - 1.0, 1, place, "less one", 100.0)})
+        carried = Cell(1.0 / plates.scale, 1, place, "inverse", 100.0)
+        yield SheetWarning("plates", {"carried": carried})
     if not subject.uncertainty:  # an import keeps how much the strides differ
         yield SheetWarning("one cycle")
     if metrics.identification is not None:

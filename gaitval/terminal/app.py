@@ -85,20 +85,19 @@ class Command(TyperCommand):
         return found
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Refuse a value behind a flag in words that help."""
-        flags = {
-            name
-            for parameter in self.get_params(ctx)
-            if getattr(parameter, "is_flag", False)
-            for name in parameter.opts
-        }
+        """Refuse a value behind a flag, none behind an option, and two, in words that help."""
+        known = self.get_params(ctx)
+        flags = _names(each for each in known if getattr(each, "is_flag", False))
         # `--force yes` would otherwise be read as a flag and an unexpected argument
         for flag, value in pairwise(args):
             if flag in flags and value.lower() in _YES_OR_NO:
                 ctx.fail(f"{flag} takes no value: give {flag} alone for yes, leave it out for no.")
-        # a folder without a name would be the current one
-        if "--out=" in args or not {("--out", ""), ("-o", "")}.isdisjoint(pairwise(args)):
-            ctx.fail("--out is empty: a shell variable that is not set? Give a value.")
+        # a file or folder without a name would be the current folder
+        for name in _names(each for each in known if each.param_type_name == "option") - flags:
+            if f"{name}=" in args or (name, "") in pairwise(args):
+                ctx.fail(f"{name} is empty: a shell variable that is not set? Give a value.")
+        if all(each.param_type_name == "option" for each in known):
+            _refuse_values_alone(ctx, args, known)
         try:
             rest: list[str] = super().parse_args(ctx, [_with_home(each) for each in args])
         except typer.BadParameter as error:
@@ -112,6 +111,23 @@ class Command(TyperCommand):
                     )
             raise
         return rest
+
+
+def _names(parameters: Iterable[Any]) -> set[str]:
+    return {name for each in parameters for name in each.opts}
+
+
+def _refuse_values_alone(ctx: Any, args: list[str], known: Iterable[Any]) -> None:
+    """Of a command that takes options only: refuse `walk.c3d` without one, and `--trial *.c3d`,
+    which the shell turns into one option with many values.
+    """
+    many = _names(each for each in known if getattr(each, "multiple", False))
+    for option, value, another in zip(args, args[1:], args[2:], strict=False):
+        if option in many and not (value.startswith("-") or another.startswith("-")):
+            ctx.fail(f"{another} has no option: write {option} {value} {option} {another}.")
+    if args and not args[0].startswith("-"):
+        needed = ", ".join(sorted(each.opts[0] for each in known if each.required))
+        ctx.fail(f"{args[0]} has no option. There must be {needed}, each with a value.")
 
 
 def _with_home(word: str) -> str:

@@ -314,6 +314,20 @@ def test_what_is_no_number_is_shown(words: tuple[str, ...], message: str) -> Non
     assert message in " ".join(result.stderr.replace("│", "").split())
 
 
+@pytest.mark.parametrize(
+    ("words", "remedy"),
+    [
+        (("--trial", "a.c3d", "b.c3d"), "write --trial a.c3d --trial b.c3d"),  # --trial *.c3d
+        (("a.c3d", "--mass", "70"), "There must be --out, --sex, --trial"),
+        (("--trial=", "--mass", "70"), "--trial is empty"),
+    ],
+)
+def test_a_file_without_an_option_is_told_which(words: tuple[str, ...], remedy: str) -> None:
+    result = gaitval("import", *words)
+    assert result.exit_code == 2
+    assert remedy in " ".join(result.stderr.replace("│", "").split())
+
+
 @pytest.mark.parametrize("words", [("--out", ""), ("--out=",), ("-o", "")])
 def test_an_empty_folder_is_not_the_current_one(
     words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

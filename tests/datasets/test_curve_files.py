@@ -347,6 +347,25 @@ def test_the_files_of_wbds_are_read_as_they_are(gait_data, tmp_path):
         read_mean_curves([files[1]])
 
 
+def test_the_template_may_come_back_from_a_spreadsheet(tmp_path):
+    """With semicolons, decimal commas, quotes about notes that have a semicolon, an empty row."""
+    lines = []
+    for line in curve_template(load_subject("S05")).splitlines():
+        if line.startswith("#"):
+            lines.append(f'"{line}"' if ";" in line else line)
+        else:
+            lines.append(line.replace(",", ";").replace(".", ","))
+    assert any(line.startswith('"#') for line in lines)
+    path = tmp_path / "template.csv"
+    empty = ";" * lines[-1].count(";")
+    path.write_text("\r\n".join([*lines, empty]), encoding="utf-8-sig")
+    plain = tmp_path / "plain.csv"
+    plain.write_text(curve_template(load_subject("S05")))
+    found, expected = (read_mean_curves([each]) for each in (path, plain))
+    np.testing.assert_array_equal(found.angles["knee_angle_r"], expected.angles["knee_angle_r"])
+    np.testing.assert_array_equal(found.forces["left"], expected.forces["left"])
+
+
 def test_the_template_is_read_back_as_the_subject_that_it_is_of(tmp_path):
     subject = load_subject("S05")
     path = tmp_path / "means.csv"

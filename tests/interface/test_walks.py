@@ -162,3 +162,17 @@ def test_a_folder_that_is_called_as_a_subject_is_not_taken_for_it(tmp_path, monk
     for folder in (Path("5"), "./5"):
         with pytest.raises(PolicyError):
             gv.load_policy(folder)
+
+
+@pytest.mark.parametrize(
+    ("call", "seen"),
+    [
+        (lambda: gv.read_recording(5), "path is 5, of type int"),
+        (lambda: gv.change(1, "after"), "before is 1, of type int"),
+        (lambda: gv.write_report(None), "folder is None, of type NoneType"),
+        (lambda: gv.run_study(5, out=3), "out is 3, of type int"),
+    ],
+)
+def test_what_is_no_path_is_named(call, seen):
+    with pytest.raises(ConfigurationError, match=seen):
+        call()

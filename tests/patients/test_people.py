@@ -22,6 +22,16 @@ def test_the_age_is_read_however_its_header_has_the_unit(tmp_path, age):
     assert (person.age, person.mass) == (72.0, 80.0)
 
 
+def test_a_table_of_a_spreadsheet_with_decimal_commas_is_read(tmp_path):
+    (person,) = table(tmp_path, "\ufeffID;Sex;Height (m);Mass (kg)", "A;F;1,53;64,95").values()
+    assert (person.sex, person.height, person.mass) == ("F", 1.53, 64.95)
+
+
+def test_more_cells_than_headers_are_no_fault_of_gaitval(tmp_path):
+    with pytest.raises(RecordError, match="its header has who, x"):
+        table(tmp_path, "who,x", "A,1,2")
+
+
 def test_the_age_of_an_amputation_is_not_the_persons(tmp_path):
     header = "Subject Code,Age(yrs),Age of Amputation (yrs)"
     assert table(tmp_path, header, "A,72,5")["A"].age == 72.0

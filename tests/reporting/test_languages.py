@@ -16,6 +16,7 @@ from gaitval.configuration import LANGUAGES, ReportSettings, load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
+from gaitval.metrics.recording_limits import _REMEDIES, remedy
 from gaitval.metrics.verdicts import unjudged_text
 from gaitval.prediction.known import QUANTITIES
 from gaitval.reporting import painting
@@ -249,3 +250,11 @@ def test_the_limits_of_a_recording_are_translated(
 def test_a_language_without_catalogue_is_refused_with_those_there_are() -> None:
     with pytest.raises(ConfigurationError, match="'fr' has no catalogue; there are en, de, pt"):
         load_configuration(settings=["report.language=fr"])
+
+
+def test_what_to_do_about_a_failed_limit_is_in_each_language() -> None:
+    """It is the first that the page of a recording says."""
+    said = {remedy(each, reduced=False) for each in (*_REMEDIES, "residual-force")}
+    said.add(remedy("residual-force", reduced=True))
+    for code in ("de", "pt"):
+        assert not [each for each in said if words(code).of(each) is None]

@@ -143,7 +143,7 @@ class Sources:
 
     def value(self, cell: dict[str, str]) -> float | None:
         how = cell.get("data-how", "")
-        if how not in ("", "mean", "sum", "difference", "less one", "more"):
+        if how not in ("", "mean", "sum", "difference", "inverse", "more"):
             return self.counted(how)
         values = [self.one(source) for source in cell["data-from"].split()]
         if None in values:
@@ -152,7 +152,9 @@ class Sources:
             return values[0] / values[1] - 1.0
         if how == "difference":
             return values[0] - values[1]
-        return sum(values) / (len(values) if how == "mean" else 1) - (how == "less one")
+        if how == "inverse":
+            return 1.0 / values[0]
+        return sum(values) / (len(values) if how == "mean" else 1)
 
 
 def test_every_number_equals_its_source(folder: Path, page: Sheet) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -109,7 +110,8 @@ def live(
             return
         written = show(found, walk, log, port=port, browser=not no_browser, say=_say)
     if written is not None:
-        display.plain(f"What was done: {written}. Walk it again: gaitval live --replay {written}")
+        again = quote(str(written))
+        display.plain(f"What was done: {written}. Walk it again: gaitval live --replay {again}")
 
 
 def _who_walks(

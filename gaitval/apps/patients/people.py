@@ -120,9 +120,10 @@ def read_people(path: Path) -> dict[str, PersonRow]:
     for line, cells in file_gate.csv_rows(path, RecordError, largest=file_gate.WRITTEN):
         known = _columns(name for name in cells if name is not None)
         if "subject" not in (meaning for meaning, _ in known.values()):
+            header = ", ".join(filter(None, cells))  # None: cells beyond it
             raise RecordError(
-                f"{path}: no column says who a row is of; its header has {', '.join(cells)}. Name "
-                "one of them Subject."
+                f"{path}: no column says who a row is of; its header has {header}. Name one of "
+                "them Subject."
             )
         row = {name: (cells[name] or "").strip() for name in known}
         person = _person(row, known, path.name, f"{path}, line {line}")

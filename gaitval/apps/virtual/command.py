@@ -1,6 +1,7 @@
 """The command that makes virtual people."""
 
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -139,7 +140,7 @@ def _write_person(out: Path, found: "VirtualPerson | HarshPerson") -> None:
     display.plain(
         f"Subject: {path} ({made_of.mass_kg:g} kg, {made_of.height_m:g} m, walks at "
         f"{made_of.walking_speed_m_s:.2f} m/s); truth: {beside} (the {len(truth)} body "
-        f"parameters); continue with: gaitval subject {path}"
+        f"parameters); continue with: gaitval subject {quote(str(path))}"
     )
 
 
