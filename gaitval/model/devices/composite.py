@@ -2,7 +2,7 @@
 
 A segment of mass m₀ and a part of mass m₁ that is fixed to it are one rigid body: the centre of
 mass is c = (m₀ c₀ + m₁ c₁) / (m₀ + m₁), and the inertia about it is the sum of Iᵢ + mᵢ (d² 1 - d
-dᵀ) with d = cᵢ - c (Steiner's parallel axes). So every engine has the device from the URDF file.
+dᵀ) with d = cᵢ - c (Steiner's parallel axes). So every engine has the device in its body.
 """
 
 from collections.abc import Sequence
