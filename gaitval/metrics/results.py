@@ -315,21 +315,6 @@ class FoundParameters(OpenResult):
             if verdict == "identified"
         ]
 
-    @property
-    def body_word(self) -> Literal["identified", "expected"]:
-        """What the body that walks is called: identified only where something was determined."""
-        return "identified" if self.determined else "expected"
-
-    @property
-    def differs_from_found(self) -> bool:
-        """Whether the walker has other values than the posterior mean, so that a table needs both:
-        with `identification.method = shared` it has the mean.
-        """
-        return any(
-            abs(found - used) > 1e-9
-            for found, used in zip(self.posterior_mean, self.identified, strict=True)
-        )
-
 
 class IdentificationResult(FoundParameters):
     """The identification of the chosen round of Algorithm 1: `identification.json`."""
