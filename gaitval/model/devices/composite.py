@@ -104,9 +104,3 @@ def fitted(model: BodyModel, devices: Sequence[Device]) -> BodyModel:
         )
         segments[name] = replace(segment, mass=mass, centre_of_mass=centre, inertia=inertia)
     return replace(model, segments=tuple(segments[name] for name in SEGMENTS))
-
-
-def stumps_only(model: BodyModel, devices: Sequence[Device]) -> BodyModel:
-    """The person's own body: what is left of amputated segments, without the parts of `devices`."""
-    bare = [device.model_copy(update={"parts": ()}) for device in devices]
-    return fitted(model, bare)
