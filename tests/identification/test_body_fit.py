@@ -154,34 +154,6 @@ def test_the_planted_leg_is_found_within_its_uncertainty(fit, solution, person):
     assert np.sum(((person.truth - found.mean) / found.sd)[2:] ** 2) < 40.0  # chi square of 12
 
 
-@pytest.fixture(scope="module")
-def recorded():
-    """The fit of a person's own record, and its solution. A virtual person's would be another
-    record on each kind of processor. Not everybody's posterior is a Gaussian.
-    """
-    subject = load_subject("S05").model_copy(update={"markers": {}})
-    fit = BodyFit(
-        subject.record(), scale_subject(subject).model, CONFIGURATION.contact, CONFIGURATION.noise,
-        prior_sd=prior_sd(subject),
-    )  # fmt: skip
-    return fit, fit.mode(fit.solve(start=fit.solve(fixed=nominal_parameters())))
-
-
-@pytest.mark.slow  # six fits of another person
-def test_the_posterior_is_as_gaussian_as_laplace_supposes(recorded):
-    """Along the widest and the narrowest principal direction, by the fit of the whole motion."""
-    fit, solution = recorded
-    found = fit.posterior(solution)
-    values, vectors = np.linalg.eigh(found.covariance[2:, 2:])
-    for index in (0, -1):
-        for length in (-2.0, 1.0):
-            mu = found.mean.copy()
-            mu[2:] += length * np.sqrt(values[index]) * vectors[:, index]
-            prior = float(np.sum(((mu - nominal_parameters()) / fit.prior_sd) ** 2))
-            there = fit.solve(start=solution, fixed=mu, smallest_gain=1e-5).cost + prior
-            assert there - solution.cost == pytest.approx(length**2, rel=0.25, abs=0.15)
-
-
 def test_the_noise_of_an_angle_has_the_size_that_is_set():
     sd = angle_sd(CONFIGURATION.noise)
     harmonics = (len(sd) - 1) // 2
