@@ -2,14 +2,14 @@
 
     python -m experiments.leg_differences [S01 ...]          # a quarter of a minute a person
 
-By markers a leg is measured in three ways, of which two have a published SD against radiographs of
-31 children with legs that differ by up to 36 mm (abstract of a study of instrumented gait analysis
-and leg length discrepancy, table of Bland-Altman's SD of the *difference* of two legs): thigh and
-shank between joint centres, the hip's by Harrington (6.2 mm), and from the front spine over the
-inner knee to the inner malleolus (11.5 mm). The third, from the trochanter over the outer knee to
-the outer malleolus, has none; palpated trochanters differ by 15 to 20 mm within and between
-examiners (Della Croce et al. 2005, Gait Posture 21:226, as reviewed elsewhere), so it is shown and
-not judged.
+By markers a leg is measured in three ways, of which two have an SD of the *difference* of two legs
+against radiographs (31 children whose legs differ by up to 36 mm): thigh and shank between joint
+centres, the hip's by Harrington (6.2 mm), and from the front spine over the inner knee to the inner
+malleolus (11.5 mm). They are of an abstract without authors, so a convention; where it stands and
+what else is published: docs/notebook/identification.md. The third, from the trochanter over the
+outer knee to the outer malleolus, has none; palpated trochanters differ by 15 to 20 mm within and
+between examiners (Della Croce et al. 2005, Gait Posture 21:226, as reviewed elsewhere), so it is
+shown and not judged.
 """
 
 import argparse

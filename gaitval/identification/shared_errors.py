@@ -64,6 +64,7 @@ from gaitval.reference.dynamic_fit import (
     weighted_laws,
 )
 
+_FEET: Final = [SEGMENTS.index(f"foot_{side}") for side in "rl"]
 _FORWARD: Final = 3
 """Coordinate of the pelvis's travel."""
 _OWN: Final = 0.4
@@ -185,7 +186,9 @@ class SharedFit:
             self._means[-len(SOLE_ENDS) :] += offset[len(PARAMETERS) :]
         self.fit, plain = fit, fit.problem
         self._plain, self._count = plain, len(plain.prior)
-        self._heel = plain.bodies(np.zeros(self._count))[0].sphere_position[:, 0] < 0.0
+        tree = plain.bodies(np.zeros(self._count))[0]
+        on_foot = np.isin(tree.sphere_segment, _FEET)
+        self._heel = on_foot & (tree.sphere_position[:, 0] < 0.0)
         self._skin = _patterns(plain, self.sizes[: 2 * len(SKIN)])
         self._speed = float(plain.path[1][:, _FORWARD].mean()) * self.sizes[2 * len(SKIN)]
         lever = np.zeros((*plain.lever.shape[:2], self._count + len(NAMES)))

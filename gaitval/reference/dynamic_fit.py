@@ -93,6 +93,9 @@ LEAST_LOAD = 0.3
 """BW that a foot carries at least where its free moment is weighed against its load: a foot that
 carries less is landing or leaving."""
 
+LEAST_POWER = 0.03
+"""W/kg, root mean square of an ankle's power below which its share says nothing: that of people who
+walk on their heels and do not push at all (Bovi et al. 2011, Gait Posture 33:6, supplement)."""
 
 TOE_MOMENT, TOE_MOMENT_SD = 0.13, 0.04
 """Nm/kg, largest moment at the metatarsophalangeal joints in 22 adults walking barefoot (Kim et al.
@@ -115,6 +118,10 @@ class ConventionAccuracy(NamedTuple):
 
     subtalar: float = np.deg2rad(3.5)
     toes: float = np.deg2rad(10.0)
+    flat_toes: float = np.deg2rad(5.0)
+    """Of the toes while the foot stands flat, when they lie on the ground: what the spheres sink in
+    under body weight, 6 mm, over the length of the toes. Held by no more than when they swing, toes
+    lifted by 20 degrees more, which turned the ball that belongs to them against the foot."""
     arms: float = np.deg2rad(0.3)
     """Arms may not do what trunk and legs should: with 8 degrees their moments were ten times as
     large as in people, and the forces no better; with 1 degree shoulders still peaked at 19 Nm."""
@@ -306,13 +313,14 @@ def _coordinate_accuracy(accuracy: Accuracy) -> Array:
 
 
 def _penalties(
-    accuracy: Accuracy, departure: Array, series: Array, steady: Array
+    accuracy: Accuracy, departure: Array, series: Array, steady: Array, flat: Flags
 ) -> tuple[Array, Array]:
     """Rows (31, R, n) and constants (31, R) of the residuals that are linear in the unknowns:
     departures of the coordinates, of which the initial motion has `departure` (T, 31) from the
     record, and roughness of their change, which trunk and arms hold closer: to the amplitudes
     `steady` (H,) rad, infinite where they are free. The trunk is held instead of the lumbar
-    coordinates, of which only the change is kept small.
+    coordinates, of which only the change is kept small. The toes are held closer where the right
+    and the left foot stand `flat` (T, 2).
     """
     instants, terms = series.shape
     # Mean, cosines, sines: the order of a series' columns.
@@ -333,8 +341,11 @@ def _penalties(
         if COORDINATES[k] in LUMBAR:
             penalty[k, instants:] += np.diag(1.0 / wanted * ~high)
         else:
-            penalty[k, :instants] = series / wanted * norm
-            miss[k, :instants] = departure[:, k] / wanted * norm
+            held = np.full(instants, wanted)
+            if k in _TOES:
+                held[flat[:, _TOES.index(k)]] = accuracy.convention.flat_toes
+            penalty[k, :instants] = series / held[:, None] * norm
+            miss[k, :instants] = departure[:, k] / held * norm
     return penalty, miss
 
 
@@ -449,18 +460,21 @@ def fit_problem(
         power = record.moments[f"ankle_angle_{side[0]}"](own[:, i])
         power *= record.angles[f"ankle_angle_{side[0]}"].derivative(own[:, i]) / time
         target[:, POWER.start + i] = power * model.mass
-        weights[:, POWER.start + i] = 1.0 / (wanted.ankle_power * model.mass)
         # Moments are compared about the record's hip centre: see `motion.about_record`.
         for column, (name, sign) in enumerate(HIP_SIGNS.items()):
             row = COORDINATES.index(f"{name}_{side[0]}")
             lever[:, row, _HIPS.start + 2 * i + column] = sign * target[:, place + 2]
+
+    pushes = max(float(np.sqrt(np.mean(target[:, POWER] ** 2))), LEAST_POWER * model.mass)
+    weights[:, POWER] = 1.0 / (wanted.ankle_power * pushes)
 
     shift, hip = max(shift_sd, _NO_SHIFT), max(wanted.hip_centre, _NO_SHIFT)
     norm = 1.0 / np.sqrt(INSTANTS)
     rates = np.array(2.0 * np.pi / time * np.arange(1.0, HARMONICS + 1))
     steady = steady_amplitude(model, rates, accuracy.convention.steady_moment)
     departures = np.broadcast_to(departure, path[0].shape)
-    penalty, miss = _penalties(accuracy, departures, series[0], steady)
+    flat = (own <= ends) & (path[0][:, _TOES] < accuracy.convention.flat_toes)
+    penalty, miss = _penalties(accuracy, departures, series[0], steady, flat)
     return Problem(
         bodies=lambda _: body,
         varied=(),

@@ -37,16 +37,17 @@ SPHERE_RADIUS = 0.020
 SPHERES: Final[Mapping[str, tuple[str, float | None, float]]] = {
     "heel": ("foot", 0.0019, -0.0038),
     "midfoot_lateral": ("foot", 0.0662, 0.0264),
-    "ball_medial": ("foot", None, -0.0287),
     "ball_lateral": ("foot", None, 0.0516),
+    "ball_medial": ("toes", None, -0.0287),
     "toes_medial": ("toes", 0.1788 + 0.0600, 0.00108 - 0.0188),
     "toes_lateral": ("toes", 0.1788 + 0.0450, 0.00108 + 0.0619),
 }
 """Segment, and forward and lateral position, of each sphere under the published right foot, m, from
 the origin of OpenSim's calcaneus (Falisse et al. 2022; the toe joint of Rajagopal et al. 2016 is at
-0.1788, 0.00108). None: by the person's own metatarsal head, of `HEADS`."""
+0.1788, 0.00108). None: by the person's own metatarsal head, of `HEADS`. The published medial ball
+is on the calcaneus: see `contact_spheres`."""
 
-HEADS: Final[Mapping[str, int]] = {"ball_medial": 0, "ball_lateral": 1}
+HEADS: Final[Mapping[str, int]] = {"ball_lateral": 1, "ball_medial": 0}
 """Sphere that lies under a metatarsal head -> row of `Limbs.metatarsals`."""
 
 PUBLISHED_WIDTH = 0.0951
@@ -325,6 +326,12 @@ def contact_spheres(limbs: Limbs, side: Side) -> list[ContactSphere]:
     axis. The published spheres lie behind the oblique axis of Rajagopal's toes, by 10 mm on the
     outside and 52 on the inside, and behind ours, between the heads, by 28 in the mean of ten
     people: the toes of a walker carried then what the ball of a foot does, and braked.
+
+    The first head's sphere goes with the toes: what it stands on are its sesamoids, which are fixed
+    to the proximal phalanx and stay with it while the head moves over them (Sarrafian, as quoted in
+    a handbook's chapter on the forefoot; Wheeless' Textbook, hallux valgus). On the foot it rolled
+    about the toes' joint and slipped by 5 to 9 cm/s as the heel rose, while the toes stood. The
+    fifth head's stays on the foot: it lies behind our axis, and would have a lever about it.
 
     The radius is smaller than the published 32 mm, with which the rounded heel of a foot that
     points 20° up would touch down 5 mm, about 2 % of the cycle, later than in the recorded force.

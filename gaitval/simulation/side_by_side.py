@@ -132,6 +132,8 @@ class SideBySide:
         """The walker of a lane has other parameters."""
         bodies, body = self.bodies, walker.body
         phase_step: Any = bodies.phase_step
+        on = bodies.tree.sphere_segment, body.tree.sphere_segment
+        assert np.array_equal(*on), "spheres on the same segments for all"
         for name in Tree._fields:
             # Which segment a sphere is on is common to all bodies: an index, not in lanes.
             if name != "sphere_segment":

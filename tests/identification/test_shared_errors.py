@@ -1,5 +1,6 @@
 """Errors that angles share are found as such: their derivatives, and what remains without them."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -53,6 +54,19 @@ def test_laws_change_with_an_error_as_its_derivatives_say(fit, fixed, name):
     # The contact of a sole that just touches is steep; the rest agrees to rounding.
     off = np.abs(laws.lever[:, :, index] - expected) > 0.02 * scale
     assert off.mean() < 0.002
+
+
+def test_the_heel_is_behind_the_ankle_and_no_ball_behind_the_toes_axis(fit):
+    """A ball that goes with the toes may lie behind their joint, from which it is counted."""
+    tree, law = fit.problem.bodies(np.zeros(len(fit.problem.prior)))
+    behind = tree.sphere_position - 0.005 * np.eye(3)[0]
+    moved = tree._replace(sphere_position=behind)
+    other = copy(fit)
+    other.problem = fit.problem._replace(bodies=lambda _: (moved, law))
+    names = [sphere.name for sphere in fit._model.spheres]
+    heels = [name.startswith("contact_heel") for name in names]
+    for each in (fit, other):
+        np.testing.assert_array_equal(SharedFit(each)._heel, heels)
 
 
 @pytest.mark.slow  # two fits

@@ -32,7 +32,7 @@ from gaitval.reference.dynamic_fit import (
 )
 from gaitval.reference.dynamic_fit import fitted as fit_of
 from gaitval.reference.motion import HIP_SIGNS, about_record, build_reference, side_phase
-from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
+from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, POWER
 from gaitval.simulation.walker import Trajectory, Walker
 
 GRAVITY = 9.81
@@ -426,6 +426,37 @@ def test_a_turning_foot_weighs_the_same_whatever_it_carries(problem_of_s05, i):
     loaded = load > 0.35
     np.testing.assert_allclose(np.ptp((weight * load)[loaded]), 0.0, atol=1e-12)
     assert load[loaded].max() > 2.0 * load[loaded].min()
+
+
+@pytest.mark.parametrize("i", [0, 1])
+def test_toes_of_a_flat_foot_lie_on_the_ground(problem_of_s05, i):
+    """To 5 degrees; to 10 while the heel is up and in swing."""
+    problem, record, _ = problem_of_s05
+    toes = COORDINATES.index(f"mtp_angle_{SIDES[i][0]}")
+    own = np.mod(side_phase(record, SIDES[i], np.arange(INSTANTS) / INSTANTS).round(9), 1.0)
+    held = 1.0 / (problem.penalty[toes, :INSTANTS, 0] * np.sqrt(INSTANTS))
+    toe_off = record.stance_fraction[SIDES[i]]
+    np.testing.assert_allclose(np.rad2deg(held[(own > 0.02) & (own < 0.4 * toe_off)]), 5.0)
+    np.testing.assert_allclose(np.rad2deg(held[own > 0.9 * toe_off]), 10.0)
+    knee = problem.penalty[COORDINATES.index("knee_angle_r"), :INSTANTS, 0]
+    assert np.ptp(knee) == 0.0
+
+
+@pytest.mark.parametrize("times", [0.3, 1.0, 0.0])
+def test_power_of_the_ankles_is_held_to_a_share_of_it(problem_of_s05, times):
+    """Whoever pushes a third as much is held to a third of it, and nobody to nothing."""
+    _, record, model = problem_of_s05
+    moments = dict(record.moments)
+    for name in ("ankle_angle_r", "ankle_angle_l"):
+        moment = moments[name](np.arange(128) / 128)
+        moments[name] = periodic_through(times * moment, HARMONICS_CAP)
+    weaker = replace(record, moments=moments)
+    built = build_reference(weaker, model)
+    problem = fit_problem(built, weaker, model, ContactSettings(), Accuracy(), shift_sd=0.0)
+    power = np.sqrt(np.mean(problem.target[:, POWER] ** 2))
+    held = 1.0 / (problem.weight[:, POWER] * np.sqrt(INSTANTS))
+    np.testing.assert_allclose(held, 0.11 * max(power, 0.03 * model.mass))
+    assert (power > 0.1 * model.mass) == (times > 0.0)
 
 
 def test_what_toes_do_beyond_people_costs_as_well(problem_of_s05):

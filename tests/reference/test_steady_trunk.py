@@ -53,7 +53,8 @@ def test_only_fast_turns_of_pelvis_trunk_and_arms_are_held(model, stride):
 
     def roughness(accuracy):
         steady = steady_amplitude(model, rates, accuracy.convention.steady_moment)
-        found, _ = _penalties(accuracy, np.zeros((4, len(COORDINATES))), series, steady)
+        departure, flat = np.zeros((4, len(COORDINATES))), np.zeros((4, 2), dtype=bool)
+        found, _ = _penalties(accuracy, departure, series, steady, flat)
         return found[:, len(series) :].diagonal(axis1=1, axis2=2)
 
     held, free = roughness(Accuracy()), roughness(INFERENCE)
