@@ -66,7 +66,6 @@ baseline: setup ## Make the finished run of subject S its stored baseline (polic
 
 tables: setup ## Write the accuracy tables of the READMEs
 	@$(BIN)/python docs/build/accuracy_tables.py
-	@$(BIN)/python docs/build/recording_tables.py
 
 check: setup ## Walk the stored policy of subject S again and compare with its stored metrics
 	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline

@@ -8,9 +8,9 @@ Compare the ratios of one run, not times.
 import numpy as np
 import opensim
 from against_opensim import AgainstOpenSim, Trial
+from opensim_motion import read_motion
 from opensim_peer import inverse_dynamics_tool, read_table, run
 
-from claims.opensim_motion import read_motion
 from gaitval.configuration import ContactSettings
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from . import rows
+from . import registry, rows
 
 FOLDER: Final = Path(__file__).resolve().parents[1] / "reports" / "claims"
 PAGE: Final = FOLDER / "README.md"
@@ -94,10 +94,10 @@ def _value(row: Mapping[str, str]) -> str:
 
 
 def write_page() -> Path:
-    """Write `PAGE` of the newest version, and `SHIPPED`."""
+    """Write `PAGE` of the newest version, and `SHIPPED`, without what is measured no more."""
     *earlier, version = versions()
     before = earlier[-1] if earlier else ""
-    now = newest()
+    now = [row for row in newest() if row["by"] in registry.measurements()]
     text = page(version, now, before, newest(until=before) if before else [])
     PAGE.write_text(text, encoding="utf-8")
     SHIPPED.write_text(rows.as_csv(now), encoding="utf-8")

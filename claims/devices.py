@@ -1,7 +1,6 @@
 """Whether devices do to a person what they should; what is known is kept below `work`."""
 
 import json
-import tempfile
 import time
 from collections.abc import Callable
 from functools import cache
@@ -9,14 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.signal import lfilter
 
 import claims
 from claims import Claim
 from claims.rows import STARTED
+from gaitval.arrays import Array
 
 if TYPE_CHECKING:
+    from gaitval.apps.devices.device_walk import DeviceWalk
     from gaitval.apps.devices.study import Wearer
     from gaitval.model.devices.device import Device
+    from gaitval.model.devices.springs_and_motors import Motor
 
 EIGHT = (
     *("hip_exo", "knee_exo", "ankle_exo", "ankle_spring"),
@@ -63,36 +66,30 @@ def _once(work: Path, name: str, compute: Callable[[], Any]) -> Any:
     return found
 
 
-@claims.measured()
-def bodies(_: claims.Given) -> list[Claim]:
-    """The body with each shipped device in yourdfpy, DART, MuJoCo and the compiled engine."""
-    from gaitval.apps.devices.engines import differences, in_engines
-    from gaitval.datasets.subject_file import load_subject
-    from gaitval.scaling.scaling import scale_subject
+def _lagged(command: Array, motor: "Motor", step: float) -> Array:
+    """(T,) Nm, what the motor's bandwidth alone makes of a `command` (T,) at steps of `step` s."""
+    part = float(-np.expm1(-2.0 * np.pi * motor.bandwidth * step))
+    return np.asarray(lfilter([part], [1.0, part - 1.0], command))
 
-    largest: dict[str, float] = {}
-    for number, name in enumerate(EIGHT):
-        model = scale_subject(load_subject(str(number + 1))).model
-        with tempfile.TemporaryDirectory() as folder:
-            found = differences(in_engines(model, [_device(name)], Path(folder), seed=number))
-        print(name, found, flush=True)
-        largest = {key: max(value, largest.get(key, 0.0)) for key, value in found.items()}
-    return [
-        Claim(
-            f"composite body in four engines: {name}, largest relative difference"
-            + (" over 10 s of passive motion" if name == "energy" else ""),
-            value,
-            "1",
-            len(EIGHT),
-        )
-        for name, value in largest.items()
-    ]
+
+def torque_errors(walk: "DeviceWalk", device: "Device") -> dict[str, float]:
+    """RMS difference of the torque on the limb from the command, bandwidth and delay aside, over
+    the command's largest value; by hinge with a motor.
+    """
+    step = float(walk.rollout.time[1] - walk.rollout.time[0])
+    motors = {hinge.joint: hinge.motor for hinge in device.hinges if hinge.motor is not None}
+    found = {}
+    for h, name in enumerate(walk.hinges):
+        if (motor := motors.get(name[:-2])) is not None:
+            wanted = _lagged(walk.command[:, h], motor, step)
+            rms = np.sqrt(np.mean((walk.limb[:, h] - wanted) ** 2))
+            found[name] = float(rms / np.abs(wanted).max())
+    return found
 
 
 def _walks(person: str, device: str, samples: int) -> dict[str, float]:
     """Gait cycles of a person with a device: as they are and, if they fall, after learning."""
     from gaitval.apps.devices.learning import adapt
-    from gaitval.apps.devices.tracking import torque_errors
     from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
 
     who, fitted = _person(person), _device(device)

@@ -1,4 +1,4 @@
-"""What becomes of gaitval under damaged files, kills, bad disks and attacks.
+"""What becomes of gaitval under damaged files, kills and bad disks.
 
 Malformed files, kills, disks and ways to the same bits are those of `tests/robustness`; their logs
 stay below `work`, by commit, so that a measurement that was stopped goes on. Ways to run a program
@@ -7,7 +7,6 @@ through a cohort are tests (`tests/cohort/test_attack.py`).
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -29,24 +28,6 @@ STOPS: Final = 13
 KILLS: Final = 120
 WORKERS_KILLED: Final = 10
 STUDIES: Final = 24
-CONTROLS: Final = 2
-"""Tests among the ways that show that an attack would be seen."""
-
-
-@claims.measured()
-def attacks(_: claims.Given) -> Claim:
-    """Ways to run a program as whoever runs a cohort, or to be believed by it."""
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-n", "0", "tests/cohort/test_attack.py"],
-        cwd=ROOT, env=_environment(), capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    last = done.stdout.splitlines()[-1]
-    counts = {word: int(count) for count, word in re.findall(r"(\d+) (\w+)", last)}
-    failed = sum(counts.get(word, 0) for word in ("failed", "error", "errors"))
-    if done.returncode and not failed:
-        raise RuntimeError(f"pytest did not run: {last}")
-    ways = failed + counts.get("passed", 0) - CONTROLS
-    return Claim("code run by another user, or by a forged result", failed, "ways", ways)
 
 
 @claims.measured()

@@ -19,14 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bodies import fit_of
+from experiments.bodies import as_scaled, fit_of
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.identification.posterior import walked_with
-from gaitval.identification.verdicts import judged
+from gaitval.identification import shared_errors
+from gaitval.identification.offsets import offset_of
 from gaitval.metrics.comparison import compare_curve, curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon, mean_of
@@ -59,8 +59,8 @@ def subject_of(name: str, body: str) -> Subject:
 def identified(subject: Subject) -> list[float]:
     """Mu* (14,) of a subject."""
     fit = fit_of(subject)
-    posterior = fit.posterior(fit.mode(fit.solve(fixed=nominal_parameters())))
-    return list(map(float, walked_with(posterior, judged(posterior))))
+    found = shared_errors.identified(fit, as_scaled(fit, subject), offset_of(subject))
+    return list(map(float, found.posterior.mean if found.fits else nominal_parameters()))
 
 
 def walked(task: WalkingTask, policy: Policy, mu: Any) -> dict[str, Any]:

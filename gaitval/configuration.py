@@ -453,14 +453,11 @@ class TrainingSettings(Section):
 
 
 class IdentificationSettings(Section):
-    """The posterior of mu, and CMA-ES (Hansen's cma) for its mode."""
+    """The posterior of mu, or CMA-ES (Hansen's cma) over rollouts."""
 
-    method: Literal["shared", "posterior", "rollouts", "none"] = "shared"
+    method: Literal["shared", "rollouts", "none"] = "shared"
     """`shared`: see `gaitval.identification.default`. `rollouts`: the paper's, with the policy of
-    each round. `posterior`: all errors are independent. `none`: the body stays as scaled."""
-    parameters: Literal["paper", "extended"] = "paper"
-    """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are also
-    identified (`gaitval.model.extended`) and reported, but not used by the walker."""
+    each round. `none`: the body stays as scaled."""
     two_legs: bool = False
     """The walker walks on legs that differ by what was found; else both are the mean."""
     population: int = Field(8, ge=4, le=10_000)
@@ -478,6 +475,14 @@ class IdentificationSettings(Section):
     """Algorithm 1 ends when the walker's error epsilon is below this multiple of its reference's:
     at the square root of two, the walker adds an error as large as the reference's, if the two are
     independent."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_an_earlier_version(cls, values: Any) -> Any:
+        """Without `parameters`, of which `paper` is all that is left: files to 0.7.0 have it."""
+        if isinstance(values, dict) and values.get("parameters") == "paper":
+            return {name: value for name, value in values.items() if name != "parameters"}
+        return values
 
 
 class NoiseSettings(Section):

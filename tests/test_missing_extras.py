@@ -13,7 +13,7 @@ from gaitval.missing_extras import EXTRAS, need, raise_named
     ("library", "extra"),
     [
         ("torch", "study"), ("weasyprint", "pages"), ("mujoco", "walk"), ("pyarrow", "tables"),
-        ("requests", "data"), ("pytest", "pytest"), ("openpyxl", "cohort"), ("yourdfpy", "devices"),
+        ("requests", "data"), ("pytest", "pytest"), ("openpyxl", "cohort"),
     ],
 )  # fmt: skip
 def test_the_extra_is_named_that_has_the_library(library: str, extra: str) -> None:

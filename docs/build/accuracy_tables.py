@@ -1,18 +1,16 @@
 """Write the accuracy tables of README.md and reports/README.md from the stored baselines, and the
 figures that `fed_figures` finds in docs/ from the newest claims.
 
-Every figure of a table comes from files under reports/Snn/baseline, which `make baseline` writes:
-accuracy from `metrics.json`, wall times from `times.json`; how far the physics step changes
-results, in docs/speed.md, from `gaitval/metrics/time_step.csv`. `--check` writes nothing and fails
+Every figure of a table comes from reports/Snn/baseline/metrics.json, which `make baseline` writes;
+how far the physics step changes results, in docs/speed.md, from `gaitval/metrics/time_step.csv`.
+`gaitval compare reports` has every measure of all of them. `--check` writes nothing and fails
 if a table does not match the baselines (for CI).
 """
 
 import argparse
 import csv
-import json
 import statistics
 import sys
-import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -24,12 +22,8 @@ import numpy as np
 
 from claims.marked_table import with_table
 from claims.skill_interval import skill_interval
-from gaitval.metrics.learning_gain import NEEDED, RULE, LearningGain
-from gaitval.metrics.policy_comparison import push_limit
 from gaitval.metrics.results import read_metrics
-from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.validation import EXTERNAL_LOAD
-from gaitval.metrics.verdicts import close_text, spread_text, target_text
 from gaitval.number_text import unit_text
 
 ROOT = Path(__file__).parents[2]
@@ -56,10 +50,9 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Stored:
-    """A stored baseline: contents of its `metrics.json` and, if it exists, `times.json`."""
+    """A stored baseline: contents of its `metrics.json`."""
 
     metrics: Metrics
-    times: dict[str, Any] | None
 
     @property
     def name(self) -> str:
@@ -90,16 +83,8 @@ class Stored:
 
 def load(folder: Path) -> list[Stored]:
     """All baselines below `folder`, by subject."""
-    stored = []
-    for path in sorted(folder.glob("S*/baseline/metrics.json")):
-        times = path.with_name("times.json")
-        stored.append(
-            Stored(
-                read_metrics(path).as_dict(),
-                json.loads(times.read_text(encoding="utf-8")) if times.exists() else None,
-            )
-        )
-    return stored
+    files = sorted(folder.glob("S*/baseline/metrics.json"))
+    return [Stored(read_metrics(path).as_dict()) for path in files]
 
 
 # --- cells --------------------------------------------------------------------------------
@@ -238,48 +223,6 @@ def summary_table(baselines: Sequence[Stored]) -> str:
     return table(headings, lines) + ABOUT_NARROW
 
 
-def narrow_table(baselines: Sequence[Stored]) -> str:
-    """Every accepted value that a repeat, or one push, may fail."""
-    lines = [
-        [
-            stored.name,
-            row["title"],
-            target_text(row["target"]),
-            value_text(row),
-            spread_text(Verdict.model_validate(row)),
-            close_text(Verdict.model_validate(row)),
-        ]
-        for stored in baselines
-        for row in stored.verdicts()
-        if row["spread"] and row["spread"]["close"]
-    ]
-    if not lines:
-        return "None.\n"
-    return table(("subject", "measure", "of", "value", "in repeats", ""), lines)
-
-
-def learning_table(baselines: Sequence[Stored]) -> str:
-    """What each training gave, on walks that were not used for learning."""
-    lines = []
-    for stored in baselines:
-        gain = LearningGain.model_validate(stored.metrics["training"])
-        after = gain.trained if gain.samples else None
-        cells = [
-            (
-                "–" if each.epsilon is None else f"{each.epsilon:.4f}",
-                f"{each.survived} of {each.pushes}",
-                f"{each.falls}",
-            )
-            if each is not None
-            else ("–", "–", "–")
-            for each in (gain.start, after)
-        ]
-        kept = "trained" if gain.trained_is_handed_on else "start"
-        lines.append([stored.name, f"{gain.samples:,}", *chain.from_iterable(cells), kept])
-    headings = ("subject", "samples", "start: ε", "pushes", "falls")
-    return table((*headings, "trained: ε", "pushes", "falls", "handed on"), lines)
-
-
 def measure_table(
     baselines: Sequence[Stored], columns: Sequence[tuple[str, Callable[[Stored], str]]]
 ) -> str:
@@ -398,29 +341,6 @@ def skill_table(baselines: Sequence[Stored]) -> str:
     return table(headings, lines)
 
 
-def unrecorded_table(baselines: Sequence[Stored]) -> str:
-    """What no record shows, by subject."""
-    columns = (
-        ("shoulder moment RMS, Nm", "shoulder_moment_rms", ("right", "left")),
-        ("its peak, Nm", "shoulder_moment_peak", ("right", "left")),
-        ("work of the arms over the legs', %", "arm_work_share", ("walk",)),
-        ("ringing of the vertical force, % BW", "force_ringing", ("walk",)),
-    )
-    lines = []
-    for stored in baselines:
-        found = {(row["measure"], row["target"]): row for row in stored.metrics["tolerances"]}
-        lines.append(
-            [
-                stored.name,
-                *(
-                    " / ".join(value_text(found[measure, target]) for target in targets)
-                    for _, measure, targets in columns
-                ),
-            ]
-        )
-    return table(("subject", *(heading for heading, *_ in columns)), lines)
-
-
 def survival_table(baselines: Sequence[Stored]) -> str:
     """Fraction of directions in which the walker survives the required push, by phase."""
     tested = [stored for stored in baselines if stored.metrics["push_recovery"] is not None]
@@ -446,192 +366,6 @@ def _with_interval(stored: Stored, phase: str) -> str:
     return _cell(stored, "push_survival", phase) + interval
 
 
-def push_table(baselines: Sequence[Stored]) -> str:
-    """Largest push survived by phase and direction."""
-    tested = [stored for stored in baselines if stored.metrics["push_recovery"] is not None]
-    lines = []
-    for stored in tested:
-        pushes = stored.metrics["push_recovery"]
-        for phase, forces in zip(pushes["phases"], pushes["largest"], strict=True):
-            lines.append(
-                [
-                    stored.name,
-                    f"{100 * phase:g} %",
-                    *(f"{'≥ ' if f >= pushes['ceiling'] else ''}{f:g}" for f in forces),
-                    f"{statistics.median(forces):g}",
-                ]
-            )
-    directions = tested[0].metrics["push_recovery"]["directions"] if tested else ()
-    return table(("subject", "right cycle", *(f"{d:g}°" for d in directions), "median"), lines)
-
-
-def plates_table(baselines: Sequence[Stored]) -> str:
-    """What the correction of the force plates changes."""
-    lines = []
-    for stored in baselines:
-        record = stored.metrics["record"]
-        plates, errors = record["plates"], stored.walk()["errors_as_measured"]
-        asymmetry = record["consistency"]["moment_asymmetry"]
-        now = [
-            f"{asymmetry[name]['mean_difference']:+.2f}"
-            for name in ("hip_flexion", "knee_angle", "ankle_angle")
-        ]
-        if plates is None:
-            lines.append([stored.name, *["–"] * 5, *now])
-            continue
-        lines.append(
-            [
-                stored.name,
-                f"{100 * (plates['scale'] - 1):+.1f}",
-                *(
-                    " / ".join(f"{errors[kind][f'{name}_{side}']:.{digits}f}" for side in "rl")
-                    for kind, name, digits in (
-                        ("forces", "vertical", 2),
-                        ("moments", "hip_flexion", 3),
-                        ("moments", "knee_angle", 3),
-                        ("moments", "ankle_angle", 3),
-                    )
-                ),
-                *now,
-            ]
-        )
-    return table(
-        (
-            "subject",
-            "force scaled by, %",
-            "as measured: vertical RMSE, % BW",
-            "hip moment, Nm/kg",
-            "knee",
-            "ankle",
-            "corrected: hip moment, right minus left",
-            "knee",
-            "ankle",
-        ),
-        lines,
-    )
-
-
-def mechanics_table(baselines: Sequence[Stored]) -> str:
-    """Power, work and the whole body: the worst value of each measure by subject."""
-    columns = (
-        ("burst of power, SD between people", "power_burst_error"),
-        ("work of a joint, J/kg", "joint_work_error"),
-        ("centre of mass, mm", "centre_of_mass_rmse"),
-        ("first peak of the vertical force, % BW", "loading_peak_error"),
-        ("ground reaction ahead of the ankle, mm", "pressure_arm_rmse"),
-        ("step width, SD", "step_width"),
-        ("trunk, SD", "trunk_motion"),
-        ("lumbar moment, Nm/kg", "lumbar_moment_peak"),
-    )
-    lines = []
-    for stored in baselines:
-        cells = []
-        for _, measure in columns:
-            rows = [row for row in stored.metrics["tolerances"] if row["measure"] == measure]
-            cells.append(value_text(worst_of(rows)))
-        lines.append([stored.name, *cells])
-    return table(("subject", *(heading for heading, _ in columns)), lines)
-
-
-def witness_table(baselines: Sequence[Stored]) -> str:
-    """The same walkers in the second physics engine."""
-    lines = []
-    for stored in baselines:
-        found = stored.metrics["second_engine"]
-        if found is None:
-            lines.append([stored.name, *["not run"] * 4])
-            continue
-        there = {(row["measure"], row["target"]): row["value"] for row in found["measures"]}
-        differences = []
-        for kind in ("angle_rmse", "moment_rmse", "force_rmse"):
-            both = [
-                abs(row["value"] - there[kind, row["target"]])
-                for row in stored.metrics["measures"]
-                if row["measure"] == kind
-                and row["value"] is not None
-                and there[kind, row["target"]] is not None
-            ]
-            differences.append(f"{max(both):.3g}" if both else "–")
-        stood = "falls" if found["fell"] else f"{found['goals_reached']} of {found['goals']}"
-        lines.append([stored.name, stood, *differences])
-    return table(
-        (
-            "subject",
-            "goals reached there",
-            "largest change of an angle's RMSE, °",
-            "of a moment's, Nm/kg",
-            "of a force's, % BW",
-        ),
-        lines,
-    )
-
-
-def contact_table(baselines: Sequence[Stored]) -> str:
-    """How the feet meet the ground."""
-    lines = []
-    for stored in baselines:
-        walk = stored.walk()
-        feet = [walk["foot_contact"][side] for side in ("right", "left")]
-        both = next(r for r in walk["spatiotemporal"] if r["name"] == "double_support_fraction")
-        lines.append(
-            [
-                stored.name,
-                *(_feet_text([f["progress"][at] for f in feet], 0) for at in ("10", "50", "90")),
-                _feet_text([f["bounces_per_stance"] for f in feet], 2),
-                _feet_text([f["transient_peak"] for f in feet], 0),
-                f"{_number(both['mean'], 3)} ({_number(both['recorded'], 3)})",
-            ]
-        )
-    return table(
-        (
-            "subject",
-            "pressure at 10 % of stance, % of foot",
-            "at 50 %",
-            "at 90 %",
-            "bounces per stance",
-            "early peak, % of body weight",
-            "double support, fraction of the cycle (recorded)",
-        ),
-        lines,
-    )
-
-
-def _number(value: float | None, digits: int) -> str:
-    return "–" if value is None else f"{value:.{digits}f}"
-
-
-def _feet_text(values: Sequence[float | None], digits: int) -> str:
-    return " / ".join(_number(value, digits) for value in values)
-
-
-START_KINDS = {
-    "scratch": "from nothing to report",
-    "general": "from the policy of several people",
-    "policy": "from another policy of this body",
-}
-"""What a run may start from, as in `times.json`."""
-MINUTES = {"scratch": (30.0, 45.0), "general": (5.0, 8.0), "policy": (5.0, 8.0)}
-"""Goal and limit of the wall time on two processors, min; convention: short enough to wait for."""
-
-
-def time_table(baselines: Sequence[Stored]) -> str:
-    """Wall times of the runs that made the baselines."""
-    lines = []
-    for stored in baselines:
-        times = stored.times or {}
-        lines.append([stored.name, *(_minutes(times.get(k), *MINUTES[k]) for k in START_KINDS)])
-    return table(("subject", *START_KINDS.values()), lines)
-
-
-def _minutes(run: dict[str, Any] | None, goal: float, limit: float) -> str:
-    if run is None:
-        return "not measured"
-    whole = run["seconds"] / 60
-    learning = sum(s for name, s in run["stages"].items() if name.startswith("train-")) / 60
-    verdict = mark({"passed": whole <= limit, "reached": whole <= goal})
-    return f"{whole:.1f} min {verdict} (learning {learning:.1f}), {run['processors']} processors"
-
-
 ABOUT_ACCEPTED = """
 Accepted: within the limit, and for a curve also nearer to the record than the best guess that knows
 as much as the walk was told: its group of curves on its side, beside the line through the nine
@@ -643,22 +377,10 @@ ABOUT_NARROW = """
 Narrowly: values that keep the limit, but not in every repeat of the walk (eight walks from other
 starts with noise) or with the whole 90 % interval, or that one push less survived would fail.
 """
-ABOUT_LEARNING = (
-    textwrap.fill(
-        f"{NEEDED.format(limit=push_limit())} {RULE} ε is the mean over the start phases; pushes "
-        "of 300 N come from all around, halfway between the phases of the table of pushes below.",
-        width=100,
-    )
-    + "\n"
-)
 ABOUT_SURVIVAL = """\
 300 N for 50 ms at the pelvis, from 25 directions within 90° of straight ahead, by phase of the
 right gait cycle; in brackets the 90 % interval of the share. Survived: no fall within five gait
 cycles.
-"""
-ABOUT_LARGEST = """\
-The largest tested force up to which every tested push of 50 ms was survived, by phase and
-direction (0° pushes ahead, 90° to the left).
 """
 ABOUT_SKILL = """\
 The walkers are fitted to the record. The guess is not: it is a straight line on dimensionless speed
@@ -670,49 +392,15 @@ of the corrected records; against the records as measured the skill of the momen
 because the guess copies the fault of the plates, and the walkers were told the corrected record
 ([Fitted and predicted](../docs/held-out.md)).
 """
-ABOUT_UNRECORDED = """\
-The arms are not recorded, and the comparison's low-pass filter hides what the force does above
-10 Hz. So a walker is free to use both. Limits:
-[tolerances.toml](../gaitval/metrics/tolerances.toml).
-"""
-ABOUT_PLATES = """\
-The records' plates read too little, and their centres of pressure are out of place
-([docs/paper.md](../docs/paper.md)). Walkers are given, and compared with, the corrected
-record; here are their errors against the record as measured, and what is left of the difference
-between right and left moments (mean over the cycle, Nm/kg).
-"""
-ABOUT_MECHANICS = """\
-The worst of each walker, beside limits that decide nothing
-([tolerances.toml](../gaitval/metrics/tolerances.toml)): power, work, centre of mass, loading and
-the arm of the ground reaction against the record; step width, trunk and lumbar moment against what
-is published of other people.
-"""
-ABOUT_WITNESS = """\
-The same policy, body and reference in MuJoCo: other equations of motion, another integrator and a
-quarter of the step, with the same contact law. Goals that a walk of the compared cycles can reach.
-"""
-ABOUT_TIMES = """\
-Sum over all stages of the run, on the machine that made the baseline. Goals: 30 min from nothing
-(limit 45), 5 min from the general policy (limit 8).
-"""
 
 
 def report(baselines: Sequence[Stored]) -> str:
     """The page reports/README.md."""
     sections = [
         ("All subjects", "", criteria_table(baselines) + "\n" + summary_table(baselines)),
-        ("Passes narrowly", "", narrow_table(baselines)),
-        ("What learning gave", ABOUT_LEARNING, learning_table(baselines)),
         ("More than a guess?", ABOUT_SKILL, skill_table(baselines)),
-        ("Arms and ringing", ABOUT_UNRECORDED, unrecorded_table(baselines)),
         *((title, "", measure_table(baselines, columns)) for title, columns in GROUPS),
         ("Pushes: directions survived, %", ABOUT_SURVIVAL, survival_table(baselines)),
-        ("Pushes: largest survived, N", ABOUT_LARGEST, push_table(baselines)),
-        ("Power, work and the whole body", ABOUT_MECHANICS, mechanics_table(baselines)),
-        ("Force plates", ABOUT_PLATES, plates_table(baselines)),
-        ("How the feet meet the ground", "", contact_table(baselines)),
-        ("A second physics engine", ABOUT_WITNESS, witness_table(baselines)),
-        ("Wall times", ABOUT_TIMES, time_table(baselines)),
     ]
     parts = [TITLE]
     for title, about, tables in sections:

@@ -11,7 +11,6 @@ ROOT = Path(__file__).parents[2]
 
 BORROWED = {
     "accuracy.md": "reports/README.md",
-    "accuracy-recordings.md": "reports/recordings/README.md",
     "contributing.md": "CONTRIBUTING.md",
     "changelog.md": "CHANGELOG.md",
 }

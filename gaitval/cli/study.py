@@ -127,7 +127,7 @@ def train(
     )
 
 
-@command("gaitval identify 5", "gaitval identify 5 --set identification.method=posterior")
+@command("gaitval identify 5", "gaitval identify 5 --set identification.method=rollouts")
 def identify(
     subject: SubjectArgument,
     out: OutOption = None,

@@ -34,11 +34,11 @@ def begin(
     """The fit to a `record` with moments and forces, solved in full with the body as scaled
     (`model`), whose mu has `prior_sd` (14,), see `prior.prior_sd`.
 
-    `configuration` has the settings of identification, noise and contact; `kinetics_known` is
+    `configuration` has the settings of noise and contact; `kinetics_known` is
     whether the record's moments and forces are the person's own; `near`: see `BodyFit.as_scaled`.
     """
     fit = BodyFit(
         record, model, configuration.contact, noise_of(configuration, kinetics_known),
-        prior_sd=prior_sd, extended=configuration.identification.parameters == "extended",
+        prior_sd=prior_sd,
     )  # fmt: skip
     return fit, fit.as_scaled(near)

@@ -13,7 +13,6 @@ The result is the mode of the posterior, and its covariance from the normal equa
 """
 
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -29,7 +28,6 @@ from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.one_thread import one_thread
-from gaitval.policy.processes import side_by_side
 from gaitval.reference.dynamic_fit import (
     INFERENCE,
     INSTANTS,
@@ -230,16 +228,9 @@ class BodyFit:
             start = Solution(near.change, np.zeros(len(self.problem.prior)), np.empty(0), np.inf)
         return self.solve(fixed=self.prior_mean, start=start, with_covariance=False)
 
-    def mode(self, *starts: Solution, fixed: Array | None = None) -> Solution:
-        """The most likely of what the fit finds from each of `starts`, near one another, with mu
-        `fixed` (14,) if it is held: contact that starts an instant sooner or later leaves minima a
-        tenth of a standard deviation apart.
-        """
-        tried = side_by_side(partial(self._mode_from, fixed), starts)
-        return min(tried, key=lambda each: each.cost)
-
-    def _mode_from(self, fixed: Array | None, start: Solution) -> Solution:
-        return self.solve(start=start, fixed=fixed, smallest_gain=_MODE_GAIN)
+    def mode(self, start: Solution) -> Solution:
+        """The most likely of what the fit finds from `start`."""
+        return self.solve(start=start, smallest_gain=_MODE_GAIN)
 
     @staticmethod
     def looked_for() -> Flags:
@@ -247,12 +238,6 @@ class BodyFit:
         found = np.zeros(len(PARAMETERS), dtype=bool)
         found[_SHOWN] = True
         return found
-
-    def mu_at(self, point: Array) -> Array:
-        """Parameters (14,) at a point of those `looked_for`, in prior SDs from the mean."""
-        mu, shown = self.prior_mean.copy(), self.looked_for()
-        mu[shown] += self.prior_sd[shown] * point
-        return mu
 
     def near(self, solution: Solution, mu: Array) -> Solution:
         """The solution with another mu (14,), to start from."""

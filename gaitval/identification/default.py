@@ -1,6 +1,5 @@
 """The default identification of a study, `identification.method=shared`: the posterior with errors
-that angles and belt share. Others are in `posterior` (independent errors), `rollouts` (the paper's)
-and `unidentified` (none).
+that angles and belt share. Others are in `rollouts` (the paper's) and `unidentified` (none).
 
 Bounds are `unidentified.WIDE` SDs of the prior, so that none decides what is found, and the verdict
 is that of the posterior whatever the bound. The walker takes the posterior mean, which is shrunk
@@ -17,7 +16,6 @@ import numpy as np
 
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
-from gaitval.errors import ConfigurationError
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.body_report import in_words
@@ -55,15 +53,8 @@ def shared_identification(
     `fit` is of `record`, and `fixed_body` its solution with the body (`model`) as scaled. `subject`
     is whose record it is; the prior's mean has the offset of other people. Of the `configuration`
     the bounds of damping and friction are used. `on_progress` is called once, with the sum of
-    squares. Raises ConfigurationError if the extended parameters are asked for, which are among its
-    errors already.
+    squares.
     """
-    if fit.extended:
-        raise ConfigurationError(
-            "identification.method = shared: sole and legs that differ are among its errors "
-            "already. Leave identification.parameters at paper, or set identification.method to "
-            "posterior."
-        )
     shared = identified(fit, fixed_body, offset_of(subject))
     posterior, (apart, _) = shared.posterior, shared.legs.estimate
     on_progress({"generation": 1, "total": 1, "value": shared.cost})

@@ -19,7 +19,7 @@ from gaitval.configuration import Configuration, IdentificationSettings
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
-from gaitval.identification.posterior import Searched, search
+from gaitval.identification.search import Searched, search
 from gaitval.identification.unidentified import bounded
 from gaitval.lanes import WIDTH
 from gaitval.metrics.comparison import curves_of

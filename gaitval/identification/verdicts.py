@@ -1,14 +1,12 @@
-"""What a posterior says about each body parameter: identified, weak, not identified, at its bound.
+"""What a posterior says about each body parameter: identified, weak, not identified.
 
 The verdict follows the contraction, posterior SD / prior SD, as in simulation-based calibration
-(Talts et al. 2018; Schad et al. 2021): at most 0.3 is identified, at most 0.7 weak. What is not
-identified stays at its prior mean.
+(Talts et al. 2018; Schad et al. 2021): at most 0.3 is identified, at most 0.7 weak.
 """
 
 from dataclasses import dataclass
 from typing import Final
 
-from gaitval.arrays import Array
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.metrics.results import Determination
 from gaitval.model.parameters import PARAMETERS
@@ -26,7 +24,7 @@ class Judged:
     name : of the parameter or combination.
     prior_mean, prior_sd : of the prior; a combination's mean is 0.
     mean, sd : of the posterior; a combination's are about its prior mean.
-    verdict : from the contraction, or `at its bound`.
+    verdict : from the contraction.
     """
 
     name: str
@@ -48,27 +46,20 @@ class Judged:
 
 
 def verdict_of(contraction: float) -> Determination:
-    """The verdict on a parameter inside its bounds, from its `contraction`, posterior SD / prior
-    SD.
-    """
+    """The verdict on a parameter from its `contraction`, posterior SD / prior SD."""
     if contraction <= IDENTIFIED:
         return "identified"
     return "weak" if contraction <= WEAK else "not identified"
 
 
-def judged(
-    posterior: BodyPosterior, bounds: tuple[Array, Array] | None = None
-) -> tuple[Judged, ...]:
+def judged(posterior: BodyPosterior) -> tuple[Judged, ...]:
     """Every parameter of the `posterior`, of all together, with its verdict, in the order of
-    `PARAMETERS`. `bounds` are the lowest and highest mu, (14,) each; a mode at or beyond one is at
-    its bound.
+    `PARAMETERS`.
     """
     found = []
     for i, name in enumerate(PARAMETERS):
         mean, sd = float(posterior.mean[i]), float(posterior.sd[i])
         verdict = verdict_of(sd / float(posterior.prior_sd[i]))
-        if bounds is not None and not bounds[0][i] < mean < bounds[1][i]:
-            verdict = "at its bound"
         prior = float(posterior.prior_mean[i]), float(posterior.prior_sd[i])
         found.append(Judged(name, *prior, mean, sd, verdict))
     return tuple(found)

@@ -1,6 +1,6 @@
 """Faults of the plates taken away, where the user asks for it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -27,8 +27,6 @@ have taken away what cannot be brought back."""
 WORSE: Final = 1.1
 """Times the residuals, beyond which a correction does harm; that of a small error that is not there
 changes them by less."""
-
-_Correction = Callable[[Array, Array], tuple[Array, Array]]
 
 
 def wanted(given: Sequence[str]) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from gaitval.session.trial import WalkingTrial
 AXES: Final = {BRAKING: 0, INWARD: 1}
 """Checks that a wrong sign of a plate's force does not pass, and the axis of that force."""
 
-Signs = Mapping[str, frozenset[int]]
+ReversedAxes = Mapping[str, frozenset[int]]
 """Axes (0 fore-aft, 1 sideways) along which the forces of plates, by their names, are reversed."""
 
 
@@ -30,7 +30,7 @@ def of_a_sign(flag: QualityFlag) -> bool:
     return flag.check in AXES and flag.value < 0.0
 
 
-def suspected(walks: Sequence[WalkingTrial]) -> Signs:
+def suspected(walks: Sequence[WalkingTrial]) -> ReversedAxes:
     """What the warnings of the `walks` say may be reversed."""
     found: dict[str, frozenset[int]] = {}
     for walk in walks:
@@ -40,7 +40,9 @@ def suspected(walks: Sequence[WalkingTrial]) -> Signs:
     return found
 
 
-def likeliest_signs(found: Import, trials: Sequence[PlateTrial]) -> tuple[list[PlateTrial], Signs]:
+def likeliest_signs(
+    found: Import, trials: Sequence[PlateTrial]
+) -> tuple[list[PlateTrial], ReversedAxes]:
     """The `trials` of the import `found` with the signs that forces and motion contradict least, of
     those recorded, of those that are `suspected`, and of all plates if one is: a wrong sign is
     often the laboratory's. Beside each, any other fault may be there.
@@ -49,7 +51,7 @@ def likeliest_signs(found: Import, trials: Sequence[PlateTrial]) -> tuple[list[P
     if not some:
         return [*trials], {}
     mass, height = found.request.mass_kg, found.request.height_m
-    best: tuple[float, list[PlateTrial], Signs] | None = None
+    best: tuple[float, list[PlateTrial], ReversedAxes] | None = None
     for signs in _candidates(some, trials):
         tried = [_reversed(found, trial, signs) for trial in trials]
         if (data := data_of(tried, mass)) is not None:
@@ -59,7 +61,7 @@ def likeliest_signs(found: Import, trials: Sequence[PlateTrial]) -> tuple[list[P
     return ([*trials], {}) if best is None else best[1:]
 
 
-def _candidates(some: Signs, trials: Sequence[PlateTrial]) -> Iterator[Signs]:
+def _candidates(some: ReversedAxes, trials: Sequence[PlateTrial]) -> Iterator[ReversedAxes]:
     yield {}
     yield some
     axes = frozenset[int]().union(*some.values())
@@ -68,7 +70,7 @@ def _candidates(some: Signs, trials: Sequence[PlateTrial]) -> Iterator[Signs]:
         yield everywhere
 
 
-def _reversed(found: Import, trial: PlateTrial, signs: Signs) -> PlateTrial:
+def _reversed(found: Import, trial: PlateTrial, signs: ReversedAxes) -> PlateTrial:
     """A `trial` whose plates' forces have other `signs`; what the motion needs stays."""
     if not signs or trial.walk.loads is None:
         return trial

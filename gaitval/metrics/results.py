@@ -284,13 +284,14 @@ class FoundParameters(OpenResult):
     profiles: list[Annotated[list[Number], Field(min_length=4, max_length=4)]] = Field(
         default_factory=list
     )
-    """Growth of the deviance at -2, -1, 1, 2 SD of each parameter, all else at its best."""
+    """Of `identification.method = posterior` of 0.7.0 and before: growth of the deviance at -2, -1,
+    1, 2 SD of each parameter, all else at its best."""
     correlation: Annotated[
         list[_Parameters], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))
     ]
     combinations: list[ParameterSum]
     extended: list[ExtendedResult] = Field(default_factory=list)
-    """Empty unless they were looked for; the walker does not use them."""
+    """Likewise, where they were looked for; the walker does not use them."""
     plates: Annotated[list[Number], Field(min_length=2, max_length=2)]
     """m, by how much the centre of pressure of the right and left plate is further forward."""
     deviance_nominal: Number | None
@@ -300,7 +301,7 @@ class FoundParameters(OpenResult):
     belt share nor the moved prior, so that the difference is not the body's alone."""
     converged: Flag
     search_distance: Number | None
-    """Between CMA-ES's result and the mode, in posterior SDs."""
+    """Likewise: between CMA-ES's result and the mode, in posterior SDs."""
     history: list[Generation]
 
     @property
@@ -313,21 +314,6 @@ class FoundParameters(OpenResult):
             for name, verdict in zip(self.names, self.verdicts, strict=True)
             if verdict == "identified"
         ]
-
-    @property
-    def body_word(self) -> Literal["identified", "expected"]:
-        """What the body that walks is called: identified only where something was determined."""
-        return "identified" if self.determined else "expected"
-
-    @property
-    def differs_from_found(self) -> bool:
-        """Whether the walker has other values than the posterior mean, so that a table needs both:
-        with `identification.method = shared` it has the mean.
-        """
-        return any(
-            abs(found - used) > 1e-9
-            for found, used in zip(self.posterior_mean, self.identified, strict=True)
-        )
 
 
 class IdentificationResult(FoundParameters):

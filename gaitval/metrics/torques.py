@@ -182,14 +182,6 @@ def ground_rows(rollout: Rollout, model: BodyModel) -> GroundRows:
     return GroundRows(power, slip)
 
 
-def slip_of(model: BodyModel, positions: Array, velocities: Array) -> Array:
-    """`GroundRows.slip` (T, 2) of any motion of the body `model`: `positions` and `velocities`
-    (T, 31).
-    """
-    none, nowhere = np.zeros((len(positions), 2, 3)), np.full((len(positions), 2, 3), np.nan)
-    return _power_and_slip(model, positions, velocities, none, nowhere, none[..., 0])[1]
-
-
 def _power_and_slip(model: BodyModel, *motion: Array) -> tuple[Array, Array]:
     """(T, 2) each; `motion` as `_ground_rows` has it."""
     power, slip = np.zeros((2, len(motion[0]), 2))

@@ -28,7 +28,7 @@ FILES: Final = (
     *("subject.toml", "configuration.toml", "model.urdf", "scaling.csv", "reference.npz"),
     *("policy/policy.json", "policy/policy.safetensors", "identification.json", "identified.npz"),
     *("correction.json", "rollouts/nominal.npz", "rollouts/identified.npz"),
-    *("rollouts/witness.npz", "push.json", "metrics.json"),
+    *("rollouts/second_engine.npz", "push.json", "metrics.json"),
 )
 """What the numbers of a report come from, in the order in which it is made. `policy/training.csv`
 and `provenance.json` hold times, so that equal runs differ in them; they are not listed."""

@@ -184,7 +184,6 @@ class ParameterRow(NamedTuple):
     sd: float
     used: float | None
     verdict: Determination
-    profile: tuple[float, float] | None = None
     prior_place: float = _place(-1.0)
     prior_width: float = _place(1.0) - _place(-1.0)
 
@@ -223,7 +222,6 @@ def _parameters(
     """
     if found is None:
         return None
-    grown = found.profiles or [[0.0] * 4] * len(found.names)
     moved = {name: mean for name, mean, _ in bars}
 
     def expected(i: int) -> float:
@@ -243,7 +241,6 @@ def _parameters(
                 sd=found.standard_deviation[i],
                 used=found.identified[i],
                 verdict=found.verdicts[i],
-                profile=(grown[i][0], grown[i][-1]) if any(grown[i]) else None,
             )
             for i, name in enumerate(found.names)
         ),

@@ -57,13 +57,9 @@ def write(run: Run) -> None:
         write_json(run.folder / FILE, words | {"said": f"{words['said']} {walker}"})
         return
     own = "moments" in quantities_known(run.subject, run.configuration.record)
-    paper = run.configuration.model_copy(
-        update={"identification": settings.model_copy(update={"parameters": "paper"})}
-    )
     near = ReferenceMotion.load(run.folder / "reference.npz")
-    fit, fixed_body = begin(
-        run.known_record().record, model, prior_sd(run.subject), paper, own, near
-    )
+    record, prior = run.known_record().record, prior_sd(run.subject)
+    fit, fixed_body = begin(record, model, prior, run.configuration, own, near)
     found = identified(fit, fixed_body, offset_of(run.subject))
     # of another method the walker has another body, of which this posterior says nothing
     write_json(run.folder / FILE, in_words(found, model, settings.method))

@@ -102,8 +102,8 @@ def _identify(run: Run, folder: Path) -> None:
 
 
 def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
-    """What the record of `run` says about mu, whose `prior` SD is (14,); `folder` keeps a search
-    that is interrupted.
+    """What the record of `run` says about mu, whose `prior` SD is (14,); `folder` is that of the
+    round's identification.
     """
     from gaitval.identification.begin import begin
     from gaitval.prediction.known import quantities_known
@@ -113,20 +113,13 @@ def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
     configuration = run.configuration
     # whether the record's kinetics are the person's own
     own = "moments" in quantities_known(run.subject, configuration.record)
-    progress, method = run.observer.progress, configuration.identification.method
-    if method == "posterior":
-        from gaitval.identification.posterior import identify
-
-        return identify(
-            record, model, prior, configuration, folder,
-            kinetics_known=own, on_progress=progress,
-        )  # fmt: skip
+    progress = run.observer.progress
     from gaitval.identification.default import shared_identification
     from gaitval.identification.rollouts import rollouts_identification
 
     near = ReferenceMotion.load(run.folder / "reference.npz")
     fit, solution = begin(record, model, prior, configuration, own, near)
-    if method == "shared":
+    if configuration.identification.method == "shared":
         return shared_identification(
             fit, solution, run.subject, record, model, configuration, progress
         )

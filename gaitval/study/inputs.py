@@ -53,7 +53,7 @@ WALKER = (
 """Files of the identified body and of the policy that walks it."""
 PUSHED = "rollouts/pushed_ahead.npz", "rollouts/pushed_left.npz"
 """Walks with a push on the pelvis, for the replay."""
-SECOND_ENGINE = "rollouts/witness.npz"
+SECOND_ENGINE = "rollouts/second_engine.npz"
 """The compared rollout of the identified body in the second physics engine."""
 GAIN = "gain.json"
 """Beside a policy: what its training gave (`metrics.learning_gain`)."""

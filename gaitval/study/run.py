@@ -16,7 +16,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from gaitval.artefacts import copy_files
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
@@ -36,14 +35,6 @@ from gaitval.study.stage import INTERRUPTED, Observer, Run, Stage, run_stage, wh
 from gaitval.study.stored_policy import general_policy
 from gaitval.study.unread import given, say_unread
 from gaitval.study.walking_stages import correct_stage, push_stage, repeat_stage, simulate_stage
-
-if TYPE_CHECKING:
-    pass
-
-
-STATE = "identification_state.json"
-"""What an identification that runs has found, beside its results, see
-`gaitval.identification.posterior`."""
 
 IN_WORKERS = (
     "gaitval.cli",  # a worker begins with what the main program imports
@@ -190,12 +181,6 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
     shown = _loading(run.configuration.report.language)
-    if run.configuration.identification.method == "posterior":
-        from gaitval.study.watching import generations_shown
-
-        # the other stage reports nothing, so its progress is read from the file of its state
-        state = run.folder / f"rounds/{round_number}/identification" / STATE
-        shown = generations_shown(run.observer, state, run.configuration.identification.generations)
     identify = identify_stage(_silent(run), round_number)
     _together(run, training, identify, shown, force=force)
 

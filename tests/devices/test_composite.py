@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gaitval.datasets.subject_file import load_subject
-from gaitval.model.devices.composite import fitted, parallel_axes, part_place, stumps_only, united
+from gaitval.model.devices.composite import fitted, parallel_axes, part_place, united
 from gaitval.model.devices.device import Device, Part, load_devices
 from gaitval.scaling.scaling import scale_subject
 
@@ -94,7 +94,7 @@ def test_both_sides_mirror_each_other(model):
 
 def test_a_stump_of_a_uniform_limb_has_its_inertia(model):
     (device,) = load_devices("below_knee")
-    bare = stumps_only(model, [device])
+    bare = fitted(model, [device.model_copy(update={"parts": ()})])
     whole, rest = model["shank_r"], bare["shank_r"]
     assert rest.mass == pytest.approx(0.55 * whole.mass)
     np.testing.assert_allclose(rest.inertia, 0.55**3 * whole.inertia)

@@ -5,9 +5,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from opensim_motion import read_motion
 from opensim_peer import inverse_dynamics_tool, read_table, run
 
-from claims.opensim_motion import read_motion
 from gaitval.apps.export.opensim_folder import FILES, LOADED_N, foot_forces, write_opensim
 from gaitval.apps.export.virtual_markers import JOINT_CENTRES
 from gaitval.apps.export.walked import ExportedWalk

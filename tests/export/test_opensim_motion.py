@@ -6,6 +6,7 @@ import numpy as np
 import opensim
 import pytest
 from known_walk import KnownWalk, known_walk
+from opensim_motion import read_motion
 from opensim_peer import (
     OpenSimModel,
     inverse_dynamics_tool,
@@ -15,7 +16,6 @@ from opensim_peer import (
 )
 from scipy.spatial.transform import Rotation
 
-from claims.opensim_motion import read_motion
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError

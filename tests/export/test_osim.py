@@ -7,11 +7,11 @@ from xml.etree import ElementTree
 import numpy as np
 import opensim
 import pytest
+from opensim_motion import from_opensim
 from opensim_peer import OpenSimModel
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import random_state
 
-from claims.opensim_motion import from_opensim
 from gaitval.configuration import ContactSettings
 from gaitval.contact.forces import ground_forces
 from gaitval.contact.law import contact_law

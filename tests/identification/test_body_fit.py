@@ -14,7 +14,6 @@ from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import NUISANCES, BodyFit, angle_sd
 from gaitval.identification.combinations import combinations, judged_combinations
-from gaitval.identification.posterior import PROFILE_STEPS, Profile, identify, profiles
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.unidentified import unidentified
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
@@ -155,70 +154,6 @@ def test_the_planted_leg_is_found_within_its_uncertainty(fit, solution, person):
     assert np.sum(((person.truth - found.mean) / found.sd)[2:] ** 2) < 40.0  # chi square of 12
 
 
-@pytest.fixture(scope="module")
-def recorded():
-    """The fit of a person's own record, and its solution. A virtual person's would be another
-    record on each kind of processor. Not everybody's posterior is a Gaussian: of five people tried,
-    S03's profiles depart by up to 19, and single points of S01's, S04's and S07's by 0.5.
-    """
-    subject = load_subject("S05").model_copy(update={"markers": {}})
-    fit = BodyFit(
-        subject.record(), scale_subject(subject).model, CONFIGURATION.contact, CONFIGURATION.noise,
-        prior_sd=prior_sd(subject),
-    )  # fmt: skip
-    return fit, fit.mode(fit.solve(start=fit.solve(fixed=nominal_parameters())))
-
-
-@pytest.mark.slow  # two fits of another person
-def test_the_posterior_is_as_gaussian_as_laplace_supposes(recorded):
-    """Along every principal direction, one and two SDs away, by the fit of the whole motion.
-
-    Contact that starts an instant sooner or later makes a step in the profile, at another place on
-    each kind of processor: 1 point of 24 may be beyond one.
-    """
-    fit, solution = recorded
-    profile, found = Profile(fit, solution), fit.posterior(solution)
-    values, vectors = np.linalg.eigh(found.covariance[2:, 2:])
-    lengths, mus = [0.0], [found.mean]
-    for value, vector in zip(values, vectors.T, strict=True):
-        for length in (-2.0, 1.0):
-            mu = found.mean.copy()
-            mu[2:] += length * np.sqrt(value) * vector
-            lengths.append(length)
-            mus.append(mu)
-    costs = np.array(profile(mus))
-    assert costs[0] == pytest.approx(solution.cost, abs=0.1)
-    gaussian = np.square(lengths[1:])
-    within = np.isclose(costs[1:] - costs[0], gaussian, rtol=0.25, atol=0.15)
-    assert np.count_nonzero(~within) <= 1, costs - costs[0]
-    assert np.median((costs[1:] - costs[0]) / gaussian) == pytest.approx(1.0, abs=0.15)
-
-
-@pytest.mark.slow  # fits once more; the profile of every parameter is always a Gaussian's
-def test_a_profile_is_the_whole_fit_of_a_held_body(fit, solution):
-    """Never below it: its motion is one that the whole fit could have taken, by the same sum of
-    squares. Above it by what the slopes of the laws change on the way, which is a share of the
-    rise, as in the tests beside this one. How much that is in numbers depends on the person, and
-    with other kernels of linear algebra the policy walks otherwise: it is another person's record.
-    """
-    mu = fit.posterior(solution).mean.copy()
-    mu[PARAMETERS.index("thigh_length")] += 0.03
-    (found,) = Profile(fit, solution).at([(mu - fit.prior_mean) / fit.prior_sd])
-    prior = float(np.sum(((mu - nominal_parameters()) / fit.prior_sd) ** 2))
-    whole = fit.mode(solution, found, fixed=mu).cost + prior
-    assert whole - 1e-6 <= found.cost
-    assert found.cost - whole < 0.3 * (whole - solution.cost)
-    assert Profile(fit, solution)([mu]) == [found.cost]
-
-
-@pytest.mark.slow  # as the test before
-def test_the_profile_of_every_parameter_is_that_of_a_gaussian(recorded):
-    found = profiles(*recorded)
-    np.testing.assert_array_equal(found[:2], 0.0)
-    wanted = np.broadcast_to(np.square(PROFILE_STEPS), found[2:].shape)
-    np.testing.assert_allclose(found[2:], wanted, rtol=0.3, atol=0.3)
-
-
 def test_the_noise_of_an_angle_has_the_size_that_is_set():
     sd = angle_sd(CONFIGURATION.noise)
     harmonics = (len(sd) - 1) // 2
@@ -233,36 +168,6 @@ def test_kinetics_that_are_expected_weigh_little():
     for name in ("moment", "adduction_moment", "vertical_force", "forward_force", "medial_force"):
         assert getattr(expected, name) >= 2.0 * getattr(plain, name)
     assert expected.angle == plain.angle
-
-
-@pytest.mark.slow  # its parts are tested always
-def test_a_whole_identification(recorded, tmp_path):
-    """Search, mode, verdicts; what is not identified stays as scaled; the state is cleared away.
-
-    Of a recorded person: the minima of a virtual person's fit lie a third of an SD apart, with
-    sums of squares 0.2 apart, and which one a fit finds depends on the processor. What is found is
-    compared with the mode that a fit without a search finds, in the posterior's own measure.
-    """
-    fit, solution = recorded
-    subject = load_subject("S05").model_copy(update={"markers": {}})
-    seen = []
-    found = identify(
-        subject.record(), scale_subject(subject).model, prior_sd(subject), CONFIGURATION, tmp_path,
-        on_progress=seen.append,
-    )  # fmt: skip
-    assert found.converged
-    assert found.search_distance < 0.5
-    # The search may find a lower minimum of the kind (1.2 lower here), and no higher one.
-    assert found.deviance_identified < solution.cost + 0.05
-    # What it found is as likely by the fit without it; 0.05 is 0.2 SD along any direction.
-    (there,) = Profile(fit, solution)([np.array(found.posterior_mean)])
-    assert there == pytest.approx(solution.cost, abs=0.05)
-    assert found.deviance_identified < found.deviance_nominal
-    assert "weak" in found.verdicts
-    for verdict, used, nominal in zip(found.verdicts, found.identified, found.nominal, strict=True):
-        assert verdict != "not identified" or used == nominal
-    assert seen[-1]["generation"] == len(found.history)
-    assert not list(tmp_path.iterdir())
 
 
 def test_without_a_method_the_body_stays_as_scaled(task):

@@ -58,14 +58,17 @@ def test_shared_errors_of_a_study_have_the_offset_of_other_people_as_gaitval_bod
 
     monkeypatch.setattr(default, "identified", identified)
     model, record = scale_subject(subject).model, subject.record()
-    fit = SimpleNamespace(extended=())
     with pytest.raises(Asked):
-        default.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
+        default.shared_identification(None, None, subject, record, model, CONFIGURATION, None)
     np.testing.assert_array_equal(given[0], offset_of(subject))
     assert given[0].any()
-    fit.extended = ("sole",)
-    with pytest.raises(ConfigurationError, match=r"identification\.parameters"):
-        default.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
+
+
+def test_parameters_of_an_earlier_file_are_read_if_they_are_all_that_is_left():
+    given = ["identification.parameters=paper"]
+    assert load_configuration(settings=given) == CONFIGURATION
+    with pytest.raises(ConfigurationError, match=r"identification\.parameters: no longer exists"):
+        load_configuration(settings=["identification.parameters=extended"])
 
 
 def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
@@ -135,7 +138,7 @@ def test_the_walker_has_two_legs_only_if_told_and_no_body_of_a_record_that_does_
     monkeypatch.setattr(default, "identified", lambda *given: found)
     setting = f"identification.two_legs={str(two_legs).lower()}"
     configuration = load_configuration(settings=[setting])
-    fit, fixed = SimpleNamespace(extended=()), SimpleNamespace(cost=200.0)
+    fit, fixed = None, SimpleNamespace(cost=200.0)
     made = default.shared_identification(
         fit, fixed, load_subject("S05"), None, MODEL, configuration, lambda told: None
     )

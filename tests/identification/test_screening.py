@@ -11,7 +11,6 @@ from gaitval.apps.virtual.screening import KINDS, NAMES, UNITS, Screened, effect
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyFit
-from gaitval.identification.posterior import Profile, identify
 from gaitval.identification.prior import prior_sd
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
@@ -86,20 +85,6 @@ def fixed(fit):
 
 
 @pytest.mark.slow
-def test_the_extended_parameters_change_the_laws_as_their_derivatives_say(fit, fixed):
-    count = len(fixed.common)
-    places = [*range(3, 17), *range(count - len(EXTENDED), count)]
-    profile, z = Profile(fit, fixed, places), fixed.common[places]
-    (same,) = profile.at([z])
-    assert same.cost == pytest.approx(fixed.cost, abs=0.2)
-    for index in range(len(EXTENDED)):
-        away = 0.5 * np.eye(len(z))[14 + index]
-        moved = [each.cost - fixed.cost for each in profile.at([z + away, z - away])]
-        # The fit was free to choose them, so both ways are less likely.
-        assert min(moved) > 0.0, EXTENDED[index].name
-
-
-@pytest.mark.slow
 def test_a_held_mu_leaves_the_extended_parameters_free(fit, fixed):
     np.testing.assert_allclose(fixed.common[3:17], 0.0, atol=1e-9)
     found = fit.posterior(fixed)
@@ -122,19 +107,6 @@ def test_a_posterior_is_in_the_units_of_its_parameters(fit):
     np.testing.assert_allclose(found.extended_sd, 0.3 * sizes)
     np.testing.assert_allclose(found.extended_mean, sizes * common[-len(EXTENDED) :])
     assert found.log_posterior == -5.0
-
-
-@pytest.mark.slow
-def test_an_extended_identification_says_what_it_found(model, tmp_path):
-    subject = load_subject("S05")
-    settings = CONFIGURATION.identification.model_copy(
-        update={"parameters": "extended", "generations": 2}
-    )
-    configuration = CONFIGURATION.model_copy(update={"identification": settings})
-    found = identify(subject.record(), model, prior_sd(subject), configuration, tmp_path)
-    assert [each.name for each in found.extended] == [each.name for each in EXTENDED]
-    assert {each.verdict for each in found.extended} <= {"identified", "weak"}
-    assert not found.converged
 
 
 @pytest.mark.slow  # a whole walk for each parameter

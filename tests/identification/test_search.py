@@ -1,12 +1,10 @@
-"""CMA-ES: it finds what was planted, ends by its rule, and goes on after a kill."""
-
-import json
+"""CMA-ES: it finds what was planted, and ends by its rule."""
 
 import numpy as np
 import pytest
 
 from gaitval.configuration import IdentificationSettings
-from gaitval.identification.posterior import search
+from gaitval.identification.search import search
 
 SIZE = 12
 
@@ -63,49 +61,3 @@ def test_one_seed_gives_one_search_and_another_a_different_one():
     first, again, other = (find(bowl(planted()), seed=s, generations=5).best for s in (0, 0, 1))
     np.testing.assert_array_equal(first, again)
     assert not np.array_equal(first, other)
-
-
-class Killed(Exception):
-    """Stands for what ends a process."""
-
-
-@pytest.mark.parametrize("stop", [1, 4, 9])
-def test_a_search_that_was_cut_off_goes_on_to_the_same_result(tmp_path, stop):
-    evaluate, state = bowl(planted()), tmp_path / "state.json"
-    whole = find(evaluate, generations=10)
-    calls = []
-
-    def dying(points):
-        calls.append(len(points))
-        if len(calls) == stop + 1:
-            raise Killed
-        return evaluate(points)
-
-    options = {"generations": 10, "state_file": state, "key": "a"}
-    with pytest.raises(Killed):
-        find(dying, **options)
-    evaluated, generations = [], []
-
-    def counting(points):
-        evaluated.append(len(points))
-        return evaluate(points)
-
-    resumed = find(counting, on_generation=lambda *each: generations.append(each), **options)
-    assert len(evaluated) == 10 - stop  # what was known is not evaluated again
-    np.testing.assert_array_equal(resumed.best, whole.best)
-    assert resumed.history == whole.history
-    assert [generation for generation, _ in generations] == list(range(1, 11))
-
-
-def test_the_state_of_another_search_is_not_used(tmp_path):
-    evaluate, state = bowl(planted()), tmp_path / "state.json"
-    find(evaluate, generations=3, state_file=state, key="a")
-    assert json.loads(state.read_text())["key"] == "a"
-    evaluated = []
-
-    def counting(points):
-        evaluated.append(len(points))
-        return evaluate(points)
-
-    find(counting, generations=3, state_file=state, key="b")
-    assert len(evaluated) == 3

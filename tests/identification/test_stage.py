@@ -32,7 +32,7 @@ def written(tmp_path, monkeypatch):
     monkeypatch.setattr("gaitval.identification.begin.begin", lambda *_: (None, None))
     monkeypatch.setattr("gaitval.reference.motion.ReferenceMotion.load", lambda _: None)
     write_urdf(MODEL, tmp_path / "model.urdf")
-    body_stage.write(run_in(tmp_path, "posterior"))
+    body_stage.write(run_in(tmp_path, "rollouts"))
     return tmp_path, found
 
 
@@ -49,7 +49,7 @@ def run_in(folder, method):
 def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):
     folder, found = written
     texts, shown, draw = body_bars.shown(folder)
-    assert texts == {"said": sentences(found, MODEL), "method": "posterior"}
+    assert texts == {"said": sentences(found, MODEL), "method": "rollouts"}
     assert [name for name, *_ in shown] == [name for name, *_ in bars(found, MODEL)]
     picture = draw()
     for name, *_ in bars(found, MODEL):

@@ -6,9 +6,8 @@ import pytest
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.combinations import combinations, correlation, judged_combinations
-from gaitval.identification.posterior import conditional_mean
 from gaitval.identification.prior import measured_by, prior_sd
-from gaitval.identification.verdicts import judged, verdict_of
+from gaitval.identification.verdicts import verdict_of
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 
@@ -54,15 +53,6 @@ def test_the_verdict_follows_the_contraction(contraction, verdict):
     assert verdict_of(contraction) == verdict
 
 
-def test_a_mode_outside_the_bounds_is_at_its_bound():
-    found = posterior()
-    lower, upper = nominal_parameters() - 1.0, nominal_parameters() + 1.0
-    upper[THIGH] = found.mean[THIGH] - 1e-4
-    verdicts = judged(found, (lower, upper))
-    assert [each.name for each in verdicts if each.verdict == "at its bound"] == ["thigh_length"]
-    assert verdicts[0].contraction == pytest.approx(found.sd[0] / found.prior_sd[0])
-
-
 def test_combinations_are_lengths_of_the_leg(task):
     """Their weights are how the lengths change with mu, by the model itself."""
     leg, reach = combinations(task.model)
@@ -96,20 +86,3 @@ def test_correlations_are_of_the_posterior():
     np.testing.assert_allclose(np.diag(found), 1.0)
     np.testing.assert_allclose(found, found.T)
     assert np.abs(found).max() <= 1.0 + 1e-12
-
-
-def test_what_is_not_identified_stays_and_the_rest_is_found_again():
-    """The mean of a Gaussian under the condition, by the textbook's other formula."""
-    found = posterior()
-    used = np.zeros(14, dtype=bool)
-    used[[3, 4, 8]] = True
-    mean = conditional_mean(found, used)
-    np.testing.assert_array_equal(mean[~used], found.prior_mean[~used])
-    across = found.covariance[np.ix_(used, ~used)]
-    inner = found.covariance[np.ix_(~used, ~used)]
-    away = (found.prior_mean - found.mean)[~used]
-    np.testing.assert_allclose(
-        mean[used], found.mean[used] + across @ np.linalg.solve(inner, away), rtol=1e-8
-    )
-    nothing = conditional_mean(found, np.zeros(14, dtype=bool))
-    np.testing.assert_array_equal(nothing, found.prior_mean)

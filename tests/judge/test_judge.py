@@ -227,7 +227,8 @@ def test_residuals_are_found_in_newtons_and_as_a_share(everything, tmp_path):
 
 def test_a_residual_moment_is_a_vector_whatever_the_pelvis_does(everything, judged_files):
     """Generalised forces of tilted axes; the moment was put in about fixed ones."""
-    from claims.opensim_motion import from_opensim
+    from opensim_motion import from_opensim
+
     from gaitval.apps.judge.opensim.model_file import read_model
     from gaitval.apps.judge.residuals import residual_wrench
     from gaitval.opensim.coordinates import OPENSIM_COORDINATES, forces_to_opensim

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from opensim_motion import read_motion
 
-from claims.opensim_motion import read_motion
 from gaitval.apps.export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
 from gaitval.apps.export.locohub import locohub_frame, write_locohub
 from gaitval.apps.export.opensim_folder import foot_forces, write_opensim

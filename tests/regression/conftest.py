@@ -62,8 +62,6 @@ def make_run() -> MakeRun:
             write_text(folder / file, f'{{"file": "{file}"}}')
         for stage in STAGES:
             record(folder, stage)
-        times = {stage: {"seconds": 2.0} for stage in STAGES}
-        write_json(folder / "provenance.json", {"stages": times})
         return folder
 
     return make

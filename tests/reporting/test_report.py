@@ -552,19 +552,6 @@ def test_a_found_body_that_falls_is_told(run_folder, tmp_path, monkeypatch):
     assert "with the parameters that were found, the walk has no complete gait cycle" in text
 
 
-def test_parameters_looked_for_as_well_have_a_table(run_folder, tmp_path, monkeypatch):
-    """`identification.parameters=extended`."""
-    row = {
-        "name": "heel_x", "unit": "m", "prior_standard_deviation": 0.01, "mean": 0.0023,
-        "standard_deviation": 0.004, "verdict": "weak",
-    }  # fmt: skip
-    text = changed_page(run_folder, tmp_path, monkeypatch, identification={"extended": [row]})
-    table = text[text.index("Looked for as well") :][:250]
-    assert "heel x" in table
-    assert "0.0023" in table
-    assert "weak" in table
-
-
 def test_what_the_whole_correction_reached_is_not_told_of_a_part(run_folder, tmp_path, monkeypatch):
     text = changed_page(*(run_folder, tmp_path / "a", monkeypatch), correction={"share": 0.7})
     metrics = read_json(tmp_path / "a" / "metrics.json")

@@ -20,11 +20,9 @@ from simulation_fixtures import random_policy
 from stage_order import STAGES
 
 from gaitval.apps.regression.baseline import (
-    TIMES,
     WALKING,
     by_folder,
     installed_code,
-    processors,
     store_baseline,
 )
 from gaitval.apps.regression.seal import SEAL, read_seal
@@ -787,17 +785,6 @@ def test_a_link_in_the_place_of_the_lock_is_not_followed(tmp_path: Path) -> None
     assert theirs.read_text() == "theirs"
 
 
-def test_processors_are_counted_where_the_system_tells_less(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """macOS and Windows do not say which processors a process may use."""
-    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
-    monkeypatch.setattr(os, "cpu_count", lambda: 7)
-    assert processors() == 7
-    monkeypatch.setattr(os, "cpu_count", lambda: None)
-    assert processors() == 1
-
-
 WITHOUT_POSIX = """
 import sys
 import time
@@ -861,7 +848,7 @@ def test_a_baseline_is_stored_of_finished_runs_only(
     run_subject(run)
     store_baseline(run.folder, tmp_path / "baseline")
     stored = [str(p.relative_to(tmp_path / "baseline")) for p in tmp_path.glob("baseline/**/*.*")]
-    assert sorted(stored) == sorted([*STORED_FILES, TIMES, SEAL])
+    assert sorted(stored) == sorted([*STORED_FILES, SEAL])
     assert read_seal(tmp_path / "baseline").code == {}  # that of the stand-ins
 
 
@@ -896,21 +883,6 @@ def test_a_run_that_is_redone_half_is_no_baseline_until_it_is_finished(
         store_baseline(run.folder, tmp_path / "baseline")
 
 
-@pytest.mark.usefixtures("believed")
-def test_the_time_of_a_device_is_no_round_of_a_baseline(
-    opened: Opener, stand_ins: list[float | None], tmp_path: Path
-) -> None:
-    run = opened("identification.rounds=1")
-    run_subject(run)
-    about = read_json(run.folder / "provenance.json")
-    about["stages"] |= {"device-hip_exo": {"seconds": 1.0}, "train-2": {"seconds": 9.0}}
-    write_json(run.folder / "provenance.json", about)
-    store_baseline(run.folder, tmp_path / "baseline")
-    (times,) = read_json(tmp_path / "baseline" / TIMES).values()
-    assert "device-hip_exo" in times["stages"]
-    assert "train-2" not in times["stages"]
-
-
 def test_the_code_in_a_seal_is_that_of_the_stages_that_a_check_runs(opened: Opener) -> None:
     run = opened()
     stages = {stage.name: stage for stage in plan(run, 1)}
@@ -919,30 +891,6 @@ def test_the_code_in_a_seal_is_that_of_the_stages_that_a_check_runs(opened: Open
     assert {"gaitval/study", "gaitval/simulation", "gaitval/metrics"} <= set(ran_with)
     changed = by_folder({**code_of(stages[name].run), "gaitval/x/y": "0"} for name in WALKING)
     assert set(changed) - set(ran_with) == {"gaitval/x"}
-
-
-@pytest.mark.usefixtures("believed")
-def test_a_baseline_keeps_the_times_of_a_run_from_nothing_and_of_a_warm_one(
-    opened: Opener, stand_ins: list[float | None], tmp_path: Path
-) -> None:
-    stand_ins[:] = [3.0, 2.0]
-    times = tmp_path / "baseline" / TIMES
-    run = opened("identification.rounds=2")
-    run_subject(run, scratch=True)
-    store_baseline(run.folder, tmp_path / "baseline")
-    scratch = json.loads(times.read_text())["scratch"]
-    assert {"scale", "train-2", "report"} <= set(scratch["stages"])
-    assert scratch["seconds"] == pytest.approx(sum(scratch["stages"].values()))
-    for name in study.POLICY_FILES:
-        write_text(run.folder / "start" / name, "{}")
-    warm = opened("identification.rounds=1")
-    run_stage(study.train_stage(warm, 1), warm.folder)
-    run_subject(warm)
-    store_baseline(warm.folder, tmp_path / "baseline")
-    both = json.loads(times.read_text())
-    assert both["scratch"] == scratch
-    assert "train-1" in both["policy"]["stages"]
-    assert "train-2" not in both["policy"]["stages"]  # of the run before in the same folder
 
 
 def test_provenance_names_versions_seed_and_hashes(

@@ -39,7 +39,7 @@ def test_the_container_gets_what_the_wheel_is_built_of_and_no_more() -> None:
     needed = (
         "gaitval/plugins.py",
         "gaitval/apps/regression/seal.py",
-        "models/xacro/devices/part.xacro",
+        "models/xacro/leg.xacro",
     )
     needed += ("pyproject.toml", "hatch_build.py", "constraints.txt", "README.md", "LICENSE")
     needed += ("reports/S05/baseline/metrics.json", "reports/general/policy.safetensors")

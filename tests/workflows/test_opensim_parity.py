@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from opensim_motion import read_motion
 from opensim_peer import inverse_dynamics_tool, inverse_kinematics_tool, read_table, run
 from recorded_walks import RecordedWalk, rajagopal_walk, wbds_walk
 
-from claims.opensim_motion import read_motion
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
 from gaitval.inverse.inverse_dynamics import inverse_dynamics

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gaitval import file_gate
 from gaitval.apps.regression.finished import Record, check_finished, read_records
@@ -27,7 +27,6 @@ from gaitval.configuration import load_configuration
 from gaitval.disk_errors import why_unwritable
 from gaitval.errors import ArtefactError, GaitvalError, SubjectError
 from gaitval.folder_lock import locked
-from gaitval.metrics.typed import OpenResult, Size
 from gaitval.metrics.walk_results import StoredStarts
 from gaitval.study.identification_stages import save_identified_reference
 from gaitval.study.inputs import (
@@ -35,7 +34,6 @@ from gaitval.study.inputs import (
     METRICS,
     STARTS,
     STORED_FILES,
-    start_kind,
     stored_policy,
     validated_task,
 )
@@ -51,10 +49,6 @@ if TYPE_CHECKING:
 TEMPORARY = "gaitval-check-"
 """How the names of folders begin in which a check walks."""
 
-TIMES = "times.json"
-"""Wall times of the runs that made a baseline, by what they started from (`start_kind`)."""
-
-
 WALKING = ("scale", "reference", "simulate", "repeat", "push", "validate")
 """Stages of a run that `check` runs again, in this order."""
 
@@ -64,8 +58,8 @@ _ABANDONED = 60.0
 
 def store_baseline(folder: Path, target: Path, identifier: str | None = None) -> None:
     """Store policy, mu and metrics of the finished run in `folder` as the sealed baseline `target`,
-    for `check` and to start trainings from. Its wall times are added to `TIMES`, beside those of
-    runs with another start. The target is as it was before unless all of it could be written.
+    for `check` and to start trainings from. The target is as it was before unless all of it could
+    be written.
 
     Raises ArtefactError if the run is not finished, was edited, is of another subject than
     `identifier`, or would be refused by every check.
@@ -82,12 +76,10 @@ def store_baseline(folder: Path, target: Path, identifier: str | None = None) ->
     _check_believed(folder)
     _check_subject(folder, identifier)
     # all that may be refused is read before anything is written
-    times = {**_earlier_times(target), start_kind(folder): _times(folder)}
     walked = [records[name].code for name in WALKING if name in records]
     known = [code for code in walked if code is not None]
     with writing_whole(target) as new:
         copy_files(folder, new, STORED_FILES)
-        write_json(new / TIMES, times)
         seal(new, code=by_folder(known) if len(known) == len(walked) else None)
 
 
@@ -132,15 +124,6 @@ def _check_subject(folder: Path, identifier: str | None) -> None:
             f"{path}: is of subject {found}, but a baseline of {identifier} was asked for. Give "
             f"the run folder of {identifier} with --out, or name subject {found}."
         )
-
-
-def _earlier_times(target: Path) -> dict[str, Any]:
-    """The wall times in a stored baseline; none if there is none yet."""
-    path = target / TIMES
-    found = read_json(path) if path.exists() else {}
-    if not isinstance(found, dict):
-        raise ArtefactError(f"{path}: not a table of wall times; it was edited. Delete the file.")
-    return found
 
 
 def seal_again(baseline: Path, *, walked: bool = False) -> None:
@@ -231,48 +214,6 @@ def walking_stages(run: Run, *, second_engine: bool) -> tuple[Stage, ...]:
         starts_stage(run),
         simulate_stage(run, second_engine=second_engine),
     )
-
-
-class _Time(OpenResult):
-    """When a stage ran; only how long it took."""
-
-    seconds: Size
-
-
-class _Provenance(OpenResult):
-    """`provenance.json`; only the times of the stages."""
-
-    stages: dict[str, _Time]
-
-
-def _times(folder: Path) -> dict[str, Any]:
-    """Wall times of a finished run: seconds of each stage, and their sum.
-
-    For a stage that was interrupted, only its last part counts.
-    """
-    rounds = len(read_json(folder / "identification.json")["rounds"])
-    path = folder / "provenance.json"
-    fix = "delete it and run `gaitval subject` again"
-    found = _Provenance.read(read_json(path), str(path), file=path.name, fix=fix)
-    stages = {
-        name: time.seconds
-        for name, time in found.stages.items()
-        # `train-3` is of round 3: rounds left by an earlier run do not count
-        if not (number := name.partition("-")[2]).isdigit() or int(number) <= rounds
-    }
-    return {
-        "seconds": round(sum(stages.values()), 1),
-        "stages": stages,
-        "processors": processors(),
-    }
-
-
-def processors() -> int:
-    """Processors that this process may use; all of the machine's if that is not known."""
-    if hasattr(os, "sched_getaffinity"):
-        # containers and job schedulers often give fewer than the machine has
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def stored_metrics(file: Path) -> "Metrics":

@@ -22,8 +22,8 @@ def screen(
 
     One after the other is moved by a standard deviation of what is known of it, from six random
     bodies, and the general policy walks: the table has the mean change of the curves. SD, after /
-    before: what is left of the uncertainty when all are looked for together
-    (identification.method=posterior, identification.parameters=extended). Two to three minutes.
+    before: what is left of the uncertainty when all are looked for together, sole and legs too. Two
+    to three minutes.
     """
     from gaitval.apps.virtual.screening import screened, table
     from gaitval.artefacts import write_text

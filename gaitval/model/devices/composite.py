@@ -2,7 +2,7 @@
 
 A segment of mass m₀ and a part of mass m₁ that is fixed to it are one rigid body: the centre of
 mass is c = (m₀ c₀ + m₁ c₁) / (m₀ + m₁), and the inertia about it is the sum of Iᵢ + mᵢ (d² 1 - d
-dᵀ) with d = cᵢ - c (Steiner's parallel axes). So every engine has the device from the URDF file.
+dᵀ) with d = cᵢ - c (Steiner's parallel axes). So every engine has the device in its body.
 """
 
 from collections.abc import Sequence
@@ -104,9 +104,3 @@ def fitted(model: BodyModel, devices: Sequence[Device]) -> BodyModel:
         )
         segments[name] = replace(segment, mass=mass, centre_of_mass=centre, inertia=inertia)
     return replace(model, segments=tuple(segments[name] for name in SEGMENTS))
-
-
-def stumps_only(model: BodyModel, devices: Sequence[Device]) -> BodyModel:
-    """The person's own body: what is left of amputated segments, without the parts of `devices`."""
-    bare = [device.model_copy(update={"parts": ()}) for device in devices]
-    return fitted(model, bare)

@@ -49,7 +49,6 @@ class Coordinate:
     joint: str
     default: float
     range: tuple[float, float]
-    clamped: bool
     locked: bool
     motion: MotionKind
 

@@ -290,7 +290,6 @@ def _coordinate(
         joint=joint,
         default=number(element, "default_value", where, default=0.0),
         range=(float(low), float(high)),
-        clamped=flag(element, "clamped"),
         locked=flag(element, "locked"),
         motion=_motion(name, axes),
     )
