@@ -223,9 +223,32 @@ def loads(given: claims.Given) -> list[Claim]:
         rows.append(
             Claim(f"masses on legs, {name}: pairs in order", 100.0 * np.mean(right), "%", len(MORE))
         )
-    rates = rates_of(given.data, "silder", tuple(LOADS))
-    changes = {key: rates[:, i] - rates[:, 0] for i, key in enumerate(LOADS) if i}
-    return rows + coverage("vest", near(costs), "none", changes)
+    return rows + coverage("vest", near(costs), "none", measured_changes(given, "silder"))
+
+
+def measured_changes(given: claims.Given, experiment: str) -> "dict[str, Array]":
+    """Changes (people,) W/kg that people were measured at, by condition: of Silder's vests from
+    none, or of the powered ankle from `NO_WORK`.
+    """
+    names, before = {"silder": (tuple(LOADS), "sildbw0"), "jackson": (ANKLE, NO_WORK)}[experiment]
+    rates = rates_of(given.data, experiment, names)
+    least = rates[:, names.index(before)]
+    return {key: rates[:, i] - least for i, key in enumerate(names) if key != before}
+
+
+def walked_with(given: claims.Given) -> dict[int, Mapping[str, Any]]:
+    """Rates of people who walk about as fast as people were measured, by condition of `metabolic`:
+    with a vest, masses on the legs, and a powered ankle.
+    """
+    return near(_all(given))
+
+
+def modelled(costs: Mapping[int, Mapping[str, Any]], before: str, now: str) -> "dict[str, Array]":
+    """Change (people,) W/kg by model, of `costs` by person, from one condition to another."""
+    models = next(iter(costs.values()))[before]
+    return {
+        m: np.array([each[now][m] - each[before][m] for each in costs.values()]) for m in models
+    }
 
 
 def coverage(
@@ -242,14 +265,11 @@ def coverage(
 
     means, people = [], []
     for now, measured in changes.items():
-        rates = [
-            [each[now][m] - rate for m, rate in each[before].items()] for each in costs.values()
-        ]
-        modelled = np.array(rates)
-        low, high = group_band(modelled, len(measured))
+        found = modelled(costs, before, now)
+        low, high = group_band(found, len(measured))
         means.append(low <= measured.mean() <= high)
         text = f"{low:.2f} to {high:.2f}, measured {measured.mean():.2f}"
-        low, high = person_band(modelled.mean(axis=0).tolist())
+        low, high = person_band({model: float(each.mean()) for model, each in found.items()})
         inside = (low <= measured) & (measured <= high)
         people += inside.tolist()
         text += f"; of a person {low:.2f} to {high:.2f}, {inside.sum()} of {len(inside)}"
@@ -304,7 +324,7 @@ def ankle(given: claims.Given) -> list[Claim]:
     wearers: pairs whose order is that measured.
     """
     rates = rates_of(given.data, "jackson", ANKLE)
-    measured, costs, least = rates.mean(axis=0), near(_all(given)), ANKLE.index(NO_WORK)
+    measured, costs = rates.mean(axis=0), near(_all(given))
     rows = []
     for name, read in _models(costs).items():
         means = [np.mean([read(each[key]) for each in costs.values()]) for key in ANKLE]
@@ -317,8 +337,7 @@ def ankle(given: claims.Given) -> list[Claim]:
         rows.append(
             Claim(f"ankle, {name}: pairs in order", 100.0 * np.mean(right), "%", len(right))
         )
-    changes = {key: rates[:, i] - rates[:, least] for i, key in enumerate(ANKLE) if key != NO_WORK}
-    return rows + coverage("ankle", costs, NO_WORK, changes)
+    return rows + coverage("ankle", costs, NO_WORK, measured_changes(given, "jackson"))
 
 
 @claims.measured()

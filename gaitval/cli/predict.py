@@ -134,8 +134,10 @@ def predict(
         print_distances(metrics, on_a_slope=is_changed(record))
         if is_changed(record):
             display.plain(_UNCERTAIN)
+            display.plain(_rates(metrics))
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
-    display.print_verdict(metrics)
+    where = f", slope {record.slope:+g} %, load {record.load:g} %" if is_changed(record) else ""
+    display.print_verdict(metrics, where)
 
 
 def _check(person: "Subject", configuration: "Configuration", force: bool) -> None:
@@ -225,6 +227,27 @@ def _wanted(
             )
         return [f"record.speed={speed}"]
     return [f'record.holdout="{holdout}"']
+
+
+def _rates(metrics: "Metrics") -> str:
+    """What the walk of `metrics` costs, by each model, in a sentence."""
+    from gaitval.quantities import METABOLIC_JOINTS, METABOLIC_MUSCLES
+    from gaitval.quantities.metabolic_rate import TITLES
+
+    found: dict[str, list[float]] = {}
+    for quantity in (METABOLIC_MUSCLES, METABOLIC_JOINTS):
+        known = metrics.walk.quantities.get(quantity.name)
+        for name, rate in (known.figures.get("gross", {}) if known is not None else {}).items():
+            if rate is not None:
+                found.setdefault(TITLES.get(name[:-2], "joints"), []).append(rate)
+    if not found:
+        return "Its metabolic rate is not known: no gait cycle is whole."
+    rates = ", ".join(f"{sum(each) / len(each):.2f} ({name})" for name, each in found.items())
+    return (
+        f"Its gross metabolic rate, W/kg of the person without the load, by model: {rates}. A "
+        "difference from the level walk (its report, or `gaitval muscles`) is more credible than "
+        "a level; docs/how-to/muscles.md says how far each is off."
+    )
 
 
 def print_distances(metrics: "Metrics", *, on_a_slope: bool = False) -> None:

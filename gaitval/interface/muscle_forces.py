@@ -11,8 +11,7 @@ from gaitval.errors import ConfigurationError
 from gaitval.importing.stored import Session
 from gaitval.interface.arguments import expect
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.walk_muscles import lost_joints, walk_motion
-from gaitval.model.parameters import apply_parameters
+from gaitval.metrics.walk_muscles import lost_joints, person_and_laden, walk_motion
 from gaitval.musculature.gait import DEFAULT, LoadedMotion, MuscleGait
 from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.study.stored_policy import StoredPolicy
@@ -119,7 +118,7 @@ def _of(
             "muscles(rollout(policy), policy=policy)."
         )
     expect("policy", policy, StoredPolicy, "what load_policy(5) returns")
-    body = apply_parameters(policy.model, walk.mu)
+    body, laden = person_and_laden(policy.model, walk.mu, policy.configuration.record)
     return walk_motion(
         walk,
         find_cycles(walk, Configuration() if configuration is None else configuration),
@@ -127,4 +126,5 @@ def _of(
         height=policy.subject.height_m,
         name=walk.walker,
         lost=lost_joints(policy.subject),
+        laden=laden,
     )

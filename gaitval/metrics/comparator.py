@@ -54,6 +54,11 @@ class Comparator:
     opponents: Opponents
     known: Mapping[tuple[Kind, str], float]
 
+    @property
+    def laden(self) -> float:
+        """Mass that moments are divided by, that of person and load, over the person's."""
+        return self.model.mass / self.person.mass
+
 
 def _own_told(settings: RecordSettings) -> Collection[Kind]:
     """Kinds of curves of the person's other trials that a run was told: it is predicted from them,
@@ -85,16 +90,16 @@ def compared_with(
         other = tuple(trial for trial in subject.trials if not repeats(trial, subject))
         alone = subject.model_copy(update={"trials": other})
     guesses = predicted_parts(alone, others, by_kind(curves), origins)
+    person = body_without(model, configuration.record)
+    recorded = recorded_part(record, subject, model.ground, model.mass / person.mass)
     return Comparator(
         record=record,
         curves=curves,
-        recorded=recorded_part(record, subject, model.ground).model_copy(
-            update={"origins": stored}
-        ),
+        recorded=recorded.model_copy(update={"origins": stored}),
         guesses=guesses,
         origins=origins,
         model=model,
-        person=body_without(model, configuration.record),
+        person=person,
         leg_length=subject.leg_length_m,
         height=subject.height_m,
         lost=lost_joints(subject),

@@ -3,6 +3,7 @@ them. Joint power has a place of its own there, from before there were others.
 """
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Annotated, Protocol
 
 from pydantic import Field
@@ -59,12 +60,18 @@ def found_quantities(
     stride_time: StrideTimes,
     muscles: MuscleGait | None = None,
     speed: float | None = None,
+    laden: float = 1.0,
 ) -> dict[str, Found]:
     """Every quantity of the `curves` of a walk (n, 101) or a record (101,) that can be had, by
     name; `stride_time` as in `Quantity.of_curves`. Of its `muscles`, too, and over its `speed`,
-    m/s, where they are known.
+    m/s, where they are known. `laden` is the mass that moments are divided by over the person's.
     """
-    found = {each.name: each.of_curves(curves, stride_time) for each in QUANTITIES}
+    moments = {name: laden * each for name, each in curves.moments.items()}
+    own = replace(curves, moments=moments)
+    found = {
+        each.name: each.of_curves(own if each.of_person else curves, stride_time)
+        for each in QUANTITIES
+    }
     for each in QUANTITIES:
         if each.of_muscles is not None and muscles is not None:
             found[each.name] = each.of_muscles(muscles)

@@ -45,10 +45,13 @@ def by_kind(curves: Curves) -> dict[Kind, dict[str, Array]]:
 
 
 def recorded_part(
-    record: GaitRecord, subject: "Subject | None" = None, ground: Ground = LEVEL
+    record: GaitRecord,
+    subject: "Subject | None" = None,
+    ground: Ground = LEVEL,
+    laden: float = 1.0,
 ) -> RecordResult:
     """The part of `metrics.json` about `record`, which is in the axes of the `ground`; `subject`
-    has the corrections of its plates.
+    has the corrections of its plates, `laden` as in `found_quantities`.
     """
     phase = np.arange(1000) / 1000
     steps, lengths = record.steps, step_lengths(record)
@@ -56,7 +59,8 @@ def recorded_part(
     right_on = phase <= record.stance_fraction["right"]
     left_on = (phase - record.left_phase) % 1.0 <= record.stance_fraction["left"]
     curves = recorded_curves(record)
-    found = found_quantities(curves, dict.fromkeys("rl", record.stride_time), speed=record.speed)
+    times = dict.fromkeys("rl", record.stride_time)
+    found = found_quantities(curves, times, speed=record.speed, laden=laden)
     power = power_result(found)
     assert power is not None  # a record has a cycle
     plates = None if subject is None else subject.plates

@@ -517,7 +517,7 @@ class Metrics(Displayed, Result):
         """Whose metrics, and how many limits are met, or that nothing was recorded to judge by."""
         counts, name = self.summary, self.subject.identifier
         if not self.is_recorded_at_all:
-            return f"Study of {name}: nothing was recorded at this speed, accuracy is not judged"
+            return f"Study of {name}: nothing was recorded of such a walk, accuracy is not judged"
         return (
             f"Study of {name}: {counts.accepted} of {counts.accepted + counts.refused} limits met"
         )

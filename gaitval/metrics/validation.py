@@ -287,6 +287,7 @@ def _walk(
         {"r": stride["stride_time_right"], "l": stride["stride_time_left"]},
         muscles,
         stride.get("walking_speed"),
+        of.laden,
     )
     walk = WalkResult(
         mu=rollout.mu.tolist(),

@@ -209,14 +209,16 @@ def target_text(target: str) -> str:
     return f"{side} {CURVE_NAMES.get(name, name.replace('_', ' '))}"
 
 
-def sentence(metrics: Metrics) -> str:
-    """The verdict of `metrics` in one sentence; what was not recorded is named as not judged."""
+def sentence(metrics: Metrics, where: str = "") -> str:
+    """The verdict of `metrics` in one sentence; what was not recorded is named as not judged.
+    `where` says of a walk what beside its speed nothing was recorded with.
+    """
     every = limit_verdicts(metrics)
     if not metrics.is_recorded_at_all:
         speed = metrics.record.spatiotemporal.walking_speed
         return (
-            f"Nothing was recorded at {speed:.3g} m/s: accuracy is not judged. The walk itself: "
-            f"{sum(each.passed for each in every)} of {len(every)} limits kept."
+            f"Nothing was recorded at {speed:.3g} m/s{where}: accuracy is not judged. The walk "
+            f"itself: {sum(each.passed for each in every)} of {len(every)} limits kept."
         )
     counts = []
     for role in ("acceptance", "context"):

@@ -7,14 +7,17 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.configuration import RecordSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.metrics.cycles import GaitCycles, step_of, walking_speed
 from gaitval.model.body import BodyModel
+from gaitval.model.parameters import apply_parameters
 from gaitval.musculature.gait import RATE, LoadedMotion
 from gaitval.musculature.paths import COORDINATES
+from gaitval.prediction.slopes import body_without
 from gaitval.simulation.rollout import Rollout
 
 CUTOFF: Final = 10.0
@@ -37,6 +40,17 @@ def lost_joints(subject: Subject) -> dict[Side, Collection[str]]:
         if subject.prosthesis == side and not found.get(side):
             found[side] = set(COORDINATES)
     return {side: gone for side, gone in found.items() if gone}
+
+
+def person_and_laden(
+    model: BodyModel, mu: Array, settings: RecordSettings
+) -> tuple[BodyModel, BodyModel | None]:
+    """The person's own body of a walk of `model` with parameters `mu`, and that with the load of
+    `settings`, None without one: `model` and `laden` of `walk_motion`.
+    """
+    person = body_without(model, settings)
+    laden = None if person is model else apply_parameters(model, mu)
+    return apply_parameters(person, mu), laden
 
 
 def walk_motion(

@@ -229,6 +229,7 @@ METABOLIC_JOINTS: Final = Quantity(
     ),
     of_time=_over_time,
     time_unit="W",
+    of_person=True,
 )
 
 __all__ = ["METABOLIC_JOINTS", "METABOLIC_MUSCLES", "expected_rates", "joint_rates", "muscle_rates"]

@@ -120,6 +120,7 @@ class Quantity:
     tables : of its figures.
     measures : what a walk is judged by.
     of_time : from a motion (T,), by name with side, in `time_unit`; None if that is not defined.
+    of_person : whether a kg is one of the person, where moments are by the kg of person and load.
     """
 
     name: str
@@ -138,6 +139,7 @@ class Quantity:
     measures: tuple[QuantityMeasure, ...] = ()
     of_time: Callable[[OverTime], Mapping[str, Array]] | None = None
     time_unit: str = ""
+    of_person: bool = False
 
     def panels(self) -> list[str]:
         """The names of its panels, "name/curve"."""

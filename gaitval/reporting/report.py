@@ -43,6 +43,7 @@ from gaitval.metrics.verdicts import (
 )
 from gaitval.metrics.walk_results import PushRecovery, StoredPushes
 from gaitval.policy.training_log import LEARNING_CURVES
+from gaitval.prediction.slopes import is_changed
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
     balance_figure,
@@ -416,6 +417,8 @@ def _context(folder: Path, convention: str = OWN) -> dict[str, Any]:
         "prediction": next(iter(metrics.predictions), None),
         "torque_shares": tables.torque_shares(metrics.torque_shares),
         "judged": metrics.is_recorded_at_all,
+        "ground": (ground := _configuration(folder).record),
+        "changed": is_changed(ground),
         "unjudged": unjudged_text(metrics.origins).strip(),
         "distances": tables.distances(metrics),
         "predicted_curves": predicted,

@@ -236,9 +236,9 @@ def _short(cell: str) -> str:
         return cell
 
 
-def print_verdict(metrics: "Metrics") -> None:
-    """Print the verdict of `metrics` in a sentence, then each failed limit once with its worst
-    value and its remedy: at most `VERDICT_ROWS` rows, acceptance before context.
+def print_verdict(metrics: "Metrics", where: str = "") -> None:
+    """Print the verdict of `metrics` in a sentence (`where` as there), then each failed limit once
+    with its worst value and its remedy: at most `VERDICT_ROWS` rows, acceptance before context.
     """
     from gaitval.metrics.verdicts import (
         close_text,
@@ -254,7 +254,7 @@ def print_verdict(metrics: "Metrics") -> None:
         where = target_text(row.target)
         return f" ({where})" if where else ""
 
-    plain(f"\n{sentence(metrics)}")
+    plain(f"\n{sentence(metrics, where)}")
     failed = failed_limits(metrics)
     shown = failed or limit_verdicts(metrics, "acceptance")
     for each in shown[:VERDICT_ROWS]:

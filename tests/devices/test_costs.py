@@ -6,14 +6,19 @@ import numpy as np
 import pytest
 
 from gaitval.apps.devices.costs import (
+    COMMON,
     change_of,
     cost_changes,
     group_band,
     in_words,
-    model_band,
     person_band,
+    rate_in_words,
+    signed,
+    size,
+    unknown_in_words,
 )
 from gaitval.apps.devices.curves import JOINTS as JOINTS_OF_LEG
+from gaitval.apps.devices.results import MARGINS
 from gaitval.apps.devices.search import value
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
@@ -47,13 +52,32 @@ def _with(assumption, *changes, **options):
     return _outcome(assumption, rates, **options)
 
 
-def test_a_change_is_the_mean_of_two_models_within_a_band_of_all():
+def test_a_change_is_the_mean_of_two_models_and_in_the_middle_of_its_bands():
     change = change_of(_with("kinematics kept", 0.4, 0.5, 0.3, 0.2), WITHOUT)
     assert change.before == pytest.approx(3.9)
     assert change.middle == pytest.approx(0.3)
     assert change.percent == pytest.approx(100 * 0.3 / 3.9)
-    assert change.low < 0.2
-    assert change.high > 0.5
+    for low, high in (change.band, change.person):
+        assert (low + high) / 2 == pytest.approx(0.3)
+    assert change.person[0] < change.band[0] < 0.3
+
+
+def test_a_change_that_two_models_see_alike_is_as_large_as_they_say():
+    assert size({"bhargava": 0.3, JOINTS: 0.3, "uchida": 5.0}) == pytest.approx(0.3)
+    # Of which they see nothing together is not known to be nothing.
+    assert size({"bhargava": 0.3, JOINTS: -0.3}) == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(("change", "sign"), [(0.9, 0), (1.2, 1), (-0.9, 0), (-1.2, -1)])
+def test_a_change_within_what_a_rate_may_move_by_itself_has_no_sign(change, sign):
+    by = change * MARGINS["W/kg"]
+    found = change_of(_with("kinematics kept", by, by, by, by), WITHOUT)
+    assert found.sign == sign
+    assert found.agreed == np.sign(change)
+
+
+def test_a_model_that_says_the_contrary_leaves_a_change_without_sign():
+    assert change_of(_with("kinematics kept", 0.5, -0.1, 0.5, 0.5), WITHOUT).sign == 0
 
 
 def test_a_search_may_want_the_cheapest_walk():
@@ -72,46 +96,55 @@ def test_a_search_may_want_the_cheapest_walk():
     assert "metabolic" in aim.in_words()
 
 
-def test_the_band_is_where_one_more_model_lies():
-    random = np.random.default_rng(1)
-    inside = 0
-    for _ in range(4000):
-        *seen, further = random.normal(size=5)
-        low, high = model_band(seen)
-        inside += low <= further <= high
-    assert inside / 4000 == pytest.approx(0.90, abs=0.015)
+def _true(random, changes):
+    """What people's mean change may be, of changes by model."""
+    middle = (changes["bhargava"] + changes[JOINTS]) / 2
+    return middle + COMMON * size(changes) * random.normal()
 
 
 def test_a_band_of_a_person_holds_people_who_change_unlike():
     random = np.random.default_rng(2)
-    inside, by_models = 0, 0
+    inside = 0
     for _ in range(4000):
-        # Four models, a further one that is right, and a person who is off it in both walks.
-        *seen, right = 0.1 * random.normal(size=5)
-        change = right + PERSON * (random.normal() - random.normal())
-        low, high = person_band(seen)
+        changes = {"bhargava": random.normal(), JOINTS: random.normal()}
+        change = _true(random, changes) + PERSON * (random.normal() - random.normal())
+        low, high = person_band(changes)
         inside += low <= change <= high
-        low, high = model_band(seen)
-        by_models += low <= change <= high
     assert inside / 4000 == pytest.approx(0.90, abs=0.02)
-    assert by_models / 4000 < 0.7
 
 
 def test_a_band_of_a_group_holds_the_mean_of_other_people():
-    """Six walk in models, fifteen others are measured; a band of models alone is too narrow."""
+    """Six walk in models, fifteen others are measured."""
     random = np.random.default_rng(3)
-    inside, by_models = 0, 0
+    inside = 0
     for _ in range(4000):
-        *models, right = 0.02 * random.normal(size=5)
-        own = 0.2 * random.normal(size=6)
-        change = right + 0.2 * random.normal(size=15).mean()
-        seen = np.array(models) + own[:, np.newaxis]
+        means = {"bhargava": random.normal(), JOINTS: random.normal()}
+        apart = 0.2 * random.normal(size=6)
+        change = _true(random, means) + PERSON * random.normal(size=(2, 15)).mean(axis=1).sum()
+        seen = {model: mean + apart for model, mean in means.items()}
         low, high = group_band(seen, 15)
         inside += low <= change <= high
-        low, high = model_band(seen.mean(axis=0))
-        by_models += low <= change <= high
     assert inside / 4000 == pytest.approx(0.90, abs=0.03)
-    assert by_models / 4000 < 0.75
+
+
+def test_what_is_common_is_left_of_a_band_of_many_people_and_a_person_has_all():
+    apart = np.linspace(-1e-6, 1e-6, 6)
+    changes = {"bhargava": 0.4 + apart, JOINTS: 0.6 + apart}
+    means = {model: float(each.mean()) for model, each in changes.items()}
+
+    def wide(band):
+        return (band[1] - band[0]) / 2
+
+    one, few, many = (wide(group_band(changes, n)) for n in (1, 10, 10**8))
+    assert one == pytest.approx(wide(person_band(means)), rel=1e-3)
+    assert many < few < one
+    assert many == pytest.approx(1.645 * COMMON * size(means), rel=1e-3)
+
+
+def test_of_one_walker_no_band_of_a_group_is_known():
+    low, high = group_band({"bhargava": np.array([0.4]), JOINTS: np.array([0.6])}, 15)
+    assert low == -np.inf
+    assert high == np.inf
 
 
 def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():
@@ -130,8 +163,8 @@ def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():
         ([(-0.5, -0.52, -0.48, -0.5)], "costs less, by every assumption"),
         ([(0.5, 0.5, 0.5, 0.5), (-0.5, -0.5, -0.5, -0.5)], "assumption decides the sign"),
         ([(0.5, -0.3, 0.6, 0.1)], "models decide the sign, not the device"),
-        ([(-0.2, -0.15, -0.2, -0.9)], "every model says that walking costs less, but"),
-        ([(0.5, 0.5, 0.5, 0.5), (-0.6, 0.3, -0.6, -0.1)], "Nor do the assumptions"),
+        ([(-0.05, -0.02, -0.1, -0.04)], "costs less by every model if the motion is kept, but"),
+        ([(0.5, 0.5, 0.5, 0.5), (-0.6, 0.3, -0.6, -0.1)], "the assumptions do not agree either"),
         ([], ""),
     ],
 )
@@ -143,6 +176,22 @@ def test_the_page_says_who_decides_the_sign(changes, words):
     said = in_words(found)
     assert words in said
     assert bool(said) == bool(words)
+
+
+def test_a_change_is_said_with_both_bands():
+    change = change_of(_with("kinematics kept", -0.4, -0.5, -0.3, -0.2), WITHOUT)
+    said = rate_in_words(change)
+    for shown in ("−0.30 W/kg", "−8 %", *(signed(each) for each in change.band + change.person)):
+        assert shown in said
+
+
+def test_why_no_change_is_known_is_said():
+    kept = _with("kinematics kept", -0.1, -0.1, -0.1, -0.1)
+    assert unknown_in_words([WITHOUT, kept]) == ""
+    kept.cost = None
+    assert "muscles" in unknown_in_words([WITHOUT, kept])
+    slower = _with("kinematics kept", -0.1, -0.1, -0.1, -0.1, speed=1.0)
+    assert "speed" in unknown_in_words([WITHOUT, slower])
 
 
 @pytest.fixture(scope="module")

@@ -180,6 +180,7 @@ def test_nothing_recorded_is_not_judged(metrics, monkeypatch):
         f"Nothing was recorded at {speed:.3g} m/s: accuracy is not judged. The walk itself: "
         f"{kept} of {len(every)} limits kept."
     )
+    assert "slope +5 %" in sentence(metrics, ", slope +5 %")
 
 
 def test_a_limit_of_ones_own_says_itself_what_to_do(metrics):

@@ -11,8 +11,10 @@ from gaitval.configuration import Configuration, RecordSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ConfigurationError
+from gaitval.metrics.walk_muscles import person_and_laden
 from gaitval.model.devices.loads import trunk_load
 from gaitval.model.ground import Ground
+from gaitval.model.parameters import nominal_parameters
 from gaitval.prediction.known import is_unrecorded, known_record
 from gaitval.prediction.slopes import (
     ON_A_SLOPE,
@@ -110,6 +112,17 @@ def test_a_load_is_part_of_the_trunk_and_comes_off_again(task):
         np.testing.assert_allclose(now.centre_of_mass, was.centre_of_mass, atol=1e-12)
         np.testing.assert_allclose(now.inertia, was.inertia, atol=1e-12)
     assert body_on(task.model, settings()) is task.model
+
+
+def test_muscles_are_of_the_person_and_move_the_load_too(task):
+    """Whose rest and strength do not grow with a load."""
+    given, mu = settings(load=20.0), nominal_parameters()
+    person, laden = person_and_laden(body_on(task.model, given), mu, given)
+    assert person.mass == pytest.approx(task.model.mass)
+    assert laden.mass == pytest.approx(1.2 * task.model.mass)
+    alone, none = person_and_laden(task.model, mu, settings(slope=5.0))
+    assert alone.mass == pytest.approx(task.model.mass)
+    assert none is None
 
 
 def test_what_is_known_on_a_slope_is_the_level_record_and_other_people(monkeypatch):

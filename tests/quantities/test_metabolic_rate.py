@@ -7,7 +7,7 @@ from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.quantity_results import found_quantities, quantity_results
 from gaitval.musculature.metabolics import REST
 from gaitval.quantities import METABOLIC_JOINTS
-from gaitval.quantities.joint_power import JOINTS
+from gaitval.quantities.joint_power import JOINT_POWER, JOINTS
 from gaitval.quantities.metabolic_rate import (
     CONCENTRIC,
     ECCENTRIC,
@@ -75,6 +75,17 @@ def test_a_joint_that_was_not_measured_leaves_it_out():
     whole = _curves(np.zeros(101), np.ones(101))
     del whole.moments["knee_angle_l"]
     assert joint_rates(whole, TIMES) is None
+
+
+def test_of_a_load_that_moments_are_divided_by_the_rate_is_still_of_the_person():
+    """A fifth more mass: the same moments are larger by the kg of the person, who rests alone."""
+    curves = _curves(np.zeros(101), np.full(101, -0.5))
+    alone, laden = (found_quantities(curves, TIMES, speed=1.0, laden=by) for by in (1.0, 1.2))
+    net = alone[METABOLIC_JOINTS.name].figures["net"]["body_r"]
+    gross = laden[METABOLIC_JOINTS.name].figures["gross"]["body_r"]
+    assert gross == pytest.approx(REST + 1.2 * net)
+    power = [found[JOINT_POWER.name].figures["generated"] for found in (alone, laden)]
+    assert power[0] == power[1]
 
 
 @pytest.mark.parametrize("speed", [None, float("nan"), 0.0])

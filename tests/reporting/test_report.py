@@ -28,7 +28,7 @@ from gaitval.coordinates import SIDES, split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.learning_control.walked import accuracy_of
-from gaitval.metrics.results import metrics_from
+from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.metrics.validation import validate
 from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_results import PushTrace
@@ -589,6 +589,21 @@ def test_what_was_not_recorded_was_not_held_out(run_folder, tmp_path, monkeypatc
     text = " ".join(Page(both_pages(folder)).text.split())
     assert "Held out: nothing" in text
     assert "moments and forces were not recorded" in text
+
+
+def test_a_slope_and_a_load_are_told(run_folder, tmp_path, monkeypatch):
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    monkeypatch.setattr(Metrics, "is_recorded_at_all", False)
+    shutil.copytree(run_folder, tmp_path, dirs_exist_ok=True)
+    write_report(tmp_path)
+    level = " ".join(Page(both_pages(tmp_path)).text.split())
+    (tmp_path / "configuration.toml").write_text("[record]\nslope = -7.5\nload = 20.0\n", "utf-8")
+    write_report(tmp_path)
+    text = " ".join(Page(both_pages(tmp_path)).text.split())
+    for value in ("slope −7.5 %", "load 20.0 %", "on this slope or with this load"):
+        assert value in text
+        assert value not in level
 
 
 def test_a_fall_at_once_and_missing_files_still_give_a_report(tmp_path, monkeypatch):

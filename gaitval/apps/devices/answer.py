@@ -160,8 +160,8 @@ def torques(outcomes: Sequence[DeviceOutcome]) -> list[str]:
             )
         elif largest > most.band[1]:
             sentences.append(
-                f"{said}, {number(largest / most.value, 1)} times that of the "
-                f"experiment known here: beyond what people were seen to wear ({most.source})."
+                f"{said}, {number(largest / most.value, 1)} times that of the one "
+                f"experiment known here; what people bear beyond it is not known ({most.source})."
             )
         else:
             sentences.append(f"{said}, within what people wore ({most.source}).")

@@ -71,6 +71,7 @@ def device(
     the report shows all: moments, work, loads and metabolic rate without and with. One to two
     minutes.
     """
+    from gaitval.apps.devices.costs import cost_changes, rate_in_words, unknown_in_words
     from gaitval.apps.devices.page import write_report
     from gaitval.apps.devices.search import tuned
     from gaitval.apps.devices.study import outcomes, wearer
@@ -94,10 +95,17 @@ def device(
             fitted, strategies = tuned(person, fitted, folder, say=_say)
             found, policy = outcomes(person, fitted, samples=samples, say=_say)
         write_report(folder, person, fitted, found, policy, strategies=strategies)
+    rates = {each.assumption: rate_in_words(each) for each in cost_changes(found)}
     for outcome in found:
         walked = "fell after" if outcome.fell else "walked"
         pushes = "" if outcome.survived is None else f"; survived {outcome.survived} of 24 pushes"
-        display.plain(f"{outcome.assumption}: {walked} {outcome.cycles:.0f} gait cycles{pushes}")
+        rate = rates.get(outcome.assumption)
+        cost = f"; metabolic rate {rate}" if rate else ""
+        display.plain(
+            f"{outcome.assumption}: {walked} {outcome.cycles:.0f} gait cycles{pushes}{cost}"
+        )
+    if not rates:
+        display.plain(f"Change of metabolic rate {unknown_in_words(found)}.")
     display.plain(f"Report: {folder / 'device.html'}")
 
 

@@ -1,29 +1,36 @@
 """What devices do to the metabolic rate of a walk: the change, its sign, and how sure that is.
 
 A change is of one person between two walks at one speed, so most of what models do not know of the
-person cancels. What does not is the model: `model_band` is where one more of such models would lie,
-and decides the sign. Nor do people change alike: `change_band` is where the change of those who
-walk lies, be it one person (`person_band`), whose rate is as far from a model's in each of the two
-walks as people's are on the level, or the mean of a group.
+person cancels. What is left is of two kinds. Common to everybody is by how much the models are off,
+which more people do not make smaller: a share of the change's size (`COMMON`), found at groups of
+people who were measured. A person's own is that people do not change alike (`PERSON`, in each of
+two walks): it is whole in the band of one person (`person_band`), and falls with their number in
+that of a group's mean (`group_band`).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.stats import norm as normal
-from scipy.stats import t as student
 
-from gaitval.apps.devices.curves import JOINTS, WalkCurves
+from gaitval.apps.devices.answer import WORDS
+from gaitval.apps.devices.results import MARGINS
 from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES
-from gaitval.musculature.metabolics import REST
 from gaitval.number_text import number
+from gaitval.quantities.metabolic_cost import JOINTS as OF_JOINTS
 from gaitval.quantities.metabolic_cost import PERSON
-from gaitval.quantities.metabolic_rate import CENTRAL, leg_rate
+from gaitval.quantities.metabolic_rate import CENTRAL
 
-SHARE: Final = 0.90
+REACH: Final = float(normal.ppf(0.95))
+"""Standard deviations to either side in which 90 % lie."""
+
+COMMON: Final = 0.33
+"""Standard deviation of what people's mean change is off that of the models, as a share of its
+size (`size`): of 19 means of four studies, of vests, inclines and a powered ankle, what chance of
+who was measured explains taken off (`python -m claims slopes.common`). On slopes alone it is 0.66:
+10 % downhill models see half of what people save."""
 
 
 class CostChange(NamedTuple):
@@ -34,15 +41,12 @@ class CostChange(NamedTuple):
     assumption : how the person adapts.
     before, after : gross, mean of the muscles' and the joints' model.
     changes : by model.
-    low, high : of the change, 90 %: where one more such model would lie.
     """
 
     assumption: str
     before: float
     after: float
     changes: dict[str, float]
-    low: float
-    high: float
 
     @property
     def middle(self) -> float:
@@ -50,9 +54,17 @@ class CostChange(NamedTuple):
         return self.after - self.before
 
     @property
+    def band(self) -> tuple[float, float]:
+        """Low and high of 90 % of what is common to people, and of what the rate of a walk may move
+        by itself.
+        """
+        return _around(self.middle, REACH * COMMON * size(self.changes), MARGINS["W/kg"])
+
+    @property
     def sign(self) -> int:
-        """1 if it costs more by all of the band, -1 if it costs less, 0 if models disagree."""
-        return int(self.low > 0.0) - int(self.high < 0.0)
+        """1 if it costs more by all of the band and every model, -1 if less, else 0."""
+        low, high = self.band
+        return self.agreed * int(low > 0.0 or high < 0.0)
 
     @property
     def agreed(self) -> int:
@@ -63,7 +75,7 @@ class CostChange(NamedTuple):
     @property
     def person(self) -> tuple[float, float]:
         """Low and high of 90 % of one person's change."""
-        return person_band(list(self.changes.values()))
+        return person_band(self.changes)
 
     @property
     def percent(self) -> float:
@@ -95,61 +107,53 @@ def change_of(outcome: DeviceOutcome, without: DeviceOutcome) -> CostChange:
         for model in now.gross
         if model in before.gross
     }
-    low, high = model_band(list(changes.values()))
-    return CostChange(outcome.assumption, before.middle, now.middle, changes, low, high)
+    return CostChange(outcome.assumption, before.middle, now.middle, changes)
 
 
-def joints_rate(curves: WalkCurves) -> float:
-    """W/kg, gross, of a walk by the model of the joints, from its mean `curves`."""
-    rate = REST
-    for side in SIDES:
-        size = sum(float(np.abs(curves.own[joint, side][:-1]).mean()) for joint in JOINTS)
-        positive, negative = (
-            sum(work[joint, side] for joint in JOINTS) / curves.stride_time[side]
-            for work in (curves.work, curves.negative_work)
-        )
-        rate += float(leg_rate(*np.array([[size], [positive], [negative]]))[0])
-    return rate
+def middle(changes: Mapping[str, Array] | Mapping[str, float]) -> Array:
+    """The stated change, of `changes` by model: the mean of the muscles' and the joints'."""
+    known = [np.asarray(changes[each]) for each in (CENTRAL, OF_JOINTS) if each in changes]
+    return np.asarray(np.mean(known, axis=0))
 
 
-def model_band(values: Sequence[float]) -> tuple[float, float]:
-    """Low and high of 90 % of one more value of those that gave `values` (Student's t)."""
-    count = len(values)
-    if count < 2:
-        return -np.inf, np.inf
-    spread = float(np.std(values, ddof=1)) * np.sqrt(1.0 + 1.0 / count)
-    reach = float(student.ppf(0.5 + SHARE / 2.0, count - 1)) * spread
-    middle = float(np.mean(values))
-    return middle - reach, middle + reach
-
-
-def change_band(values: Sequence[float], own: float) -> tuple[float, float]:
-    """Low and high of 90 % of a change that models gave as `values`: the band of one more model,
-    and what is not known of those who walk, a standard deviation `own`. All in the same unit.
+def size(changes: Mapping[str, float]) -> float:
+    """How large a change is whose sign two models may not agree on, of `changes` by model: the root
+    mean square of the muscles' and the joints'.
     """
-    low, high = model_band(values)
-    reach = float(np.hypot((high - low) / 2.0, float(normal.ppf(0.5 + SHARE / 2.0)) * own))
-    middle = float(np.mean(values))
-    return middle - reach, middle + reach
+    known = [changes[each] for each in (CENTRAL, OF_JOINTS) if each in changes]
+    return float(np.sqrt(np.mean(np.square(known))))
 
 
-def person_band(values: Sequence[float]) -> tuple[float, float]:
-    """`change_band` of one person, whose two rates are `PERSON` off each, W/kg."""
-    return change_band(values, np.sqrt(2.0) * PERSON)
+def person_band(changes: Mapping[str, float]) -> tuple[float, float]:
+    """Low and high of 90 % of one person's change that models gave as `changes`, W/kg."""
+    own = np.sqrt(2.0) * PERSON
+    return _around(float(middle(changes)), REACH * COMMON * size(changes), REACH * own)
 
 
-def group_band(changes: Array, measured: int) -> tuple[float, float]:
-    """`change_band` of the mean of a `measured` number of people, of others' `changes` (people,
-    models): both groups are samples of people who change as unlike as these do.
+def group_band(
+    changes: Mapping[str, Array], measured: int, common: float = COMMON
+) -> tuple[float, float]:
+    """Low and high of 90 % of the mean change of a `measured` number of people, of others' changes
+    (people,) W/kg by model.
     """
-    people = len(changes)
-    if people < 2:
-        return -np.inf, np.inf
-    spread = float(np.std(changes.mean(axis=1), ddof=1)) * np.sqrt(1.0 / people + 1.0 / measured)
-    # Of so few people the spread itself is not well known: Student's t.
-    edge = 0.5 + SHARE / 2.0
-    own = spread * float(student.ppf(edge, people - 1) / normal.ppf(edge))
-    return change_band(changes.mean(axis=0).tolist(), own)
+    means = {model: float(each.mean()) for model, each in changes.items()}
+    own = REACH * own_error(changes, measured)
+    return _around(float(middle(means)), REACH * common * size(means), own)
+
+
+def own_error(changes: Mapping[str, Array], measured: int) -> float:
+    """Standard error of the difference between the mean change of a `measured` number of people and
+    that of others' `changes` (people,) by model, were the models right: of who was measured, and of
+    who walked.
+    """
+    of_each = middle(changes)
+    walked = float(np.std(of_each, ddof=1)) if len(of_each) > 1 else np.inf
+    return float(np.hypot(PERSON * np.sqrt(2.0 / measured), walked / np.sqrt(len(of_each))))
+
+
+def _around(at: float, *reaches: float) -> tuple[float, float]:
+    reach = float(np.sqrt(np.sum(np.square(reaches))))
+    return at - reach, at + reach
 
 
 def in_words(changes: Sequence[CostChange]) -> str:
@@ -162,11 +166,11 @@ def in_words(changes: Sequence[CostChange]) -> str:
         return f"Walking with it costs {way}, by every assumption and every model."
     if by[1] and by[-1]:
         return (
-            "The assumption decides the sign, not the device: walking costs more where it is "
-            f"{_listed(by[1])}, and less where it is {_listed(by[-1])}."
+            "The assumption decides the sign, not the device: walking costs more "
+            f"{_listed(by[1])}, and less {_listed(by[-1])}."
         )
     said = [
-        f"Walking costs {way} where it is {_listed(by[sign])}."
+        f"Walking costs {way} {_listed(by[sign])}."
         for sign, way in ((1, "more"), (-1, "less"))
         if by[sign]
     ]
@@ -175,22 +179,46 @@ def in_words(changes: Sequence[CostChange]) -> str:
         alike = [each.assumption for each in unsure if each.agreed == sign]
         if alike:
             said.append(
-                f"Where it is {_listed(alike)}, every model says that walking costs {way}, but "
-                "they are so far apart that one more model might not."
+                f"It costs {way} by every model {_listed(alike)}, but by so little that the rate "
+                "of a walk may move as much by itself."
             )
     apart = [each.assumption for each in unsure if not each.agreed]
     if apart:
         said.append(
-            f"Where it is {_listed(apart)}, the models decide the sign, not the device: they do "
-            "not agree whether walking costs more or less."
+            f"The models decide the sign, not the device, {_listed(apart)}: they do not agree "
+            "whether walking costs more or less."
         )
     if len({each.middle > 0.0 for each in changes}) > 1:
-        said.append("Nor do the assumptions, by the mean of the models.")
+        said.append("By the mean of the models the assumptions do not agree either.")
     return " ".join(said)
 
 
 def _listed(names: Sequence[str]) -> str:
-    return " or ".join(f"“{name}”" for name in names)
+    return " or ".join(WORDS[name][0].lower() + WORDS[name][1:] for name in names)
+
+
+def rate_in_words(change: CostChange) -> str:
+    """The change by an assumption, W/kg and %, with its bands."""
+    (low, high), (least, most) = change.band, change.person
+    return (
+        f"{signed(change.middle)} W/kg ({'+' if change.percent > 0.0 else '−'}"
+        f"{number(abs(change.percent), 0)} %; 90 %: people’s mean {signed(low)} to {signed(high)}, "
+        f"one person {signed(least)} to {signed(most)})"
+    )
+
+
+def unknown_in_words(outcomes: Sequence[DeviceOutcome]) -> str:
+    """Why no change of metabolic rate is given of `outcomes`, the first without devices; empty
+    where one is.
+    """
+    if cost_changes(outcomes):
+        return ""
+    if outcomes[0].cost is None or all(each.cost is None for each in outcomes[1:]):
+        return (
+            "not given: muscles could not be worked out, for the person’s height is not known, a "
+            "prosthesis has a part of a leg, or no gait cycle is whole"
+        )
+    return "not given: no walk with it keeps the speed without"
 
 
 def model_names(changes: Sequence[CostChange]) -> list[str]:

@@ -15,6 +15,8 @@ from gaitval.errors import RecordError
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.metrics.cycles import cut, find_cycles, step_of, walking_speed
 from gaitval.model.tree import ROOT_DOFS
+from gaitval.musculature.metabolics import REST
+from gaitval.quantities.metabolic_rate import leg_rate
 
 JOINTS: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 """Joints that are shown and compared."""
@@ -131,3 +133,16 @@ def walk_curves(
         device_work=of_devices,
         **found,
     )
+
+
+def joints_rate(curves: WalkCurves) -> float:
+    """W/kg, gross, of a walk by the model of the joints, from its mean `curves`."""
+    rate = REST
+    for side in SIDES:
+        size = sum(float(np.abs(curves.own[joint, side][:-1]).mean()) for joint in JOINTS)
+        positive, negative = (
+            sum(work[joint, side] for joint in JOINTS) / curves.stride_time[side]
+            for work in (curves.work, curves.negative_work)
+        )
+        rate += float(leg_rate(*np.array([[size], [positive], [negative]]))[0])
+    return rate

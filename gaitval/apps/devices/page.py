@@ -13,8 +13,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitval import __version__
-from gaitval.apps.devices.answer import answers, kept_in_words, torques
-from gaitval.apps.devices.costs import cost_changes, in_words, model_names, signed
+from gaitval.apps.devices.answer import WORDS, answers, kept_in_words, torques
+from gaitval.apps.devices.costs import (
+    cost_changes,
+    in_words,
+    model_names,
+    rate_in_words,
+    signed,
+    unknown_in_words,
+)
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.apps.devices.regressions import predicted_power
 from gaitval.apps.devices.replayed import replayed, shown_method
@@ -203,6 +210,8 @@ def write_report(
         "held": kept_in_words(outcomes),
         "costs": (changes := cost_changes(outcomes)),
         "cost_words": in_words(changes),
+        "cost_rates": [f"{WORDS[each.assumption]} {rate_in_words(each)}" for each in changes],
+        "cost_unknown": unknown_in_words(outcomes),
         "cost_models": model_names(changes),
         "left_out": LEFT_OUT,
         "signed": signed,

@@ -17,8 +17,7 @@ import numpy as np
 
 from gaitval import file_gate
 from gaitval.apps.devices.adaptation import walk_without
-from gaitval.apps.devices.costs import joints_rate
-from gaitval.apps.devices.curves import JOINTS, WalkCurves, walk_curves
+from gaitval.apps.devices.curves import JOINTS, WalkCurves, joints_rate, walk_curves
 from gaitval.apps.devices.study import AFTER, Say, Wearer, pace_of, pushed, pushes_of
 from gaitval.apps.devices.walking import DeviceEnvironment, DeviceTask, walk_with, with_devices
 from gaitval.arrays import Array

@@ -29,8 +29,7 @@ def _walked(folder: Path) -> LoadedMotion:
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.cycles import find_cycles
-    from gaitval.metrics.walk_muscles import lost_joints, walk_motion
-    from gaitval.model.parameters import apply_parameters
+    from gaitval.metrics.walk_muscles import lost_joints, person_and_laden, walk_motion
     from gaitval.model.urdf import read_urdf
     from gaitval.simulation.rollout import Rollout
 
@@ -45,7 +44,8 @@ def _walked(folder: Path) -> LoadedMotion:
     configuration = load_configuration(folder / "configuration.toml")
     rollout = Rollout.load(path)
     cycles = find_cycles(rollout, configuration).first(configuration.validation.cycles)
-    body = apply_parameters(read_urdf(folder / "model.urdf"), rollout.mu)
+    whole = read_urdf(folder / "model.urdf")
+    body, laden = person_and_laden(whole, rollout.mu, configuration.record)
     return walk_motion(
         rollout,
         cycles,
@@ -53,4 +53,5 @@ def _walked(folder: Path) -> LoadedMotion:
         height=subject.height_m,
         name=subject.identifier,
         lost=lost_joints(subject),
+        laden=laden,
     )
