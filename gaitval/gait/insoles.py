@@ -145,10 +145,15 @@ def _read(path: Path, columns: tuple[str, str]) -> _Table:
 
 
 def _comma_separated(path: Path) -> tuple[list[str], Array, Array]:
-    lines = [line for line in text_lines(path) if not line.startswith("#")]
-    header, rows = (lines[0], [line for line in lines[1:] if line.strip()]) if lines else ("", [])
+    # a spreadsheet puts in quotes what has a separator in it, such as a note
+    lines = [line.replace('"', "") for line in text_lines(path)]
+    first = next((i for i, line in enumerate(lines) if not line.startswith("#")), len(lines))
+    header, *rows = lines[first:] or [""]
     separator = next((each for each in ";\t," if each in header), ",")
     names = [each.strip() for each in header.split(separator)]
+    if separator != ",":  # in many countries' tables a comma is the decimal point
+        rows = [row.replace(",", ".") for row in rows]
+    rows = [row for row in rows if row.strip(f"{separator} ")]
     at = next((i for i, name in enumerate(names) if name.lower() in ("time", "time_s")), None)
     if at is None or not rows:
         why = "no rows" if at is not None else f"no column time; its columns are {names[:12]}"
@@ -156,8 +161,7 @@ def _comma_separated(path: Path) -> tuple[list[str], Array, Array]:
             f"{path}: {why}. Insoles are read from a CSV with a header, one of whose columns is "
             "time (s), or a MOT or STO file. Export the forces over time so."
         )
-    first = len(text_lines(path)) - len(rows) + 1
-    table = numbers_of(path, rows, first, len(names), separator)
+    table = numbers_of(path, rows, first + 2, len(names), separator)
     return names[:at] + names[at + 1 :], table[:, at], np.delete(table, at, axis=1)
 
 
@@ -192,8 +196,8 @@ def _cycles(path: Path, values: Array, rate: float, name: str) -> list[tuple[flo
     strikes = []
     for at in (int(each) for each in begins if each > 0):
         before, after = values[at - 1], values[at]
-        share = (LOADED - before) / (after - before) if np.isfinite(before) else 1.0
-        strikes.append(at - 1.0 + share)
+        if np.isfinite(before):  # else a gap ends, in stance or where it landed
+            strikes.append(at - 1.0 + (LOADED - before) / (after - before))
     low, high = PLAUSIBLE_STRIDE
     pairs = [
         (begin, end)

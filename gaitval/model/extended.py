@@ -1,11 +1,10 @@
 """Parameters beside the 14 of mu that a walk depends on and that a record can determine: the
 contact with the ground, where the sole ends, and a leg that is longer than the other.
 
-They are identified on request (`identification.parameters = "extended"` with the method
-`posterior`), so that their effects are not attributed to the 14; `gaitval screen` says for a record
-which of them matter. Left out after screening, because a record leaves 0.9 of their prior SD: the
-height of the sole and the trunk's share of the mass. Passive joint stiffness is left out because
-recorded moments are net moments.
+`gaitval screen` says for a record which of them matter, and virtual people have their own. Left out
+after screening, because a record leaves 0.9 of their prior SD: the height of the sole and the
+trunk's share of the mass. Passive joint stiffness is left out because recorded moments are net
+moments.
 """
 
 from dataclasses import dataclass, replace

@@ -21,7 +21,7 @@ from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.errors import ConfigurationError
+from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
 from gaitval.gait.events import LANDING_ERROR
@@ -140,8 +140,16 @@ def _kept_insoles(folder: Path) -> InsoleForces | None:
     path = folder / INSOLES_KEPT
     if not path.is_file():
         return None
-    kept = InsoleForces(**read_json(path))
-    return kept._replace(vertical=np.array(kept.vertical, float))
+    try:
+        kept = InsoleForces(**read_json(path))
+        vertical = np.array(kept.vertical, float).reshape(2, -1)
+        gain, error, time = float(kept.gain), float(kept.error), float(kept.stride_time)
+    except (TypeError, ValueError):
+        raise ArtefactError(
+            f"{path}: not what gaitval wrote there; it was edited. Delete it, and give the insoles "
+            "again with `gaitval estimate --insoles`."
+        ) from None
+    return kept._replace(vertical=vertical, gain=gain, error=error, stride_time=time)
 
 
 def of_run(run: Run, model: BodyModel | None = None) -> Estimate:

@@ -126,8 +126,9 @@ def _refuse_values_alone(ctx: Any, args: list[str], known: Iterable[Any]) -> Non
         if option in many and not (value.startswith("-") or another.startswith("-")):
             ctx.fail(f"{another} has no option: write {option} {value} {option} {another}.")
     if args and not args[0].startswith("-"):
-        needed = ", ".join(sorted(each.opts[0] for each in known if each.required))
-        ctx.fail(f"{args[0]} has no option. There must be {needed}, each with a value.")
+        names = sorted(each.opts[0] for each in known if each.required)
+        there = f"There must be {', '.join(names)}, each with a value." if names else "Give one."
+        ctx.fail(f"{args[0]} has no option. {there}")
 
 
 def _with_home(word: str) -> str:

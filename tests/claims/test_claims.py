@@ -1,5 +1,6 @@
 """The command that measures what a release is held to: what it runs, skips and writes."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -169,6 +170,22 @@ def test_the_list_of_measurements_needs_none_of_their_libraries() -> None:
 def test_a_claim_that_there_is_not_is_refused_with_the_topics() -> None:
     with pytest.raises(SystemExit, match=r"'nothing'.*accuracy"):
         registry.chosen(["nothing"])
+
+
+def test_the_measurements_that_workflows_docs_and_code_name_are_there() -> None:
+    folders = (".github", "claims", "docs", "experiments", "gaitval", "tests")
+    files = [each for folder in folders for each in (ROOT / folder).rglob("*.*")]
+    asked = re.compile(r"-m claims((?:\s+[a-z_]+(?:\.[a-z_]+)?(?![\w.]))+)")
+    named = {
+        name
+        for file in files
+        if file.suffix in (".md", ".py", ".yml")
+        for words in asked.findall(file.read_text(encoding="utf-8"))
+        for name in words.split()
+        if "." in name
+    }
+    assert "speed.check" in named
+    assert named <= set(registry.measurements())
 
 
 def test_every_measurement_can_be_loaded_where_its_libraries_are() -> None:

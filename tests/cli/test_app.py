@@ -328,6 +328,14 @@ def test_a_file_without_an_option_is_told_which(words: tuple[str, ...], remedy: 
     assert remedy in " ".join(result.stderr.replace("│", "").split())
 
 
+def test_a_value_without_an_option_where_none_must_be_there_is_told_so() -> None:
+    result = gaitval("virtual", "somebody")
+    assert result.exit_code == 2
+    said = " ".join(result.stderr.replace("│", "").split())
+    assert "somebody has no option" in said
+    assert "There must be" not in said
+
+
 @pytest.mark.parametrize("words", [("--out", ""), ("--out=",), ("-o", "")])
 def test_an_empty_folder_is_not_the_current_one(
     words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -1,5 +1,5 @@
 """Ways in which others of the same machine, or forged results, might run a program as whoever runs
-a cohort, or be believed. Each test is one way; `python -m claims robustness.attacks` counts."""
+a cohort, or be believed. Each test is one way."""
 
 import json
 import os

@@ -73,6 +73,25 @@ def test_a_stride_with_a_gap_does_not_count(tmp_path):
     assert np.isfinite(found.vertical).all()
 
 
+def test_where_a_gap_in_stance_ends_no_foot_lands(tmp_path):
+    time, forces = walk()
+    landing = next(i for i in range(200, 400) if forces[i - 1, 0] == 0.0 < forces[i, 0])
+    forces[landing + 2 : landing + 10, 0] = np.nan
+    found = read(write(tmp_path / "walk.csv", time, forces))
+    assert found.strides == (5, 7)
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_a_table_that_a_spreadsheet_saved(tmp_path, separator):
+    plain = write(tmp_path / "walk.csv", *walk())
+    note, header, *rows = f'"# insoles, left; right"\n{plain.read_text()}'.splitlines()
+    header = separator.join(f'"{name}"' for name in header.split(","))
+    saved = [row.replace(",", separator).replace(".", ",") for row in rows]
+    path = tmp_path / "saved.csv"
+    path.write_text("\n".join([note, header, *saved, 3 * separator]) + "\n", encoding="utf-8")
+    np.testing.assert_array_equal(read(path).vertical, read(plain).vertical)
+
+
 def test_the_tables_of_opensim(tmp_path):
     time, forces = walk()
     rows = [f"{t:.4f}\t{r:.4f}\t{le:.4f}" for t, (r, le) in zip(time, forces, strict=True)]

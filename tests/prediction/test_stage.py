@@ -10,17 +10,19 @@ from seen_figures import bands, figure_of, forward, legend, lines
 
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ConfigurationError
+from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.gait.insoles import InsoleForces
 from gaitval.prediction.deviations import kinetics_of
 from gaitval.prediction.normal_form import normal_form
 from gaitval.study.estimate_stage import (
     _UNITS,
     ESTIMATE_ACCURACY,
+    INSOLES_KEPT,
     KINETICS,
     PAGE,
     TABLE,
     _draw,
+    _kept_insoles,
     _title,
     keep_insoles,
     of_run,
@@ -124,3 +126,12 @@ def test_the_figure_is_the_table_quantity_by_quantity_and_side_by_side():
             assert any(np.array_equal(each, walk) for each in walked)
         (usual,) = lines(axes, shown["expected of anybody"])
         np.testing.assert_array_equal(usual[:, 1], given[n, "left"][2])
+
+
+@pytest.mark.parametrize("kept", ["[]", "{}", '{"source": "walk.csv", "vertical": 1}'])
+def test_insoles_that_were_edited_are_named_with_what_to_do(tmp_path, kept):
+    path = tmp_path / INSOLES_KEPT
+    path.parent.mkdir()
+    path.write_text(kept, encoding="utf-8")
+    with pytest.raises(ArtefactError, match=r"insoles\.json.*Delete it"):
+        _kept_insoles(tmp_path)

@@ -27,9 +27,8 @@ two has this times the square root of two."""
 WALK: Final = (1.212, -0.737, 0.132)
 """Logarithm of stride time over sqrt(leg / g): at a stride of 1.5 legs, its slope on the logarithm
 of stride length over leg, and the standard deviation about this line between people: the 21 people
-of odd number in WBDS at eight speeds (Fukuchi et al. 2018; `python -m claims patients.walk_ratio`
-computes it). It says what a walk ratio says (Sekiya & Nagasaki 1998, Gait Posture 7:225), but
-without a dimension."""
+of odd number in WBDS at eight speeds (Fukuchi et al. 2018). It says what a walk ratio says (Sekiya
+& Nagasaki 1998, Gait Posture 7:225), but without a dimension."""
 STRIDE_OF_LINE: Final = 1.5
 FREE_STRIDE: Final = 1.45
 """Stride length over leg of healthy adults at their own speed (the same source, over ground). A
