@@ -203,7 +203,7 @@ def title(name: str) -> str:
     )
     word = {"x": " forward", "y": " left", "z": " up", "": ""}[axis]
     if kind in OF_A_PLATE:
-        return f"{_whose(plate)}: {kind}{word}"
+        return f"{_whose(plate)}: {kind.removeprefix('plate ')}{word}"
     return {
         "delay": "delay of the forces",
         "mass": "body mass",
