@@ -31,7 +31,8 @@ from gaitval.reference.dynamic_fit import (
     weighted_laws,
 )
 from gaitval.reference.dynamic_fit import fitted as fit_of
-from gaitval.reference.motion import HIP_SIGNS, about_record, build_reference, side_phase
+from gaitval.reference.hip_moments import HIP_SIGNS, about_record
+from gaitval.reference.motion import build_reference, side_phase
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, POWER
 from gaitval.simulation.walker import Trajectory, Walker
 
