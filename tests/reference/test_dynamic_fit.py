@@ -301,6 +301,7 @@ def test_velocities_are_the_rates_of_the_positions(fitted):
     np.testing.assert_allclose(reference.velocities[:, 3:], rates[:, 3:], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_symmetric_person_gets_a_symmetric_reference(task):
     """To the accuracy at which the search stops: 1e-3 of the sum of squares."""
     model, record = symmetric(task.model, task.record)
