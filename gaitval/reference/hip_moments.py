@@ -38,9 +38,14 @@ def about_record(moment: Array, name: str, hip_centre: Array, vertical: Array) -
 
 
 def about_model(curves: Curves, hip_centre: Array) -> Curves:
-    """`curves` (n, 101) or (101,), moments Nm/kg and forces in body weights, whose moments are about
-    the record's hips (`hip_centre` (2, 2) m, see `ReferenceMotion.hip_centre`), with those of the
-    hips about the model's own: a moment about another point than the joint's gives another power.
+    """The same `curves` with moments of the hips about the model's own hip centres.
+
+    A moment about another point than the joint's gives another power.
+
+    Parameters
+    ----------
+    curves : (n, 101) or (101,), moments Nm/kg about the record's hips, forces in body weights.
+    hip_centre : (2, 2) m, right and left; see `ReferenceMotion.hip_centre`.
     """
     moments = dict(curves.moments)
     for place, side in zip(hip_centre, SIDES, strict=True):

@@ -10,7 +10,7 @@ from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
 if TYPE_CHECKING:
-    from gaitval.apps.devices.results import DeviceOutcome
+    from gaitval.apps.devices.study import DeviceOutcome
 
 SAMPLES = 300_000
 """Samples of a learned adaptation, if nobody says otherwise."""
