@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from gaitval.arrays import Array
 from gaitval.configuration import Configuration, RecordSettings
 from gaitval.coordinates import Side
 from gaitval.gait.cycle_curves import Curves, recorded_curves
@@ -76,9 +77,11 @@ def compared_with(
     others: Sequence["Subject"],
     model: BodyModel,
     configuration: Configuration,
+    hip_centre: Array | None = None,
 ) -> Comparator:
     """What the walks of `subject` in a run with `configuration` are measured against: `record`, and
-    predictions without a model from `others`. `model` is the body before mu.
+    predictions without a model from `others`. `model` is the body before mu, `hip_centre` where the
+    record's hips are in it (`ReferenceMotion.hip_centre`).
     """
     origins = record_origins(subject, configuration.record)
     curves = recorded_curves(record)
@@ -91,7 +94,7 @@ def compared_with(
         alone = subject.model_copy(update={"trials": other})
     guesses = predicted_parts(alone, others, by_kind(curves), origins)
     person = body_without(model, configuration.record)
-    recorded = recorded_part(record, subject, model.ground, model.mass / person.mass)
+    recorded = recorded_part(record, subject, model.ground, model.mass / person.mass, hip_centre)
     return Comparator(
         record=record,
         curves=curves,

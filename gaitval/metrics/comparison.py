@@ -16,7 +16,7 @@ from gaitval.metrics.typed import Count, Number, Result, number
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import foot_angles, pelvis_angles
 from gaitval.model.tree import segment_frames
-from gaitval.reference.motion import about_record
+from gaitval.reference.hip_moments import about_record
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
 

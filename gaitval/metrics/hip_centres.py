@@ -3,12 +3,11 @@
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.walk_results import HipCentre, HipCentres
-from gaitval.reference.motion import HIP_SIGNS, about_record
+from gaitval.reference.hip_moments import HIP_SIGNS, about_model
 
 
 def hip_centres(places: Array, walked: Curves, recorded: Curves) -> HipCentres | None:
@@ -20,15 +19,12 @@ def hip_centres(places: Array, walked: Curves, recorded: Curves) -> HipCentres |
     names = [f"{name}_{side[0]}" for side in SIDES for name in HIP_SIGNS]
     if not np.any(places) or any(name not in walked.moments for name in names):
         return None
-    found = {}
+    own, found = about_model(walked, places).moments, {}
     for (forward, outward), side in zip(places, SIDES, strict=True):
-        # Body weights times g are N/kg.
-        vertical = walked.forces[f"vertical_{side[0]}"] * GRAVITY
-        errors = {}
-        for name in HIP_SIGNS:
-            curve = f"{name}_{side[0]}"
-            own = about_record(walked.moments[curve], name, -np.array([forward, outward]), vertical)
-            errors[name] = rms(own - recorded.moments[curve])
+        errors = {
+            name: rms(own[f"{name}_{side[0]}"] - recorded.moments[f"{name}_{side[0]}"])
+            for name in HIP_SIGNS
+        }
         found[side] = HipCentre(
             forward=float(forward), outward=float(outward), rmse_about_model=errors
         )

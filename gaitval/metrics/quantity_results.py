@@ -8,6 +8,7 @@ from typing import Annotated, Protocol
 
 from pydantic import Field
 
+from gaitval.arrays import Array
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.tolerances import Measure, measured
 from gaitval.metrics.typed import Curve, Number, Result, Size, array, named, number, numbers, sided
@@ -15,6 +16,7 @@ from gaitval.musculature.gait import MuscleGait
 from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.quantities.joint_power import BURSTS, JOINT_POWER, JOINTS
 from gaitval.quantities.quantity import StrideTimes
+from gaitval.reference.hip_moments import about_model
 
 _POWER, _POWERS = named(sided(JOINTS))
 _BURST, _BURST_NAMES = named(sided(tuple(BURSTS)))
@@ -61,13 +63,15 @@ def found_quantities(
     muscles: MuscleGait | None = None,
     speed: float | None = None,
     laden: float = 1.0,
+    hip_centre: Array | None = None,
 ) -> dict[str, Found]:
     """Every quantity of the `curves` of a walk (n, 101) or a record (101,) that can be had, by
     name; `stride_time` as in `Quantity.of_curves`. Of its `muscles`, too, and over its `speed`,
-    m/s, where they are known. `laden` is the mass that moments are divided by over the person's.
+    m/s, where they are known. `laden` is the mass that moments are divided by over the person's,
+    `hip_centre` (2, 2) m where the hips are that they are about, if these are not the model's own.
     """
-    moments = {name: laden * each for name, each in curves.moments.items()}
-    own = replace(curves, moments=moments)
+    own = curves if hip_centre is None else about_model(curves, hip_centre)
+    own = replace(own, moments={name: laden * each for name, each in own.moments.items()})
     found = {
         each.name: each.of_curves(own if each.of_person else curves, stride_time)
         for each in QUANTITIES

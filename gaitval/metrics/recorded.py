@@ -49,9 +49,10 @@ def recorded_part(
     subject: "Subject | None" = None,
     ground: Ground = LEVEL,
     laden: float = 1.0,
+    hip_centre: Array | None = None,
 ) -> RecordResult:
     """The part of `metrics.json` about `record`, which is in the axes of the `ground`; `subject`
-    has the corrections of its plates, `laden` as in `found_quantities`.
+    has the corrections of its plates, `laden` and `hip_centre` are as in `found_quantities`.
     """
     phase = np.arange(1000) / 1000
     steps, lengths = record.steps, step_lengths(record)
@@ -60,7 +61,7 @@ def recorded_part(
     left_on = (phase - record.left_phase) % 1.0 <= record.stance_fraction["left"]
     curves = recorded_curves(record)
     times = dict.fromkeys("rl", record.stride_time)
-    found = found_quantities(curves, times, speed=record.speed, laden=laden)
+    found = found_quantities(curves, times, speed=record.speed, laden=laden, hip_centre=hip_centre)
     power = power_result(found)
     assert power is not None  # a record has a cycle
     plates = None if subject is None else subject.plates

@@ -288,6 +288,7 @@ def _walk(
         muscles,
         stride.get("walking_speed"),
         of.laden,
+        rollout.hip_centre,
     )
     walk = WalkResult(
         mu=rollout.mu.tolist(),
@@ -547,7 +548,8 @@ def validate(
     ArtefactError : the rollouts do not start from the configured phases.
     """
     by = by or StageResults()
-    of = compared_with(subject, record, others, model, configuration)
+    hip_centre = nominal.compared.hip_centre
+    of = compared_with(subject, record, others, model, configuration, hip_centre)
     known = uses(subject, configuration, trained=by.training is None or by.training.samples > 0)
     unrecorded_speed = is_unrecorded(configuration.record)
     last = _validated(nominal, identified, configuration.validation.start_phases)

@@ -210,8 +210,8 @@ METABOLIC_JOINTS: Final = Quantity(
     note="Heat by the moments of hip, knee and ankle of a leg, and work by their positive power, "
     "less what comes back of the negative, with efficiencies of 0.25 and 1.2. The body’s rate is "
     "that of two such legs. Its other two numbers were found so that other people’s level walking "
-    "costs what a published equation says. "
-    f"{_LEFT_OUT}",
+    "costs what a published equation says. Beside a walk, hip moments are about the walker’s own "
+    f"hip centres, those of the record too. {_LEFT_OUT}",
     needs=("angles", "moments"),
     curves={"leg": "Metabolic rate of a leg, from joints"},
     of_curves=joint_rates,

@@ -120,7 +120,9 @@ class Quantity:
     tables : of its figures.
     measures : what a walk is judged by.
     of_time : from a motion (T,), by name with side, in `time_unit`; None if that is not defined.
-    of_person : whether a kg is one of the person, where moments are by the kg of person and load.
+    of_person : whether it is the person's own, where curves are of what is compared: a kg is one of
+        the person, not of person and load, and hip moments are about the model's own hips, not
+        about the record's.
     """
 
     name: str

@@ -44,10 +44,10 @@ from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.one_thread import one_thread
 from gaitval.reference.harmonic_square import harmonic_square
+from gaitval.reference.hip_moments import HIP_SIGNS
 from gaitval.reference.motion import (
     FEED_FORWARD,
     HARMONICS,
-    HIP_SIGNS,
     ReferenceMotion,
     build_reference,
     moved,
@@ -460,7 +460,7 @@ def fit_problem(
         power = record.moments[f"ankle_angle_{side[0]}"](own[:, i])
         power *= record.angles[f"ankle_angle_{side[0]}"].derivative(own[:, i]) / time
         target[:, POWER.start + i] = power * model.mass
-        # Moments are compared about the record's hip centre: see `motion.about_record`.
+        # Moments are compared about the record's hip centre: see `hip_moments.about_record`.
         for column, (name, sign) in enumerate(HIP_SIGNS.items()):
             row = COORDINATES.index(f"{name}_{side[0]}")
             lever[:, row, _HIPS.start + 2 * i + column] = sign * target[:, place + 2]

@@ -20,7 +20,6 @@ It is long because each part of the motion has its derivation beside it.
 """
 
 import pickle
-from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from hashlib import blake2b
 from pathlib import Path
@@ -95,10 +94,6 @@ SLIDING_SCALE = 0.05
 FEED_FORWARD = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 """Coordinates whose recorded moment is fed forward, and is a target of `dynamic_fit`."""
 
-HIP_SIGNS: Final[Mapping[str, float]] = {"hip_flexion": 1.0, "hip_adduction": -1.0}
-"""What a hip centre further forward and further outward adds to the moments about it under a
-vertical force; the order is that of the columns of `ReferenceMotion.hip_centre`."""
-
 
 _SHAPES: Final = {
     "phase": (0,),
@@ -134,7 +129,7 @@ class ReferenceMotion(Displayed):
     stride_time : s.  speed : m/s.
     hip_centre : (2, 2) m, right and left: by how much the hip centre that the record's moments are
         about lies forward and outward of the model's, as the fit finds it. `moments` are about the
-        model's; `about_record` moves a moment.
+        model's; `hip_moments.about_record` moves a moment.
     change : (31, 1 + 2 H) rad and m, mean, cosines and sines of how far the fit moved each
         coordinate, the pelvis's as Cardan angles. A fit of a similar body begins with it.
     """
@@ -192,27 +187,6 @@ class ReferenceMotion(Displayed):
             ],
             at=100.0 * self.phase,
         )
-
-
-def about_record(moment: Array, name: str, hip_centre: Array, vertical: Array) -> Array:
-    """A net joint moment about the hip centre of the record instead of the model's.
-
-    A hip that lies further forward has the force under its foot further back, which needs more
-    flexion (or less extension); one that lies further outward has it further inward, which needs
-    more abduction. Of the force through the hip only the ground's vertical part counts: the weight
-    of the leg and the other components change the moment by less than a fifth of it.
-
-    Parameters
-    ----------
-    moment : (...,) about the model's hip, any unit; flexion and adduction positive.
-    name : of the coordinate, without a side; others than the hip's are returned as they are.
-    hip_centre : (2,) m, of the side; see `ReferenceMotion.hip_centre`.
-    vertical : (...,) force under the foot, in the moment's unit per metre.
-    """
-    if name not in HIP_SIGNS:
-        return moment
-    lever = HIP_SIGNS[name] * hip_centre[list(HIP_SIGNS).index(name)]
-    return np.asarray(moment + lever * vertical)
 
 
 def side_phase(record: GaitRecord, side: str, phase: Array) -> Array:

@@ -314,6 +314,7 @@ def test_work_for_object_storage_is_in_a_folder_that_nobody_else_knows(tmp_path)
             assert folder.parent.stat().st_mode & 0o777 == 0o700
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "ucx://127.0.0.1:9", "ws://127.0.0.1:9"])
 def test_a_scheduler_without_tls_is_refused(tmp_path, address):
     with pytest.raises(ConfigurationError, match="without TLS"):

@@ -31,6 +31,7 @@ def gaitval(monkeypatch):
     return run
 
 
+@pytest.mark.slow
 def test_from_a_table_to_a_report_and_again(gaitval, tmp_path):
     table = tmp_path / "table.csv"
     table.write_text("name,subject,seed\nfirst_sleep0,5,0\nsecond_sleep0,5,1\nrefuse,5,2\n")

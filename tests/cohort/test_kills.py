@@ -66,6 +66,7 @@ def _gone_within(seconds, left):
     assert left() == []
 
 
+@pytest.mark.slow
 @LINUX
 @KILLS
 def test_nothing_is_left_of_a_cohort_that_is_killed_while_a_study_loads(

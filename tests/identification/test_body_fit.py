@@ -114,6 +114,7 @@ def test_a_centre_out_of_place_moves_its_moment_by_the_force_on_its_own_foot(per
     assert len(used) == 2
 
 
+@pytest.mark.slow
 def test_another_body_changes_the_laws_as_its_derivatives_say(fit, fixed):
     """Forces and moments of the same motion, for a body whose hips are a millimetre forward."""
     index = PARAMETERS.index("hip_x")

@@ -6,7 +6,8 @@ import pytest
 from gaitval.constants import GRAVITY
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.hip_centres import hip_centres
-from gaitval.reference.motion import about_record
+from gaitval.metrics.quantity_results import found_quantities
+from gaitval.reference.hip_moments import about_record
 
 ROUND = np.linspace(0.0, 1.0, 101)
 
@@ -54,3 +55,30 @@ def test_moments_about_the_record_s_centres_go_back_to_those_about_the_model_s()
     found = hip_centres(places, walked, own)
     for one in (found.right, found.left):
         assert list(one.rmse_about_model.values()) == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_what_a_walk_costs_is_about_its_own_hips():
+    """Whose hips the record has elsewhere costs as much as without a record; joint power is like
+    the record's, about its hips, on both sides."""
+    places, own = np.array([[0.02, -0.015], [-0.01, 0.03]]), curves(0.01)
+    bent = 0.4 * np.cos(2.0 * np.pi * ROUND)
+    others = ("knee_angle", "ankle_angle")
+    angles = {f"{name}_{side}": bent for name in ("hip_flexion", *others) for side in "rl"}
+    still = {f"{name}_{side}": 0.0 * bent for name in others for side in "rl"}
+    own = Curves(angles, own.moments | still, own.forces)
+    there = dict(own.moments)
+    for place, side in zip(places, "rl", strict=True):
+        name, force = f"hip_flexion_{side}", own.forces[f"vertical_{side}"] * GRAVITY
+        there[name] = about_record(there[name], "hip_flexion", place, force)
+    walked, times = Curves(angles, there, own.forces), {"r": 1.0, "l": 1.0}
+    alone = found_quantities(own, times, speed=1.2)
+    moved = found_quantities(walked, times, speed=1.2, hip_centre=places)
+    forgotten = found_quantities(walked, times, speed=1.2)
+    for side in "rl":
+        gross = [f["metabolic_joints"].figures["gross"][f"body_{side}"] for f in (alone, moved)]
+        assert gross[0] == pytest.approx(gross[1])
+        assert forgotten["metabolic_joints"].figures["gross"][f"body_{side}"] != pytest.approx(
+            gross[0], rel=1e-3
+        )
+        hips = [f["power"].curves[f"hip_flexion_{side}"] for f in (alone, moved)]
+        assert not np.allclose(*hips, atol=1e-3)

@@ -31,7 +31,8 @@ from gaitval.reference.dynamic_fit import (
     weighted_laws,
 )
 from gaitval.reference.dynamic_fit import fitted as fit_of
-from gaitval.reference.motion import HIP_SIGNS, about_record, build_reference, side_phase
+from gaitval.reference.hip_moments import HIP_SIGNS, about_record
+from gaitval.reference.motion import build_reference, side_phase
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, POWER
 from gaitval.simulation.walker import Trajectory, Walker
 
@@ -300,6 +301,7 @@ def test_velocities_are_the_rates_of_the_positions(fitted):
     np.testing.assert_allclose(reference.velocities[:, 3:], rates[:, 3:], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_symmetric_person_gets_a_symmetric_reference(task):
     """To the accuracy at which the search stops: 1e-3 of the sum of squares."""
     model, record = symmetric(task.model, task.record)

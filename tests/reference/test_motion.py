@@ -15,7 +15,8 @@ from gaitval.errors import ArtefactError
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_angles, pelvis_rotation
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval.reference.motion import FLAT_FOOT, ReferenceMotion, about_record, build_reference
+from gaitval.reference.hip_moments import about_record
+from gaitval.reference.motion import FLAT_FOOT, ReferenceMotion, build_reference
 from gaitval.scaling.scaling import scale_subject
 
 GRAVITY = 9.81

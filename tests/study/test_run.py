@@ -991,6 +991,7 @@ def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
     assert not (scaled.folder / "start").exists()
 
 
+@pytest.mark.slow
 def test_a_start_that_is_half_there_is_chosen_again(
     scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,12 +1,16 @@
 """The command that puts devices on a person."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
+
+if TYPE_CHECKING:
+    from gaitval.apps.devices.study import DeviceOutcome
 
 SAMPLES = 300_000
 """Samples of a learned adaptation, if nobody says otherwise."""
@@ -71,7 +75,6 @@ def device(
     the report shows all: moments, work, loads and metabolic rate without and with. One to two
     minutes.
     """
-    from gaitval.apps.devices.costs import cost_changes, rate_in_words, unknown_in_words
     from gaitval.apps.devices.page import write_report
     from gaitval.apps.devices.search import tuned
     from gaitval.apps.devices.study import outcomes, wearer
@@ -95,6 +98,18 @@ def device(
             fitted, strategies = tuned(person, fitted, folder, say=_say)
             found, policy = outcomes(person, fitted, samples=samples, say=_say)
         write_report(folder, person, fitted, found, policy, strategies=strategies)
+    _say_found(found)
+    display.plain(f"Report: {folder / 'device.html'}")
+
+
+def _say(line: str) -> None:
+    display.messages.print(line)
+
+
+def _say_found(found: Sequence["DeviceOutcome"]) -> None:
+    """A line for each assumption, and why a change of metabolic rate is not among them."""
+    from gaitval.apps.devices.costs import cost_changes, rate_in_words, unknown_in_words
+
     rates = {each.assumption: rate_in_words(each) for each in cost_changes(found)}
     for outcome in found:
         walked = "fell after" if outcome.fell else "walked"
@@ -106,8 +121,3 @@ def device(
         )
     if not rates:
         display.plain(f"Change of metabolic rate {unknown_in_words(found)}.")
-    display.plain(f"Report: {folder / 'device.html'}")
-
-
-def _say(line: str) -> None:
-    display.messages.print(line)
