@@ -5,12 +5,14 @@ from typing import Annotated, Final
 
 import typer
 
+from gaitval.errors import ConfigurationError
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
 INSOLE_ERROR: Final = 5.0
 """% of body weight. Peaks by one make of insoles were up to 4 % and impulses 4 to 6 % off in eleven
 healthy people (Cramer et al. 2022, Sensors 22:2203, abstract)."""
+INSOLE_COLUMNS: Final = ("force_right", "force_left")
 
 
 @added_command(
@@ -36,7 +38,7 @@ def estimate(
     insole_columns: Annotated[
         tuple[str, str],
         typer.Option(help="Their vertical forces, N.", metavar="RIGHT LEFT"),
-    ] = ("force_right", "force_left"),
+    ] = INSOLE_COLUMNS,
     insole_error: Annotated[
         float,
         typer.Option(
@@ -60,6 +62,11 @@ def estimate(
     from gaitval.study.estimate_stage import PAGE, check, keep_insoles, stage
     from gaitval.study.stage import open_run, run_stage
 
+    if insoles is None and (insole_columns, insole_error) != (INSOLE_COLUMNS, INSOLE_ERROR):
+        raise ConfigurationError(
+            "--insole-columns and --insole-error say something of a file of insoles, and there is "
+            "none. Give it with --insoles, or leave them out."
+        )
     subject = load_subject(str(run / "subject.toml"))
     configuration = load_configuration(run / "configuration.toml")
     with display.live_view() as live, open_run(subject, configuration, run, live) as opened:

@@ -328,6 +328,11 @@ def test_a_file_without_an_option_is_told_which(words: tuple[str, ...], remedy: 
     assert remedy in " ".join(result.stderr.replace("│", "").split())
 
 
+def test_what_is_said_of_insoles_that_are_not_given_is_refused(plain_messages: io.StringIO) -> None:
+    assert gaitval("estimate", "nowhere", "--insole-error", "8").exit_code == 2
+    assert "with --insoles" in " ".join(plain_messages.getvalue().split())
+
+
 def test_a_value_without_an_option_where_none_must_be_there_is_told_so() -> None:
     result = gaitval("virtual", "somebody")
     assert result.exit_code == 2

@@ -393,5 +393,6 @@ def test_each_fault_has_an_estimate_and_a_title(imported):
     assert {kind_of(name) for name in figures} >= {"delay", "place", "rotation", "gain", "mass"}
     assert title("place x 1") == "plate 1: place forward"
     assert title("rotation all") == "all plates: rotation"
+    assert title("plate delay 1") == "plate 1: delay"
     doubled = replace(seen, lag=replace(seen.lag, value=2 * seen.lag.value))
     assert rows(doubled)[0].value == pytest.approx(2 * rows(seen)[0].value)
