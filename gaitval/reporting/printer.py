@@ -46,7 +46,7 @@ _LENGTHS: Final = struct.Struct("<QQQ")
 """Before what the other process is sent: bytes of the paper's name, the folder, and the page."""
 
 
-def load() -> None:
+def load_printer() -> None:
     """Load what lays a page out. It tries its libraries by the names of every system, and for each
     name that is not of this one `ctypes` starts a compiler and a linker: 22 processes.
     """
@@ -67,7 +67,7 @@ def load() -> None:
 
 def layouter(paper: str, own: Path) -> "Callable[[str], weasyprint.Document]":
     """What lays a page out on sheets of a size; fonts are prepared in the folder `own`."""
-    load()
+    load_printer()
     import weasyprint
     from weasyprint.text.fonts import FontConfiguration
     from weasyprint.urls import URLFetcher, URLFetcherResponse
@@ -245,7 +245,7 @@ def printed(path: Path, page: str, paper: str) -> Iterator[None]:
 
 def _serve(sent: BinaryIO, answer: BinaryIO) -> int:
     """Print the page that is `sent`; return an exit code."""
-    load()  # while the page is not there yet
+    load_printer()  # while the page is not there yet
     lengths = sent.read(_LENGTHS.size)
     if len(lengths) < _LENGTHS.size:
         return 1  # who started this has ended, or needs no page

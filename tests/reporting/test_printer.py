@@ -93,7 +93,7 @@ def test_no_compiler_is_started_to_find_libraries() -> None:
         "import subprocess, sys, ctypes.util as c; search = c.find_library\n"
         "def refuse(*a, **k): raise AssertionError(a)\n"
         "subprocess.Popen = refuse\n"
-        "from gaitval.reporting.printer import load; load()\n"
+        "from gaitval.reporting.printer import load_printer; load_printer()\n"
         "assert 'weasyprint' in sys.modules and c.find_library is search"
     )
     subprocess.run([sys.executable, "-P", "-c", code], check=True)
