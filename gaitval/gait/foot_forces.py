@@ -30,6 +30,7 @@ from gaitval.gait.feet_on_plates import (
 )
 from gaitval.gait.filters import low_pass
 from gaitval.gait.plate_contacts import (
+    LEAST_PEAK,
     check_synchrony,
     judge_brushes,
     judge_contact,
@@ -134,7 +135,9 @@ def assign_forces(
             "If not, give a trial in which somebody did."
         ).with_way_on("--kinematics-only")
     check_synchrony(recording, shares.touched, landmarks)
-    findings += judge_unshown(recording, feet, shares.touched, shares.valid)
+    peak = shares.wrench[:, :, 2].max()
+    ends = bool(peak >= LEAST_PEAK * processing.force_threshold_n)
+    findings += judge_unshown(recording, feet, shares.touched, shares.valid, ends=ends)
     filtered = low_pass(
         shares.wrench, rate=recording.force_rate, cutoff_hz=cutoff_hz, order=processing.filter_order
     )

@@ -44,6 +44,9 @@ LEAST_SHOWN: Final = 0.8
 LONGEST_MISSED: Final = 0.09
 """s of a stance's beginning or end, by markers, that a plate may not show: -25 to 41 and -28 to 50
 ms in 64 stances of 24 people, the last at 0.5 m/s."""
+LEAST_PEAK: Final = 10.0
+"""Force thresholds, of at most 5 % of the weight, that some foot must load a plate with, else where
+stances begin and end is not known from it: twenty, where the forces are in the unit they have."""
 BRUSH_FORCE: Final = 2.0
 """A touch too short for a stance is reported above this many force thresholds."""
 
@@ -337,11 +340,13 @@ def _cut_off(touched: Flags, begin: int, end: int, rate: float) -> str:
     )
 
 
-def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags) -> list[Finding]:
+def judge_unshown(
+    recording: Recording, feet: Feet, touched: Flags, valid: Flags, *, ends: bool = True
+) -> list[Finding]:
     """A finding for each stance of `feet`, by the markers of `recording`, that the plates do not
     show, or show in part, and each landing that nothing shows. `touched` (T, 2) is whether each
     foot is on a plate, at the force samples; `valid` (T, 2) is set to False in place over these
-    stances.
+    stances. `ends` is whether forces are large enough to show where a stance begins and ends.
     """
     findings = []
     settling = round(SETTLING_SECONDS * recording.force_rate)
@@ -351,7 +356,7 @@ def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags
         shown = binary_dilation(touched[:, column], iterations=settling)
         for begin, end in zip(*runs(feet.stance[:, column]), strict=True):
             share = float(shown[begin:end].mean())
-            cut = _cut_off(touched[:, column], begin, end, recording.force_rate)
+            cut = ends and _cut_off(touched[:, column], begin, end, recording.force_rate)
             if share >= LEAST_SHOWN and not cut:
                 continue
             valid[begin:end, column] = False

@@ -270,6 +270,18 @@ def test_which_end_of_a_stance_is_missed(first, last, words):
     assert bool(found) == bool(words)
 
 
+@pytest.mark.parametrize("ends", [True, False])
+def test_forces_too_small_for_their_unit_do_not_show_where_a_stance_ends(ends):
+    """In kilograms, 20 N is a quarter of the weight: that is for the check of the mass to say."""
+    touched, stance = np.zeros((N, 2), bool), np.zeros((N, 2), bool)
+    stance[30:280, 0] = True
+    touched[80:270, 0] = True
+    feet = replace(feet_at([0.0, 0.1], [0.0, 0.1]), stance=stance)
+    valid = np.ones((N, 2), bool)
+    found = judge_unshown(trial(loaded()), feet, touched, valid, ends=ends)
+    assert [("first 100 ms" in each.action) for each in found] == [True] * ends
+
+
 @pytest.mark.parametrize(("seconds", "known"), [(0.24, True), (0.26, False)])
 def test_nobody_is_in_the_air_for_longer_than_runners(seconds, known):
     """Who walks out of the cameras' sight lands unseen: no force there is not a force of zero."""
