@@ -99,8 +99,7 @@ def csv_rows(
     """
     try:
         text = read_text(path, refusal, largest=largest)
-        header = text.partition("\n")[0]
-        separator = max(",;\t", key=header.count)  # of none, the first
+        separator = separator_of(text.partition("\n")[0])
         reader = csv.DictReader(io.StringIO(text), delimiter=separator)
         for row in reader:
             yield reader.line_num, row if separator == "," else _with_points(row)
@@ -108,6 +107,13 @@ def csv_rows(
         raise refusal(f"{path}: not UTF-8 text. Save the table as UTF-8.") from None
     except csv.Error as error:
         raise refusal(f"{path}: cannot be read as CSV ({error}). Write it again.") from None
+
+
+def separator_of(header: str) -> str:
+    """What separates the columns of a table by its `header`: a comma, semicolons or tabs, as
+    spreadsheets of many countries write it; with these a comma may be the decimal point.
+    """
+    return max(",;\t", key=header.count)  # of none, the first
 
 
 def _with_points(row: dict[str, Any]) -> dict[str, Any]:

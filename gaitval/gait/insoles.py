@@ -15,6 +15,7 @@ from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
+from gaitval.file_gate import separator_of
 from gaitval.gait.cycles import PLAUSIBLE_STRIDE, UNUSUAL_STRIDE
 from gaitval.gait.events import foot_contacts
 from gaitval.mocap.mot import read_storage
@@ -149,7 +150,7 @@ def _comma_separated(path: Path) -> tuple[list[str], Array, Array]:
     lines = [line.replace('"', "") for line in text_lines(path)]
     first = next((i for i, line in enumerate(lines) if not line.startswith("#")), len(lines))
     header, *rows = lines[first:] or [""]
-    separator = next((each for each in ";\t," if each in header), ",")
+    separator = separator_of(header)
     names = [each.strip() for each in header.split(separator)]
     if separator != ",":  # in many countries' tables a comma is the decimal point
         rows = [row.replace(",", ".") for row in rows]

@@ -232,18 +232,15 @@ def _own_shares(people: FittedPeople, trials: int) -> Array:
     and that between trials of one of them, divided by their number: the best linear prediction
     by these variances. All of it, where nobody else has several trials.
     """
-    between, within, freedom = [], [], 0
-    for index, person in enumerate(people):
-        rest = [*people[:index], *people[index + 1 :]]
-        if len(person) > 1 and rest:
-            harmonics = np.fft.rfft(_beyond(person, rest))
-            within.append(_of_both_sides(harmonics - harmonics.mean(axis=0)).sum(axis=0))
-            freedom += len(person) - 1
-    if not freedom:
+    freedom = sum(len(person) - 1 for person in people)
+    if len(people) < 2 or not freedom:
         return np.ones((len(REQUIRED_MOMENTS), SAMPLES // 2 + 1))
-    for index, person in enumerate(people):
-        rest = [*people[:index], *people[index + 1 :]]
-        between.append(_of_both_sides(np.fft.rfft(_beyond(person, rest))).mean(axis=0))
+    each = [
+        np.fft.rfft(_beyond(person, [*people[:index], *people[index + 1 :]]))
+        for index, person in enumerate(people)
+    ]
+    between = [_of_both_sides(harmonics).mean(axis=0) for harmonics in each]
+    within = [_of_both_sides(harmonics - harmonics.mean(axis=0)).sum(axis=0) for harmonics in each]
     of_trial = np.sum(within, axis=0) / freedom
     # trials of one person differ, so the variance over people has that of their trials in it
     of_person = np.maximum(np.mean(between, axis=0) - of_trial, 0.0)

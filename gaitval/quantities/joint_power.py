@@ -157,7 +157,7 @@ JOINT_POWER: Final = Quantity(
     axis="power",
     unit="W/kg",
     note="Power of a joint is moment times angular velocity in the sagittal plane, positive where "
-    "the joint adds energy.",
+    "the joint adds energy. Like the moment, that of the hip is about the record’s hip centre.",
     needs=("angles", "moments"),
     curves={joint: f"{label} power" for joint, label in _LABELS.items()},
     of_curves=joint_power,
