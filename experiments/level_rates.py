@@ -31,7 +31,7 @@ REST: Final = 3.5
 """ml a minute and kg."""
 
 
-class Walked(NamedTuple):
+class MeasuredWalk(NamedTuple):
     """One person at one speed (m/s): stature (m), and gross rate, W/kg."""
 
     person: str
@@ -40,7 +40,7 @@ class Walked(NamedTuple):
     rate: float
 
 
-EQUATIONS: Final[dict[str, Callable[[Walked], float]]] = {
+EQUATIONS: Final[dict[str, Callable[[MeasuredWalk], float]]] = {
     "load carriage (Looney 2019)": lambda at: expected_rate(at.speed),
     "sports medicine (ACSM)": lambda at: OXYGEN * (3.5 + 6.0 * at.speed),
     "mean of both": lambda at: 0.5 * (expected_rate(at.speed) + OXYGEN * (3.5 + 6.0 * at.speed)),
@@ -52,7 +52,7 @@ EQUATIONS: Final[dict[str, Callable[[Walked], float]]] = {
 }
 
 
-def measured(folder: Path) -> list[Walked]:
+def measured(folder: Path) -> list[MeasuredWalk]:
     """Level walking of the people in `folder`."""
     found = []
     for path in sorted(folder.iterdir()):
@@ -61,11 +61,13 @@ def measured(folder: Path) -> list[Walked]:
             given = np.atleast_2d(np.loadtxt(path / "x.csv", delimiter=","))[0]
             rate = float(np.mean(np.loadtxt(path / "y.csv", delimiter=",")))
             mass, stature = float(given[2]), float(given[3])
-            found.append(Walked(person, SPEEDS[condition], stature, rate / mass))
+            found.append(MeasuredWalk(person, SPEEDS[condition], stature, rate / mass))
     return found
 
 
-def errors(walked: list[Walked], equation: Callable[[Walked], float]) -> tuple[Array, Array]:
+def errors(
+    walked: list[MeasuredWalk], equation: Callable[[MeasuredWalk], float]
+) -> tuple[Array, Array]:
     """% that an `equation` is off each, and off the mean of each speed."""
     own = np.array([100.0 * (equation(at) / at.rate - 1.0) for at in walked])
     means = []
@@ -76,7 +78,7 @@ def errors(walked: list[Walked], equation: Callable[[Walked], float]) -> tuple[A
     return own, np.array(means)
 
 
-def interval(walked: list[Walked], own: Array) -> tuple[float, float]:
+def interval(walked: list[MeasuredWalk], own: Array) -> tuple[float, float]:
     """95 % of the mean of errors, people drawn again."""
     people = sorted({at.person for at in walked})
     by = [own[[at.person == name for at in walked]] for name in people]
@@ -89,7 +91,7 @@ def interval(walked: list[Walked], own: Array) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _inside(walked: list[Walked], run: str) -> list[bool]:
+def _inside(walked: list[MeasuredWalk], run: str) -> list[bool]:
     """Whether the people who walked about as fast lie in the band of the walk of a `run`."""
     import gaitval as gv
 
