@@ -142,16 +142,41 @@ def _models(costs: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
     return {"mean of two": _middle} | {name: lambda rates, n=name: rates[n] for name in names}
 
 
-MEASURED: Final = {0.75: 3.36, 1.0: 3.54, 1.25: 4.47, 1.5: 4.91, 1.75: 6.56}
-"""Gross rate, W/kg, by speed, m/s, of 13 adults (0.75, 1.25, 1.75) and 22 others of Slade et al.
-(2021), Nat Commun 12:4312, by `experiments/level_rates.py`, which has why `expected_rate` is what
-rates are held against."""
+MEASURED: Final = {
+    0.75: (3.36, 13),
+    1.0: (3.54, 22),
+    1.25: (4.47, 13),
+    1.5: (4.91, 22),
+    1.75: (6.56, 13),
+}
+"""Gross rate, W/kg, and number of people by speed, m/s: 35 adults of Slade et al. (2021), Nat
+Commun 12:4312, by `experiments/level_rates.py`, which has why `expected_rate` is what rates are
+held against."""
+ABOUT: Final = 0.13
+"""m/s, how much slower or faster a walk may be than people whose mean is held against its band."""
 
 
 def _of_measured(speed: float) -> float:
     """Gross rate of those who were `MEASURED`, in between in proportion to `expected_rate`."""
-    share = [rate / expected_rate(at) for at, rate in MEASURED.items()]
+    share = [rate / expected_rate(at) for at, (rate, _) in MEASURED.items()]
     return expected_rate(speed) * float(np.interp(speed, list(MEASURED), share))
+
+
+def _means_inside(costs: Mapping[int, Mapping[str, Any]]) -> list[bool]:
+    """Whether means of people lie in the bands of a group of walks at about their speed: what the
+    model is off, and who was measured.
+    """
+    from gaitval.apps.devices.costs import REACH
+    from gaitval.quantities.metabolic_cost import MODEL, PEOPLE
+
+    found = []
+    for each in costs.values():
+        middle, expected = _middle(each["none"]), expected_rate(each["speed"])
+        for at, (rate, people) in MEASURED.items():
+            if abs(each["speed"] - at) < ABOUT:
+                reach = REACH * float(np.hypot(MODEL, PEOPLE / np.sqrt(people)))
+                found.append(abs(rate * expected / expected_rate(at) / middle - 1.0) <= reach)
+    return found
 
 
 @claims.measured()
@@ -170,7 +195,10 @@ def level(given: claims.Given) -> list[Claim]:
             if min(MEASURED) <= each["speed"] <= max(MEASURED)
         ]
         rows += _errors(f"gross rate, {name}, against measured people", walked)
-    return rows + _errors("gross rate, joints of records", _recorded())
+    rows += _errors("gross rate, joints of records", _recorded())
+    inside = _means_inside(costs)
+    share = _percent(inside)
+    return [*rows, Claim("measured means inside the band of a group", share, "%", len(inside))]
 
 
 def _errors(name: str, off: Sequence[float]) -> list[Claim]:
