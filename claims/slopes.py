@@ -392,6 +392,8 @@ LOADED: Final = {"load_10": 0.1, "load_20": 0.2, "load_30": 0.3}
 SUPINE: Final = 3.1
 """ml of oxygen a minute and kg, at supine rest; the rate above it rises in direct proportion to a
 load: `LUDLOW`, abstract, twenty people with 18 and 31 % of body weight at 0.6 to 1.4 m/s."""
+OXYGEN: Final = 20.9
+"""J for each ml of it, on a mixed diet mostly of carbohydrate."""
 LUDLOW: Final = "Ludlow and Weyand (2017), J Appl Physiol 123:1288"
 HUANG: Final = "Huang and Kuo (2014), J Exp Biol 217:605"
 PER_LOAD: Final = 7.6
@@ -401,7 +403,7 @@ PER_LOAD: Final = 7.6
 def _measured_groups(given: claims.Given) -> list[MeasuredGroup]:
     """Every mean change of people that was read, beside those of walks of ours."""
     from claims.metabolic import NO_WORK, measured_changes, modelled, rates_of, walked_with
-    from gaitval.quantities.metabolic_rate import OXYGEN, expected_rates
+    from gaitval.quantities.metabolic_rate import expected_rate
 
     groups = []
     for experiment, study, before in (
@@ -426,7 +428,7 @@ def _measured_groups(given: claims.Given) -> list[MeasuredGroup]:
         groups.append(MeasuredGroup("Looney et al. (2019)", name, others, float(mean), 95))
     for name, share in LOADED.items():
         others = modelled(_gross(usual), "level", name)
-        level = [expected_rates(each["level"]["speed"])["load carriage"] for each in usual.values()]
+        level = [expected_rate(each["level"]["speed"]) for each in usual.values()]
         walking = float(np.mean(level)) - SUPINE * OXYGEN / 60.0
         groups.append(MeasuredGroup(LUDLOW, name, others, share * walking, 20))
         groups.append(MeasuredGroup(HUANG, name, others, share * PER_LOAD, 8))

@@ -4,8 +4,7 @@
 
 The files are the supplement of Bovi et al. (2011), Gait Posture 33:6: mean curves of joint power
 and moment, and parameters of gait, of twenty adults and twenty young people at five speeds. Their
-rate is taken to be what the load carriage equation expects at the speed (`expected_rates`); the
-other equation is linear in speed, so by it a metre never costs least, as it does for people. The
+rate is taken to be what is expected at the speed (`expected_rate`). The
 efficiencies are published. Found by least squares, and again with each condition left out, which is
 what the model is off by at people whom it does not know. Seconds.
 """
@@ -20,7 +19,7 @@ from scipy.optimize import nnls
 
 from gaitval.arrays import Array
 from gaitval.musculature.metabolics import REST
-from gaitval.quantities.metabolic_rate import CONCENTRIC, ECCENTRIC, expected_rates
+from gaitval.quantities.metabolic_rate import CONCENTRIC, ECCENTRIC, expected_rate
 
 TASKS: Final = {"Very Slow": "XS", "Slow": "S", "Free": "Natural", "Medium": "M", "Fast": "L"}
 GROUPS: Final = {"Y": "young_mean", "A": "adult_mean"}
@@ -53,7 +52,7 @@ def conditions(curves: Path, parameters: Path) -> tuple[list[str], Array, Array]
             )
             names.append(f"{at}, {speed:.2f} m/s")
             seen.append([2.0 * moment, 2.0 * positive, 2.0 * negative])
-            wanted.append(expected_rates(speed)["load carriage"] - REST)
+            wanted.append(expected_rate(speed) - REST)
     return names, np.array(seen), np.array(wanted)
 
 

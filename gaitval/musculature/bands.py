@@ -7,7 +7,7 @@ below, which stands for some co-contraction. Bands are the central 90 % of the d
 Patients who stiffen a joint by far more than a tone are not in them.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Final, NamedTuple
 
@@ -23,7 +23,6 @@ from gaitval.musculature.forces import (
     change_limits,
     rate,
 )
-from gaitval.musculature.leg_metabolics import fibre_states, muscle_rates
 from gaitval.musculature.mapping import LegLoads
 from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry
 from gaitval.musculature.pelvis_zero import SHAPES
@@ -124,7 +123,6 @@ class Draws:
     activation, force : (D, T, 40).
     hip, knee, patella, ankle : (D, T) N, sizes of contact forces.
     compression, medial, lateral : (D, T) N, of the knee.
-    metabolic : (D,) W, mean metabolic rate of the leg's muscles, by model.
     """
 
     criteria: tuple[str, ...]
@@ -137,7 +135,6 @@ class Draws:
     compression: Array
     medial: Array
     lateral: Array
-    metabolic: Mapping[str, Array]
 
     def band(self, name: str, share: float = 0.90) -> Array:
         """(2, T, …) lowest and highest of the central `share` of the draws of an attribute."""
@@ -186,7 +183,6 @@ def _draw(
     random = np.random.default_rng(seed)
     weight = found.mass_kg * GRAVITY
     parts: list[tuple[Array, Array, Contact]] = []
-    metabolic: dict[str, list[float]] = {}
     order = [criteria[i % len(criteria)] for i in range(draws)]
     speed = rate(found.time, leg.length)
     limits = change_limits(found.time) if found.dynamics_of_activation else (1.0, 1.0)
@@ -215,12 +211,6 @@ def _draw(
             wider=float(np.exp(spreads.plateaus * random.normal())),
         )
         parts.append((shared.activation, shared.force, carried))
-        states = fibre_states(
-            found.time, muscles, shared.activation, shared.force, shared.able.passive,
-            shared.able.fibre, dynamics_of_activation=found.dynamics_of_activation,
-        )  # fmt: skip
-        for model, each in muscle_rates(muscles, states).items():
-            metabolic.setdefault(model, []).append(float(each.total.sum(axis=1).mean()))
     contacts = [part[2] for part in parts]
     share = random.normal(size=(draws, 1))
     factor, of_hip = np.exp(spreads.model_share * share), np.exp(spreads.model_hip * share)
@@ -242,7 +232,6 @@ def _draw(
         compression=off([each.compression for each in contacts]),
         medial=off([each.medial for each in contacts], more / 2 + over),
         lateral=off([each.lateral for each in contacts], more / 2 - over),
-        metabolic={model: np.array(values) for model, values in metabolic.items()},
     )
 
 

@@ -134,7 +134,6 @@ class LegGait:
     contributions : share of the variance of the draws of the peaks of hip, knee and its medial half
         that each source alone makes, by name of the contact and of the source.
     metabolic : (101,) W/kg of the body, metabolic rate of the leg's muscles, by model.
-    metabolic_draws : (D,) W/kg, its mean over the cycle in each draw, by model.
     """
 
     cycles: int
@@ -148,7 +147,6 @@ class LegGait:
     contact_band: Mapping[str, Array] = field(default_factory=dict)
     contributions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     metabolic: Mapping[str, Array] = field(default_factory=dict)
-    metabolic_draws: Mapping[str, Array] = field(default_factory=dict)
 
     def group(self, name: str) -> Array:
         """(101,) activation of one of `GROUPS`; NaN where the person has none of it."""
@@ -473,10 +471,6 @@ def _leg(
         ),
         contact_band=bands,
         contributions=_contributions(parts[typical], side, spreads),
-        metabolic_draws={
-            model: drawn.metabolic[model] / mass + float(each.mean() - each[typical].mean())
-            for model, each in metabolic.items()
-        },
     )
 
 

@@ -1,12 +1,11 @@
 """What a walk costs a person, by models of the muscles and of the joints, side by side."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.display import Displayed
 from gaitval.musculature.gait import LoadedMotion, MuscleGait
@@ -15,7 +14,7 @@ from gaitval.quantities.metabolic_rate import (
     CENTRAL,
     METABOLIC_JOINTS,
     TITLES,
-    expected_rates,
+    expected_rate,
     muscle_rates,
 )
 from gaitval.quantities.quantity import OverTime
@@ -24,9 +23,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
 JOINTS: Final = "joints"
-PERSON: Final = 0.20
-"""W/kg, by which a person's rate differs from what is expected of people at that speed: the
-standard error of estimate of Looney et al. (2019), Med Sci Sports Exerc 51:1954, abstract."""
+PEOPLE: Final = 0.13
+"""Standard deviation of people's rates about what is expected of their speed, as a share of it: of
+35 adults on the level at 0.75 to 1.75 m/s (`experiments/level_rates.py`)."""
+MODEL: Final = 0.083
+"""Standard deviation of what the joints' model is off for a group, as a share of the rate: of ten
+conditions of forty people, to which its two numbers were fitted (`experiments/joint_metabolics.py`;
+0.115 for those left out, the fastest among them)."""
 _NORMAL_90: Final = 1.645
 
 LEFT_OUT: Final = (
@@ -46,14 +49,12 @@ class MetabolicCost(Displayed):
     mass_kg : of the body.
     speed : m/s; None where it is not known.
     gross : W/kg, with rest, by model: `MODELS` of muscles, and "joints".
-    draws : (D,) W/kg, gross, by model of muscles; empty if none were asked for.
     """
 
     name: str
     mass_kg: float
     speed: float | None
     gross: Mapping[str, float]
-    draws: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def muscles(self) -> float | None:
@@ -72,15 +73,11 @@ class MetabolicCost(Displayed):
         return float(np.mean(known))
 
     def band(self) -> tuple[float, float]:
-        """W/kg, gross: from the lowest to the highest model, each as uncertain as a person's rate
-        at a speed is, and where there are draws, the central 90 % of those of all models.
+        """W/kg, gross, low and high of 90 % of a person who walks like this: around the middle, by
+        what a model is off for people, and what people differ.
         """
-        low, high = min(self.gross.values()), max(self.gross.values())
-        if self.draws:
-            pooled = np.concatenate(list(self.draws.values()))
-            edges = np.quantile(pooled, [0.05, 0.95])
-            low, high = min(low, float(edges[0])), max(high, float(edges[1]))
-        return low - _NORMAL_90 * PERSON, high + _NORMAL_90 * PERSON
+        reach = _NORMAL_90 * float(np.hypot(MODEL, PEOPLE))
+        return (1.0 - reach) * self.middle, (1.0 + reach) * self.middle
 
     def net(self, model: str) -> float:
         """W/kg above rest, by a `model`."""
@@ -90,9 +87,9 @@ class MetabolicCost(Displayed):
         """J/kg/m, gross, by a `model`."""
         return None if not self.speed else self.gross[model] / self.speed
 
-    def expected(self) -> Mapping[str, float]:
-        """W/kg, gross, that published equations expect of level walking at the speed."""
-        return {} if self.speed is None else expected_rates(self.speed)
+    def expected(self) -> float | None:
+        """W/kg, gross, that is expected of level walking at the speed."""
+        return None if self.speed is None else expected_rate(self.speed)
 
     def title(self) -> str:
         """Whose, how fast, and the rate."""
@@ -143,16 +140,8 @@ def metabolic_cost(motions: Sequence[LoadedMotion], muscles: MuscleGait) -> Meta
     by_joints = [each for each in map(joint_rate, motions) if each is not None]
     if by_joints:
         gross[JOINTS] = _mean(by_joints)
-    draws = {
-        model: REST
-        + 2.0 * np.mean([leg.metabolic_draws[model] for leg in muscles.legs.values()], axis=0)
-        for model in MODELS
-        if all(model in leg.metabolic_draws for leg in muscles.legs.values())
-    }
     speeds = [each.speed for each in motions if each.speed is not None]
-    return MetabolicCost(
-        muscles.name, muscles.mass_kg, _mean(speeds) if speeds else None, gross, draws
-    )
+    return MetabolicCost(muscles.name, muscles.mass_kg, _mean(speeds) if speeds else None, gross)
 
 
 def joint_rate(motion: LoadedMotion) -> float | None:

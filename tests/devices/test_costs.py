@@ -7,6 +7,7 @@ import pytest
 
 from gaitval.apps.devices.costs import (
     COMMON,
+    PERSON,
     change_of,
     cost_changes,
     group_band,
@@ -27,7 +28,7 @@ from gaitval.model.devices.aim import Aim
 from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.loads import ALONG, LARGEST, trunk_load
 from gaitval.musculature.metabolics import REST
-from gaitval.quantities.metabolic_cost import JOINTS, PERSON, MetabolicCost
+from gaitval.quantities.metabolic_cost import JOINTS, MetabolicCost
 from gaitval.quantities.metabolic_rate import CONCENTRIC, ECCENTRIC, HEAT, RETURNED
 from gaitval.scaling.scaling import scale_subject
 

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from known_walk import HEIGHT, loaded_walk
+from scipy.optimize import linprog
 
 from gaitval.apps.judge.muscles import judge_muscles
 from gaitval.apps.muscles.write import reserves
@@ -21,12 +22,12 @@ from gaitval.mocap.mot import read_storage
 from gaitval.mocap.recording import FootForces
 from gaitval.model.markers import MARKERS, save_markers
 from gaitval.musculature import share
-from gaitval.musculature.forces import FALL, RISE, RecordedActivation
+from gaitval.musculature.forces import FALL, RISE, RecordedActivation, capacity, rate
 from gaitval.musculature.gait import CONTACTS, SOURCES, muscles_of, part_of
 from gaitval.musculature.least_hip import least_hip, least_hip_leg
 from gaitval.musculature.mapping import leg_loads, published_angles, sizes
 from gaitval.musculature.own_coordinates import own_lengths, plain_paths
-from gaitval.musculature.paths import COORDINATES, table
+from gaitval.musculature.paths import COORDINATES, geometry, table
 from gaitval.musculature.strands import gait_poses, own_tendons
 from gaitval.opensim.muscle_motion import write_storages
 from gaitval.opensim.osim import write_osim
@@ -114,6 +115,27 @@ def test_no_sharing_presses_a_hip_less_than_the_least(motion, found):
     leg = least_hip_leg(piece.time, piece.legs[side], piece.mass_kg)
     assert leg.solved.all()
     assert (leg.reserve_share()[:5] < 0.01).all()
+
+
+def test_a_linear_programme_finds_no_smaller_hip_force(motion, found):
+    """Along the least force found, no forces within the muscles' reach that make the same moments
+    have a smaller part, so no smaller length either.
+    """
+    _, side, piece = found.pieces[0]
+    leg = least_hip_leg(piece.time, piece.legs[side], piece.mass_kg)
+    able = capacity(leg.length, rate(piece.time, leg.length), leg.muscles, leg.force)
+    pull = geometry(leg.loads.angles).pull[:, :, 0]
+    for row in range(10, len(piece.time), 25):
+        along = leg.contact.hip[row] / leg.contact.size("hip")[row]
+        passive, arms = able.passive[row], leg.arms[row]
+        best = linprog(
+            -able.active[row] * (pull[row] @ along),
+            A_eq=(arms * able.active[row][:, None]).T,
+            b_eq=leg.moments[row] - leg.reserves[row] - arms.T @ passive,
+            bounds=(0.0, 1.0),
+        )
+        left = leg.loads.force[row, 0] - pull[row].T @ (passive + best.x * able.active[row])
+        assert left @ along > leg.contact.size("hip")[row] - 0.03 * piece.body_weight
 
 
 def test_a_missing_foot_has_no_muscles(motion):

@@ -20,11 +20,15 @@ from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
 from gaitval.arrays import Array
 from gaitval.number_text import number
 from gaitval.quantities.metabolic_cost import JOINTS as OF_JOINTS
-from gaitval.quantities.metabolic_cost import PERSON
 from gaitval.quantities.metabolic_rate import CENTRAL
 
 REACH: Final = float(normal.ppf(0.95))
 """Standard deviations to either side in which 90 % lie."""
+
+PERSON: Final = 0.20
+"""W/kg, by which a person's rate of one walk strays: the standard error of estimate of Looney et
+al. (2019), Med Sci Sports Exerc 51:1954, abstract. By more, people differ from each other
+(`metabolic_cost.PEOPLE`), but in both walks alike."""
 
 COMMON: Final = 0.33
 """Standard deviation of what people's mean change is off that of the models, as a share of its
