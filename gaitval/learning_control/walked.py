@@ -29,7 +29,7 @@ PREDICTED: Final[Accuracies] = {
         "hip_rotation": 4.0,
         "subtalar_angle": 4.0,
     },
-    "moments": {**dict.fromkeys(JOINT_MOMENTS, 0.03), "hip_adduction": 0.04},
+    "moments": dict.fromkeys(JOINT_MOMENTS, 0.03),
     "forces": {"vertical": 1.5, "forward": 0.5, "medial": 0.4},
 }
 """The same of curves that are predicted for another speed: about three quarters of how far such

@@ -7,7 +7,7 @@ trial the change is other people's alone.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -193,6 +193,9 @@ def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> Norma
 NEAR_A_TRIAL: Final = 0.02
 """Difference of dimensionless speed, 6 cm a second, from a trial at which it counts as much as the
 mean of all trials; convention."""
+RIPPLES_FROM: Final = 8
+"""Harmonic from which the moments of a trial are more its own than the person's
+(docs/notebook/held-out.md)."""
 _OF_ALL_TRIALS: Final = np.array([[name.startswith("hip_adduction")] for name in REQUIRED_MOMENTS])
 """(8, 1) the moments that differ more from trial to trial than with speed: a trial that is copied
 brings what was its own."""
@@ -213,11 +216,19 @@ def _with_all_trials(
 
 def _by_all_trials(own: Sequence[NormalForm], speed: float, people: FittedPeople) -> Array:
     """Moments (8, n) at a dimensionless speed: what is expected of other `people` there, with what
-    the person's trials (`own`) differ from that, of which each harmonic counts by `_own_shares`.
+    the person's trials (`own`) differ from that. A trial counts less if it ripples (`_weights`), a
+    harmonic by how much of it is the person's (`_own_shares`).
     """
-    beyond = np.fft.rfft(_beyond(own, people).mean(axis=0))
-    changed = np.fft.irfft(_own_shares(people, len(own)) * beyond, SAMPLES)
-    return np.asarray(symmetric(expected(people, speed)).moments + changed)
+    beyond = np.fft.rfft(_beyond(own, people))
+    variances = _variances(people)
+    if variances is None:
+        changed = beyond.mean(axis=0)
+    else:
+        weights = _weights(beyond, variances.of_trial)
+        changed = _own_shares(variances, weights) * np.sum(weights * beyond, axis=0)
+        changed /= weights.sum(axis=0)
+    found = symmetric(expected(people, speed)).moments + np.fft.irfft(changed, SAMPLES)
+    return np.asarray(found)
 
 
 def _beyond(own: Sequence[NormalForm], people: FittedPeople) -> Array:
@@ -226,15 +237,22 @@ def _beyond(own: Sequence[NormalForm], people: FittedPeople) -> Array:
     return np.array(each)
 
 
-def _own_shares(people: FittedPeople, trials: int) -> Array:
-    """(8, n / 2 + 1) of each harmonic of a moment, the share that is the person's own in how far
-    the mean of so many `trials` is from what is expected: the variance between `people`, over it
-    and that between trials of one of them, divided by their number: the best linear prediction
-    by these variances. All of it, where nobody else has several trials.
+class _Variances(NamedTuple):
+    """(8, n / 2 + 1) of each harmonic of a moment, how much people differ from what is expected of
+    anybody, and trials of one person from one another.
+    """
+
+    of_person: Array
+    of_trial: Array
+
+
+def _variances(people: FittedPeople) -> _Variances | None:
+    """Of `people`, each beside what is expected of the others; None where nobody has several
+    trials.
     """
     freedom = sum(len(person) - 1 for person in people)
     if len(people) < 2 or not freedom:
-        return np.ones((len(REQUIRED_MOMENTS), SAMPLES // 2 + 1))
+        return None
     each = [
         np.fft.rfft(_beyond(person, [*people[:index], *people[index + 1 :]]))
         for index, person in enumerate(people)
@@ -243,8 +261,29 @@ def _own_shares(people: FittedPeople, trials: int) -> Array:
     within = [_of_both_sides(harmonics - harmonics.mean(axis=0)).sum(axis=0) for harmonics in each]
     of_trial = np.sum(within, axis=0) / freedom
     # trials of one person differ, so the variance over people has that of their trials in it
-    of_person = np.maximum(np.mean(between, axis=0) - of_trial, 0.0)
-    return np.asarray(of_person / np.maximum(of_person + of_trial / trials, np.finfo(float).tiny))
+    return _Variances(np.maximum(np.mean(between, axis=0) - of_trial, 0.0), of_trial)
+
+
+def _weights(beyond: NDArray[np.complex128], of_trial: Array) -> Array:
+    """(trials, 8, 1) of a person's trials, which are `beyond` what is expected: 1, or for a curve
+    whose ripples vary more than those of usual trials (`of_trial`), as many times less. A plate
+    that rippled in a trial was at fault in that trial's slow harmonics, too.
+    """
+    ripples = (np.abs(beyond[..., RIPPLES_FROM:]) ** 2).sum(axis=-1)
+    usual = of_trial[:, RIPPLES_FROM:].sum(axis=-1)
+    # no other person's trials ripple where nothing is known of them
+    louder = ripples / np.maximum(usual, np.finfo(float).eps)
+    return np.asarray(1.0 / np.maximum(louder, 1.0))[..., None]
+
+
+def _own_shares(variances: _Variances, weights: Array) -> Array:
+    """(8, n / 2 + 1) of each harmonic of a moment, the share that is the person's own in how far
+    the weighted mean of trials (`weights` (trials, 8, 1)) is from what is expected: the variance
+    between people, over it and that of the mean; the best linear prediction by these variances.
+    """
+    of_person, of_trial = variances
+    of_mean = of_trial / weights.sum(axis=0)
+    return np.asarray(of_person / np.maximum(of_person + of_mean, np.finfo(float).tiny))
 
 
 def _of_both_sides(harmonics: NDArray[np.complex128]) -> Array:
