@@ -43,7 +43,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_triangular
 
 from gaitval.arrays import Array
 from gaitval.contact.law import ContactLaw
@@ -262,9 +262,9 @@ class SharedFit:
                 damped = matrix.copy()
                 damped.flat[:: len(damped) + 1] *= 1.0 + damping
                 try:
-                    # The transpose of a symmetric matrix is laid out as LAPACK wants it.
-                    factor = cho_factor(damped.T, overwrite_a=True, check_finite=False)
-                    step = cho_solve(factor, gradient, check_finite=False)
+                    step = cho_solve(
+                        cho_factor(damped, overwrite_a=True, check_finite=False), gradient
+                    )
                 except LinAlgError:
                     damping *= 10.0
                     continue
@@ -295,7 +295,7 @@ class SharedFit:
             problem = self._at(parts[1])
             laws = self._linearised(problem, *parts)
             matrix, gradient = normal_equations(problem, *parts, laws)
-            root = cholesky(matrix.T, lower=True, overwrite_a=True, check_finite=False)
+            root = np.linalg.cholesky(matrix)
             columns = solve_triangular(
                 root, np.eye(len(matrix))[:, -len(common) :], lower=True, check_finite=False
             )
