@@ -287,7 +287,7 @@ class _Pushed:
                 self._keep()
             _, fallen = self._group.step(self._policy.act(self._seen), self._seen)
             self._actions += 1
-            if self._actions >= last or fallen.any():
+            if self._actions >= last or np.count_nonzero(fallen):
                 fell = fallen & (self._actions <= self._ends)
                 return fallen | (self._actions >= self._ends), fell
 
