@@ -108,9 +108,7 @@ class PeriodicCurve:
     def __call__(self, phase: ArrayLike) -> NDArray[np.float64]:
         """Value at `phase` (any shape)."""
         cosines, sines = _waves(phase, len(self.cosine))
-        return np.asarray(
-            self.mean + cosines @ np.array(self.cosine) + sines @ np.array(self.sine)
-        )
+        return np.asarray(self.mean + cosines @ np.array(self.cosine) + sines @ np.array(self.sine))
 
     def derivative(self, phase: ArrayLike) -> NDArray[np.float64]:
         """d f / d φ at `phase`; divide by the stride time for a rate in time."""

@@ -353,7 +353,7 @@ def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bo
     """
     survived = [False] * len(tried)
 
-    def test(n: int) -> Tests:
+    def test(n: int) -> Generator[PushTrial, bool | None, None]:
         survived[n] = bool((yield tried[n]))
 
     survive_in_turn(group, [test(n) for n in range(len(tried))])
@@ -380,7 +380,7 @@ def _survived_at(group: WalkingGroup, at: _AtPhase) -> tuple[list[float], list[b
     largest = [0.0] * len(directions)
     known: dict[tuple[float, float], bool] = {}
 
-    def test(direction: float, force: float) -> Tests:
+    def test(direction: float, force: float) -> Generator[PushTrial, bool | None, bool]:
         # Some are both required and on the way to the largest, with directions that differ in their
         # last digit.
         key = round(direction, 12), force
@@ -389,7 +389,7 @@ def _survived_at(group: WalkingGroup, at: _AtPhase) -> tuple[list[float], list[b
             known[key] = bool((yield pushed))
         return known[key]
 
-    def search(n: int) -> Tests:
+    def search(n: int) -> Generator[PushTrial, bool | None, None]:
         forces = growing_forces(settings.step, settings.resolution, settings.largest)
         survived = None
         while True:
