@@ -7,6 +7,7 @@ side's curves run over that side's own gait cycle, phase 0 = its heel strike.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -104,27 +105,39 @@ class PeriodicCurve:
     cosine: tuple[float, ...]
     sine: tuple[float, ...]
 
-    def _angles(self, phase: ArrayLike) -> NDArray[np.float64]:
-        harmonics = np.arange(1, len(self.cosine) + 1)
-        return np.multiply.outer(2 * np.pi * np.asarray(phase, dtype=float), harmonics)
-
     def __call__(self, phase: ArrayLike) -> NDArray[np.float64]:
         """Value at `phase` (any shape)."""
-        angles = self._angles(phase)
-        return np.asarray(
-            self.mean
-            + np.cos(angles) @ np.array(self.cosine)
-            + np.sin(angles) @ np.array(self.sine)
-        )
+        cosines, sines = _waves(phase, len(self.cosine))
+        return np.asarray(self.mean + cosines @ np.array(self.cosine) + sines @ np.array(self.sine))
 
     def derivative(self, phase: ArrayLike) -> NDArray[np.float64]:
         """d f / d φ at `phase`; divide by the stride time for a rate in time."""
-        angles = self._angles(phase)
+        cosines, sines = _waves(phase, len(self.cosine))
         k = 2 * np.pi * np.arange(1, len(self.cosine) + 1)
-        return np.asarray(
-            np.cos(angles) @ (k * np.array(self.sine))
-            - np.sin(angles) @ (k * np.array(self.cosine))
-        )
+        return np.asarray(cosines @ (k * np.array(self.sine)) - sines @ (k * np.array(self.cosine)))
+
+
+_FEW = 1000
+"""Most phases whose cosines and sines are kept: the many curves of a record are asked for the same
+ones, and cosines and sines are nearly all of the work.
+"""
+
+
+def _waves(phase: ArrayLike, harmonics: int) -> tuple[Array, Array]:
+    """Cosines and sines (…, H) of 2πkφ at `phase` (…) for k = 1 to H, the number of `harmonics`."""
+    at, most = np.asarray(phase, dtype=float), max(harmonics, HARMONICS_CAP)
+    find = _kept_waves if at.size <= _FEW else _kept_waves.__wrapped__
+    cosines, sines = (each[:, :harmonics] for each in find(at.tobytes(), most))
+    return cosines.reshape(*at.shape, harmonics), sines.reshape(*at.shape, harmonics)
+
+
+@lru_cache(maxsize=16)
+def _kept_waves(phase: bytes, harmonics: int) -> tuple[Array, Array]:
+    angles = np.multiply.outer(2 * np.pi * np.frombuffer(phase), np.arange(1, harmonics + 1))
+    found = np.cos(angles), np.sin(angles)
+    for each in found:
+        each.flags.writeable = False
+    return found
 
 
 def periodic_through(samples: Array, harmonics: int) -> PeriodicCurve:

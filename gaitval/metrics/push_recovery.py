@@ -12,14 +12,17 @@ happens to help its next step. So the largest push survived is the largest teste
 *every* tested push was survived. It is found by increasing the force, never by bisection: first in
 steps of `step` up to the first fall, then from the last push survived in steps of `resolution`.
 
-All pushes are walked in the compiled engine, eight walks side by side. Those that are shown, eight
+All pushes are walked in the compiled engine, eight walks side by side: a walker that is done takes
+the next push, so that none waits for the others (`survive_in_turn`). Those that are shown, eight
 of those that must be survived, are walked in DART, too: a second-engine check, and a push that is
 survived in one engine only counts as a fall. Both engines solve the same equations, DART in nine
 times the time. A walker at the edge of falling may fall in one engine and not in the other.
 """
 
+import heapq
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import chain
@@ -35,7 +38,7 @@ from gaitval.journal import Journal
 from gaitval.lanes import WIDTH
 from gaitval.metrics.walk_results import PushRecovery, PushTrace
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout
+from gaitval.policy.rollouts import RolloutPool, record_rollout
 from gaitval.policy.settled import settled_walks
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
@@ -99,6 +102,23 @@ def evenly_spaced(count: int) -> tuple[float, ...]:
     return tuple(2.0 * math.pi * (turn if turn <= 0.5 else turn - 1.0) for turn in turns)
 
 
+def growing_forces(
+    step: float, resolution: float, ceiling: float
+) -> Generator[float, bool | None, float]:
+    """The forces, N, that one phase and direction is tested with, each as soon as it is told
+    whether the last one was survived; returns the largest up to which all were. `step`,
+    `resolution` and `ceiling` as for `largest_survived`.
+    """
+    reached, limit, increment = 0.0, ceiling, step
+    # a thousandth of a newton below the limit counts as the limit: steps add up inexactly
+    while reached + increment <= limit + 1e-3:
+        if (yield reached + increment):
+            reached += increment
+        else:  # on in fine steps, up to just below the push that it fell from
+            limit, increment = reached + increment - resolution, resolution
+    return reached
+
+
 def largest_survived(
     survived: Survived,
     phases: Sequence[float],
@@ -115,22 +135,22 @@ def largest_survived(
     tested itself if `step` divides it. `on_progress` gets the number of finished cases.
     """
     cases = [(phase, direction) for phase in phases for direction in directions]
-    reached, limits = np.zeros(len(cases)), np.full(len(cases), ceiling)
-    increments, left = np.full(len(cases), step), list(range(len(cases)))
-    # a thousandth of a newton below the limit counts as the limit: steps add up inexactly
-    while left := [n for n in left if reached[n] + increments[n] <= limits[n] + 1e-3]:
-        stood = survived([Push(*cases[n], float(reached[n] + increments[n])) for n in left])
-        for n, survives in zip(left, stood, strict=True):
-            if survives:
-                reached[n] += increments[n]
-            else:  # on in fine steps, up to just below the push that it fell from
-                limits[n] = reached[n] + increments[n] - resolution
-                increments[n] = resolution
+    found, searches = (
+        np.zeros(len(cases)),
+        [growing_forces(step, resolution, ceiling) for _ in cases],
+    )
+    stood: dict[int, bool | None] = dict.fromkeys(range(len(cases)))
+    while stood:
+        asked: dict[int, Push] = {}
+        for n, answer in stood.items():
+            try:
+                asked[n] = Push(*cases[n], searches[n].send(answer))
+            except StopIteration as end:
+                found[n] = end.value
         if on_progress is not None:
-            on_progress(len(cases) - len(left))
-    if on_progress is not None:
-        on_progress(len(cases))
-    return reached.reshape(len(phases), len(directions))
+            on_progress(len(cases) - len(asked))
+        stood = dict(zip(asked, survived(list(asked.values())), strict=True)) if asked else {}
+    return found.reshape(len(phases), len(directions))
 
 
 def largest_pushes(
@@ -149,22 +169,6 @@ def largest_pushes(
         ceiling=settings.largest,
         on_progress=on_progress,
     )
-
-
-def _once(survived: Survived) -> Survived:
-    """`survived`, asked once for every push: some are both required and on the way to the largest,
-    with directions that differ in their last digit.
-    """
-    known: dict[Push, bool] = {}
-
-    def remembered(pushes: Sequence[Push]) -> list[bool]:
-        wanted = [replace(push, direction=round(push.direction, 12)) for push in pushes]
-        new = [at for at, push in enumerate(wanted) if push not in known]
-        stood = survived([pushes[at] for at in new])
-        known.update(zip((wanted[at] for at in new), stood, strict=True))
-        return [known[push] for push in wanted]
-
-    return remembered
 
 
 @dataclass(frozen=True)
@@ -198,66 +202,210 @@ class PushTrial:
         return {
             "phase": 0.0,
             "noise": self.noise,
-            "push": (self.settling_cycles + push.phase, push.force, push.direction),
+            "push": (self.begins, push.force, push.direction),
         }
+
+    @property
+    def begins(self) -> float:
+        """Phase of the rollout at which the push begins."""
+        return self.settling_cycles + self.push.phase
 
     def planned_cycles(self) -> float:
         """Length of the rollout."""
-        return self.settling_cycles + self.push.phase + self.cycles
+        return self.begins + self.cycles
 
 
 _walked: Final[WeakKeyDictionary[WalkingGroup, dict[Any, Any]]] = WeakKeyDictionary()
-"""Of groups, by policy, body and start, and then by the phase at which the first of eight walks was
-to be pushed: how many actions they had taken, and what the next one began with."""
+"""Of groups, by policy, body and start, and then by the phase at which a walk was to be pushed: how
+many actions it had taken, and what the next one began with."""
+
+Tests = Generator[PushTrial, bool | None, object]
+"""Pushes one after another, each asked for when it is told whether the last one was survived."""
+
+
+class _Pushed:
+    """The eight walkers of a `group` that was made `without_drift`, each with a push of its own.
+    Policy, body and start of all are those of the trial `first`.
+
+    Until its push every walk is the same. Where it came to is kept, and the next ones begin there,
+    bit for bit as if each had walked from its start.
+    """
+
+    def __init__(self, group: WalkingGroup, first: PushTrial) -> None:
+        self._group, self._policy = group, first.policy
+        group.centre(first.policy.act, first.mu, key=first.policy.key)
+        rows, one = group._arrays, group.environments[0]
+        self._seen = np.zeros((WIDTH, *one.episode.observation.shape), dtype=np.float32)
+        # all that an action begins with, beside what a reset sets
+        self._moving: list[NDArray[Any]] = [
+            *rows.walkers, *rows.episodes, rows.phase, self._seen,
+        ]  # fmt: skip
+        begun = first.policy.key, first.mu.tobytes(), first.noise, first.seed
+        # what was seen before is not kept
+        kept = _walked.setdefault(group, {}).setdefault(begun, {})
+        self._kept: dict[float, tuple[int, list[Any]]] | None = (
+            kept if one.senses.immediate else None
+        )
+        self._actions_per_cycle = one.task.reference.stride_time / one.walker.action_seconds
+        self._trials, self._actions, self._looking = [first] * WIDTH, 0, False
+        # by walker, in actions of the group: when its walk began, and when it has its length
+        self._began, self._ends = np.zeros(WIDTH, dtype=int), np.zeros(WIDTH, dtype=int)
+
+    def begin(self, e: int, trial: PushTrial) -> None:
+        """Walker `e` is to walk `trial`."""
+        self._trials[e], self._began[e] = trial, self._actions
+        options = {"mu": trial.mu, **trial.start()}
+        self._seen[e] = self._group.reset(e, seed=trial.seed, options=options)
+        # who was not pushed before this one's phase was not before a later one's either
+        before = [each for each in self._kept or () if each <= trial.begins]
+        if before:
+            assert self._kept is not None
+            done, values = self._kept[max(before)]
+            self._began[e] -= done
+            for array, value in zip(self._moving, values, strict=True):
+                array[e] = value
+            self._group.environments[e].walker.phase = float(self._group.phases[e])
+        self._looking = self._kept is not None and any(
+            each.begins not in self._kept for each in self._trials
+        )
+        length = round(trial.planned_cycles() * self._actions_per_cycle)
+        self._ends[e] = self._began[e] + length
+
+    def rest(self, e: int, *, fell: bool = False) -> None:
+        """Walker `e` has nothing more to do: it walks on, from its start again if it fell, or it
+        would be simulated lying on the ground.
+        """
+        if fell:
+            self.begin(e, self._trials[e])
+        self._ends[e] = np.iinfo(int).max
+
+    def until_one_ends(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Actions of all, until some fell or were followed long enough: these, and who fell."""
+        last = int(self._ends.min())
+        while True:
+            if self._looking:
+                self._keep()
+            _, fallen = self._group.step(self._policy.act(self._seen), self._seen)
+            self._actions += 1
+            if self._actions >= last or np.count_nonzero(fallen):
+                fell = fallen & (self._actions <= self._ends)
+                return fallen | (self._actions >= self._ends), fell
+
+    def _keep(self) -> None:
+        """Remember where those are who are about to be pushed at a phase that is not known yet."""
+        assert self._kept is not None
+        for e, phase in enumerate(self._group.phases.tolist()):
+            begins = self._trials[e].begins
+            if begins <= phase and begins not in self._kept:
+                done = self._actions - int(self._began[e])
+                self._kept[begins] = done, [each[e].copy() for each in self._moving]
+        self._looking = any(each.begins not in self._kept for each in self._trials)
+
+
+def survive_in_turn(
+    group: WalkingGroup, tests: Sequence[Tests], spare: Sequence[Tests] = ()
+) -> None:
+    """Walk the pushes that `tests` ask for, eight at a time, all of one policy, body and start, by
+    a `group` made `without_drift`. A walker that fell, or was followed long enough, takes the next
+    push, of the test that had the fewest; those of `spare` wait until no other does.
+    """
+    every = [*tests, *spare]
+    waiting = [(n >= len(tests), 0, n) for n in range(len(every))]
+    asked: dict[int, PushTrial] = {}
+
+    def following() -> tuple[int, PushTrial] | None:
+        while waiting:
+            *_, n = heapq.heappop(waiting)
+            trial = asked.pop(n, None) or next(every[n], None)
+            if trial is not None:
+                return n, trial
+        return None
+
+    if (first := following()) is None:
+        return
+    walkers, counts = _Pushed(group, first[1]), [0] * len(every)
+    of: list[int | None] = [None] * WIDTH
+    for e in range(WIDTH):
+        found = first if e == 0 else following()
+        of[e], trial = found or (None, first[1])
+        walkers.begin(e, trial)
+        if found is None:
+            walkers.rest(e)
+    while any(n is not None for n in of):
+        ended, fell = walkers.until_one_ends()
+        for e in np.flatnonzero(ended).tolist():
+            if (n := of[e]) is not None:
+                counts[n] += 1
+                with suppress(StopIteration):  # it knows enough
+                    asked[n] = every[n].send(not fell[e])
+                    heapq.heappush(waiting, (n >= len(tests), counts[n], n))
+            if found := following():
+                of[e], trial = found
+                walkers.begin(e, trial)
+            else:
+                of[e] = None
+                walkers.rest(e, fell=bool(fell[e]))
 
 
 def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bool]:
-    """Whether the walker survives each of at most eight pushes `tried`, of one policy, body and
-    start, by a `group` made `without_drift`.
-
-    Until the first push all of them are one walk. It is kept, and the next ones begin where it
-    came to, bit for bit as if each had walked from its start.
+    """Whether the walker survives each of the pushes `tried`; `group` and what they have in common
+    as for `survive_in_turn`.
     """
-    walker, policy, mu = group.environments[0].walker, tried[0].policy, tried[0].mu
-    options = [{"mu": mu, **tried[min(e, len(tried) - 1)].start()} for e in range(WIDTH)]
-    start = tried[0].noise, tried[0].seed
-    group.centre(policy.act, mu, key=policy.key)
-    seen = np.array([group.reset(e, seed=start[1], options=each) for e, each in enumerate(options)])
-    rows, first, done = group._arrays, min(each["push"][0] for each in options), 0
-    # all that an action begins with, beside what a reset sets
-    moving: list[NDArray[Any]] = [*rows.walkers, *rows.episodes, rows.phase, seen]
-    kept = _walked.setdefault(group, {}).setdefault((policy.key, mu.tobytes(), *start), {})
-    if not group.environments[0].senses.immediate:
-        kept = {}  # what was seen before is not kept
-    # who was not pushed before this one's phase was not before a later one's either
-    if before := [each for each in kept if each <= first]:
-        done, values = kept[max(before)]
-        for array, value in zip(moving, values, strict=True):
-            array[:] = value
-        for environment, phase in zip(group.environments, group.phases.tolist(), strict=True):
-            environment.walker.phase = phase
-    stride = group.environments[0].task.reference.stride_time
-    ends = np.array([round(t.planned_cycles() * stride / walker.action_seconds) for t in tried])
-    survived, last = np.ones(len(tried), dtype=bool), ends.max()
-    while done < last:
-        # eight that were not pushed fall together
-        if first not in kept and survived.all() and group.phases.max() >= first:
-            kept[first] = done, [each.copy() for each in moving]
-        _, fallen = group.step(policy.act(seen), seen)
-        if fallen.any():
-            survived &= ~fallen[: len(tried)] | (done >= ends)
-            last = ends.max(where=survived, initial=0)
-            for e in np.flatnonzero(
-                fallen
-            ).tolist():  # or it would be simulated lying on the ground
-                seen[e] = group.reset(e, seed=start[1], options=options[e])
-        done += 1
-    return [bool(each) for each in survived]
+    survived = [False] * len(tried)
+
+    def test(n: int) -> Generator[PushTrial, bool | None, None]:
+        survived[n] = bool((yield tried[n]))
+
+    survive_in_turn(group, [test(n) for n in range(len(tried))])
+    return survived
 
 
-def _stand(pool: RolloutPool, tried: Sequence[PushTrial]) -> Iterator[bool]:
-    """`survive_together` of any number of trials."""
-    return chain.from_iterable(pool.each_together(survive_together, in_groups(tried)))
+@dataclass(frozen=True)
+class _AtPhase:
+    """All pushes at one phase: what `trial` (of any push) says of the walker, and the `settings`
+    for its mass.
+    """
+
+    trial: PushTrial
+    phase: float
+    settings: PushSettings
+
+
+def _survived_at(group: WalkingGroup, at: _AtPhase) -> tuple[list[float], list[bool]]:
+    """The largest push survived, N, in each of the directions, and whether each of the required
+    ones is.
+    """
+    settings = at.settings
+    directions, required = evenly_spaced(settings.directions), required_directions(settings)
+    largest = [0.0] * len(directions)
+    known: dict[tuple[float, float], bool] = {}
+
+    def test(direction: float, force: float) -> Generator[PushTrial, bool | None, bool]:
+        # Some are both required and on the way to the largest, with directions that differ in their
+        # last digit.
+        key = round(direction, 12), force
+        if key not in known:
+            pushed = replace(at.trial, push=Push(at.phase, direction, force))
+            known[key] = bool((yield pushed))
+        return known[key]
+
+    def search(n: int) -> Generator[PushTrial, bool | None, None]:
+        forces = growing_forces(settings.step, settings.resolution, settings.largest)
+        survived = None
+        while True:
+            try:
+                force = forces.send(survived)
+            except StopIteration as end:
+                largest[n] = end.value
+                return
+            survived = yield from test(directions[n], force)
+
+    survive_in_turn(
+        group,
+        [search(n) for n in range(len(directions))],
+        [test(direction, settings.force) for direction in required],
+    )
+    return largest, [known[round(each, 12), settings.force] for each in required]
 
 
 def trace_of(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
@@ -384,26 +532,35 @@ def push_recovery(
 
     journal = journal or Journal()
     workers = configuration.training.workers
-    # shown pushes run in the pool's engine; `_stand` asks for the compiled one
+    some = trials(task, policy, mu, [Push(0.0, 0.0, 0.0)])[0]
+    # shown pushes run in the pool's engine; `each_together` is the compiled one
     with RolloutPool(without_drift(task), workers=workers, engine="dart") as pool:
 
-        @_once
-        def survived(pushes: Sequence[Push]) -> list[bool]:
-            return journal.results(
-                partial(_stand, pool), trials(task, policy, mu, pushes), write=bool, read=bool
-            )
+        def tested(phases: Sequence[_AtPhase]) -> Iterator[tuple[list[float], list[bool]]]:
+            done = len(settings.phases) - len(phases)
+            for number, found in enumerate(pool.each_together(_survived_at, phases), done + 1):
+                progress(number * len(directions))
+                yield found
 
-        required = required_pushes(settings)
-        stood = survived(required)
-        largest = largest_pushes(survived, settings, directions, progress)
+        at_phases = journal.results(
+            tested,
+            [_AtPhase(some, phase, settings) for phase in settings.phases],
+            write=list,
+            read=tuple,
+        )
         traces = journal.results(
             partial(pool.each, trace_of),
             trials(task, policy, mu, _shown(settings)),
             write=_trace_values,
             read=_trace_from,
         )
+    progress(total)
     fell = {trace.push for trace in traces if trace.fell}
-    stood = [each and push not in fell for push, each in zip(required, stood, strict=True)]
+    stood = chain.from_iterable(stood for _, stood in at_phases)
+    survived = [
+        each and push not in fell
+        for push, each in zip(required_pushes(settings), stood, strict=True)
+    ]
     recovery = PushRecovery(
         seconds=configuration.environment.push_seconds,
         cycles=settings.cycles,
@@ -411,9 +568,9 @@ def push_recovery(
         ceiling=settings.largest,
         phases=list(settings.phases),
         directions=[_degrees(each) for each in directions],
-        largest=largest.tolist(),
+        largest=[largest for largest, _ in at_phases],
         force=settings.force,
         criterion_directions=[_degrees(each) for each in required_directions(settings)],
-        survived=np.reshape(stood, (len(settings.phases), -1)).tolist(),
+        survived=np.reshape(survived, (len(settings.phases), -1)).tolist(),
     )
     return recovery, traces

@@ -46,6 +46,7 @@ from gaitval.metrics.typed import (
     named,
     same_version,
 )
+from gaitval.metrics.verdict_counts import Summary
 from gaitval.metrics.walk_results import (
     CountBySide,
     Endurance,
@@ -195,23 +196,6 @@ class ComparedMeasure(Measure):
     origin: Origin | None = None
     """Where what it is compared with comes from; null for what needs no record. Only what was
     recorded judges: any other value is a distance, without verdict, goal or skill."""
-
-
-class Summary(Result):
-    """Of the rows of role acceptance: passed, not passed, with a goal, with the goal reached."""
-
-    accepted: Count
-    refused: Count
-    not_shown: Count = 0
-    """Of those refused: not nearer than the best guess, but by no more than walks differ."""
-    guess_judged: Count = 0
-    """Rows on which the best guess without a model could be judged in the place of the walk."""
-    guess_passes: Count = 0
-    """Of those, rows that it would pass."""
-    guess_within: Count = 0
-    """Of those, rows whose limit alone it would keep."""
-    goals: Count
-    goals_reached: Count
 
 
 class Generation(OpenResult):

@@ -21,7 +21,15 @@ from gaitval.metrics.cycles import GaitCycles, step_of
 from gaitval.metrics.tolerances import Measure, measured
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import apply_parameters
-from gaitval.model.tree import SEGMENT_COUNT, Tree, empty_frames, forward, tree_arrays, velocities
+from gaitval.model.tree import (
+    SEGMENT_COUNT,
+    Frames,
+    Tree,
+    empty_frames,
+    forward,
+    tree_arrays,
+    velocities,
+)
 from gaitval.simulation.rollout import Rollout
 
 ABOVE_HZ: Final = 12.0
@@ -127,40 +135,54 @@ def _ground_rows(
     tree: Tree, feet: Array, rollout: tuple[Array, ...], power: Array, slip: Array
 ) -> None:
     positions, rates, forces, centres, free = rollout
-    frames, velocity, mean = empty_frames(), np.zeros(3), np.zeros((2, 3))
+    frames, mean, load, near = empty_frames(), np.zeros((2, 3)), np.zeros(2), np.zeros(2)
+    r, arm, along = np.zeros(3), np.zeros(3), np.zeros(3)
     spheres = tree.sphere_segment.shape[0]
     for row in range(positions.shape[0]):
         forward(tree.joint_position, positions[row], frames, SEGMENT_COUNT)
         velocities(rates[row], frames, SEGMENT_COUNT)
-        load, near = np.zeros(2), np.zeros(2)
-        mean[:] = 0.0
+        mean[:], load[:], near[:] = 0.0, 0.0, 0.0
         for n in range(spheres):
             side = 0 if n < spheres // 2 else 1
-            s = tree.sphere_segment[n]
-            r = frames.rotation[s] @ tree.sphere_position[n]
+            s, place = tree.sphere_segment[n], tree.sphere_position[n]
+            turned = frames.rotation[s]
+            for i in range(3):
+                r[i] = turned[i, 0] * place[0] + turned[i, 1] * place[1] + turned[i, 2] * place[2]
             depth = tree.sphere_radius[n] - frames.origin[s, 2] - r[2]
             # Where the contact law has its force: in the middle of the overlap.
             r[2] = -0.5 * depth - frames.origin[s, 2]
             share = smooth_share(tree.sphere_radius[n], depth)
             depth = max(0.0, depth) ** 1.5
-            w, v = frames.angular[s], frames.linear[s]
-            velocity[0] = v[0] + w[1] * r[2] - w[2] * r[1]
-            velocity[1] = v[1] + w[2] * r[0] - w[0] * r[2]
-            velocity[2] = v[2] + w[0] * r[1] - w[1] * r[0]
+            _enter_velocity(frames, s, r, along)
             near[side] += share
-            mean[side] += share * velocity
+            for i in range(3):
+                mean[side, i] += share * along[i]
             load[side] += depth
-            slip[row, side] += depth * np.sqrt(velocity[0] ** 2 + velocity[1] ** 2)
+            slip[row, side] += depth * np.sqrt(along[0] ** 2 + along[1] ** 2)
         for side in range(2):
             slip[row, side] = slip[row, side] / load[side] if load[side] > 0.0 else 0.0
-            s = feet[side]
-            w, v = frames.angular[s], frames.linear[s]
-            force, arm = forces[row, side], centres[row, side] - frames.origin[s]
-            if np.isfinite(arm[0]):  # of a rigid foot
-                power[row, side] = np.dot(force, v + np.cross(w, arm)) + free[row, side] * w[2]
+            s, force = feet[side], forces[row, side]
+            if np.isfinite(centres[row, side, 0]):  # of a rigid foot
+                for i in range(3):
+                    arm[i] = centres[row, side, i] - frames.origin[s, i]
+                _enter_velocity(frames, s, arm, along)
+                for i in range(3):
+                    power[row, side] += force[i] * along[i]
+                power[row, side] += free[row, side] * frames.angular[s, 2]
             elif near[side] > 0.0:
                 # Where less than a newton acts is not in a walk: on the spheres that are nearest.
-                power[row, side] = np.dot(force, mean[side]) / near[side]
+                for i in range(3):
+                    power[row, side] += force[i] * mean[side, i]
+                power[row, side] /= near[side]
+
+
+@njit
+def _enter_velocity(frames: Frames, segment: int, arm: Array, out: Array) -> None:
+    """Velocity (3,) m/s, world, of the point of a `segment` at `arm` (3,) m from its origin."""
+    w, v = frames.angular[segment], frames.linear[segment]
+    out[0] = v[0] + w[1] * arm[2] - w[2] * arm[1]
+    out[1] = v[1] + w[2] * arm[0] - w[0] * arm[2]
+    out[2] = v[2] + w[0] * arm[1] - w[1] * arm[0]
 
 
 def ground_rows(rollout: Rollout, model: BodyModel) -> GroundRows:

@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 
 from gaitval.metrics.known_measures import status
 from gaitval.metrics.origin import SKILLS, Origins, is_judged, measure_origin
-from gaitval.metrics.results import ComparedMeasure, Summary
+from gaitval.metrics.results import ComparedMeasure
 from gaitval.metrics.spread import Repeated, spread_of, spread_of_falls, spread_of_pushes
 from gaitval.metrics.tolerances import Measure, Spread, Verdict, evaluate
+from gaitval.metrics.verdict_counts import Summary
 from gaitval.metrics.walk_results import Endurance, PushRecovery
 
 ENDURANCE = ("consecutive_cycles", "falls")

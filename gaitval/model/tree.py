@@ -12,7 +12,16 @@ import numpy as np
 from gaitval.arrays import Array, Index
 from gaitval.compiled import njit, njit_borrowing
 from gaitval.coordinates import ACTUATED, AXES, COORDINATES
-from gaitval.lanes import arctangent, magnitude, sine_cosine, sqrt, where
+from gaitval.lanes import (
+    WIDTH,
+    arctangent,
+    in_lanes,
+    magnitude,
+    sine_cosine,
+    sqrt,
+    where,
+    with_lanes,
+)
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 
 ROOT_DOFS = 6
@@ -251,14 +260,44 @@ def whole_body_centre_of_mass(tree: Tree, frames: Frames) -> Array:
     return total
 
 
-@njit
 def centres_of_mass(tree: Tree, positions: Array) -> Array:
     """Centre of mass (T, 3) m, world, of the body `tree` at `positions` (T, 31)."""
-    frames, found = empty_frames(), np.empty((positions.shape[0], 3))
-    for t in range(positions.shape[0]):
-        forward(tree.joint_position, positions[t], frames, SEGMENT_COUNT)
-        found[t] = whole_body_centre_of_mass(tree, frames)
+    found = np.empty((len(positions), 3))
+    rows = map(with_lanes, (np.empty(COORDINATE_COUNT), np.empty(3), empty_frames()))
+    _enter_centres_of_mass(tree, np.asarray(positions, dtype=float), *rows, found)
     return found
+
+
+@njit_borrowing
+def _enter_centres_of_mass(
+    tree: Tree, positions: Array, q: Array, centre: Array, frames: Frames, found: Array
+) -> None:
+    """Write into `found` (T, 3), eight rows at a time, with lanes to work in: `q` (31, 8), `centre`
+    (3, 8) and `frames`. What is left of the last eight is its last row again.
+    """
+    lanes, total, last = in_lanes(frames), in_lanes(centre), positions.shape[0] - 1
+    whole = tree.mass.sum()
+    for first in range(0, positions.shape[0], WIDTH):
+        for e in range(WIDTH):
+            row = min(first + e, last)
+            for i in range(COORDINATE_COUNT):
+                q[i, e] = positions[row, i]
+        forward(tree.joint_position, in_lanes(q), lanes, SEGMENT_COUNT)
+        for i in range(3):
+            total[i] = 0.0
+        for s in range(SEGMENT_COUNT):
+            local = tree.centre_of_mass[s]
+            for i in range(3):
+                total[i] += tree.mass[s] * (
+                    lanes.origin[s, i]
+                    + lanes.rotation[s, i, 0] * local[0]
+                    + lanes.rotation[s, i, 1] * local[1]
+                    + lanes.rotation[s, i, 2] * local[2]
+                )
+        for i in range(3):
+            total[i] = total[i] / whole
+            for e in range(min(WIDTH, positions.shape[0] - first)):
+                found[first + e, i] = centre[i, e]
 
 
 @njit_borrowing

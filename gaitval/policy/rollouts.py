@@ -62,7 +62,7 @@ def _actions_together(
     while True:
         _, fallen = group.step(policy.act(seen), seen)
         yield fallen[: len(starts)]
-        if fallen.any():
+        if np.count_nonzero(fallen):
             for e in np.flatnonzero(fallen).tolist():
                 seen[e] = group.reset(e, seed=seeds[e], options=options[e])
 
@@ -81,13 +81,19 @@ def walks_together(
     has its gait `cycles` or fell: after each action, who still walked in it, and who fell (walks,).
     """
     ends = np.array([start["phase"] for start in starts]) + cycles
-    left = np.array([_longest(each, cycles) for each in group.environments[: len(ends)]])
+    longest = np.array([_longest(each, cycles) for each in group.environments[: len(ends)]])
+    phases, soonest = group.phases[: len(ends)], int(longest.min())
+    walking, actions = np.ones(len(ends), dtype=bool), 0
     for fallen in _actions_together(group, policy, mu, starts):
-        # Before `left` is counted down: the action in which a walk ends is still its own.
-        yield left > 0, fallen
-        left -= 1
-        left[fallen | (group.phases[: len(ends)] >= ends)] = 0
-        if left.max() <= 0:
+        # The action in which a walk ends is still its own.
+        yield walking, fallen
+        actions += 1
+        over = fallen | (phases >= ends)
+        if actions < soonest and not np.count_nonzero(over):
+            continue  # as nearly always
+        walking = walking & ~over & (actions < longest)
+        ends[~walking] = np.inf  # which counts once
+        if not walking.any():
             break
 
 
@@ -123,7 +129,8 @@ def record_together(
     for walking, fallen in walks_together(group, policy, mu, starts, cycles):
         recording.append(group.beside.account, group.beside.arrays.root_force)
         rows[walking] = recording.rows
-        fell |= walking & fallen
+        if np.count_nonzero(fallen):
+            fell |= walking & fallen
     for e, start_phase in enumerate(start_phases):
         steps = recording.steps_of(e, int(rows[e]))
         yield rollout_of(steps, group.environments[e].walker, start_phase, bool(fell[e]))

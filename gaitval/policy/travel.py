@@ -44,7 +44,8 @@ def travel_together(
             keep()
         recording.append(group.beside.account, group.beside.arrays.root_force)
         rows[walking] += steps
-        fell |= walking & fallen
+        if np.count_nonzero(fallen):
+            fell |= walking & fallen
     keep()
     return [
         Travel(

@@ -84,8 +84,15 @@ class MujocoBody:
         joints = [self.model.joint(name) for name in COORDINATES[6:]]
         self.places = np.array([joint.qposadr[0] for joint in joints])
         self.rates = np.array([joint.dofadr[0] for joint in joints])
-        # MuJoCo's own arrays, and the rotation where `set` or `advance` left the pelvis
-        self._views = self.data.qpos, self.data.qvel, self.data.qfrc_applied
+        # Our order is that of its bodies, so that parts of MuJoCo's own arrays are slices of ours.
+        assert np.array_equal(self.places, np.arange(7, 32)), self.places
+        assert np.array_equal(self.rates, np.arange(6, 31)), self.rates
+        qpos, qvel, applied = self.data.qpos, self.data.qvel, self.data.qfrc_applied
+        # place, orientation and angles; linear and angular velocity and rates; the forces likewise
+        self._at = qpos[:3], qpos[3:7], qpos[7:]
+        self._moving = qvel[:3], qvel[3:6], qvel[6:]
+        self._applied = applied[:3], applied[3:6], applied[6:]
+        # where `set` or `advance` left the pelvis
         self._turned = self._rotation()
 
     def set_servo(self, stiffness: Array, damping: Array) -> None:
@@ -108,15 +115,13 @@ class MujocoBody:
         return self._state(self._rotation())
 
     def _state(self, rotation: Array) -> tuple[Array, Array]:
-        places, rates, _ = self._views
+        place, orientation, angles = self._at
+        linear, angular, rates = self._moving
         q, qd = np.empty(COORDINATE_COUNT), np.empty(COORDINATE_COUNT)
         # The velocity that turns the body in a second from the world's axes to its own.
-        mujoco.mju_quat2Vel(q[:3], places[3:7], 1.0)
-        q[3:6] = places[0:3]
-        q[6:] = places[self.places]
-        qd[:3] = rotation @ rates[3:6]
-        qd[3:6] = rates[0:3]
-        qd[6:] = rates[self.rates]
+        mujoco.mju_quat2Vel(q[:3], orientation, 1.0)
+        q[3:6], q[6:] = place, angles
+        qd[:3], qd[3:6], qd[6:] = rotation @ angular, linear, rates
         return q, qd
 
     def advance(self, forces: Array) -> tuple[Array, Array]:
@@ -137,7 +142,7 @@ class MujocoBody:
     def _rotation(self) -> Array:
         """(3, 3) from the pelvis's axes to the world's."""
         matrix = np.empty(9)
-        mujoco.mju_quat2Mat(matrix, self._views[0][3:7])
+        mujoco.mju_quat2Mat(matrix, self._at[1])
         return matrix.reshape(3, 3)
 
     def _transform(self) -> Array:
@@ -148,8 +153,8 @@ class MujocoBody:
         return transform
 
     def _apply(self, forces: Array, rotation: Array) -> None:
-        applied = self._views[2]
+        force, moment, joints = self._applied
         # f_mujoco = T⁻ᵀ f; T is orthogonal, so its blocks are only exchanged and turned.
-        applied[0:3] = forces[3:6]
-        applied[3:6] = rotation.T @ forces[:3]
-        applied[self.rates] = forces[6:]
+        force[:] = forces[3:6]
+        moment[:] = rotation.T @ forces[:3]
+        joints[:] = forces[6:]

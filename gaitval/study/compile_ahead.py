@@ -22,8 +22,8 @@ def compile_ahead() -> None:
 
 
 def walk() -> None:
-    """Once through every compiled function of a study: a step of the fit of a reference, walks in
-    each engine, and a push.
+    """Once through every compiled function of a study: the equations of a step of the fit of a
+    reference, walks in each engine, and a push.
     """
     from gaitval.configuration import Configuration
     from gaitval.datasets.subject_file import load_subject
@@ -37,17 +37,18 @@ def walk() -> None:
     from gaitval.policy.environment import WalkingEnvironment
     from gaitval.policy.rollouts import record_rollout, record_together
     from gaitval.policy.walking_group import WalkingGroup
-    from gaitval.reference.dynamic_fit import Accuracy, fit_problem, solve_problem
+    from gaitval.reference.dynamic_fit import Accuracy, fit_problem, linearised, normal_equations
     from gaitval.reference.motion import build_reference
     from gaitval.scaling.scaling import scale_subject
     from gaitval.simulation.walker import WalkingTask
     from gaitval.study.stored_policy import general_walker
 
-    subject, configuration, mu = load_subject("S10"), Configuration(), nominal_parameters()
+    subject, configuration, mu = load_subject("S04"), Configuration(), nominal_parameters()
     model, record, nothing = scale_subject(subject).model, subject.record(), np.zeros((1, 3))
     built = build_reference(record, model, configuration.contact)
     problem = fit_problem(built, record, model, configuration.contact, Accuracy(), 0.0)
-    solve_problem(problem, start=(built.change, np.zeros(len(problem.prior))), smallest_gain=1.0)
+    begun = problem, built.change, np.zeros(len(problem.prior))
+    normal_equations(*begun, linearised(*begun, 1.0))
     root_states(nothing, nothing, nothing, np.empty((1, 3, 3)))  # of the fit's motion
     task = WalkingTask(model, record, built, configuration)
     policy, group = general_walker(configuration.environment), WalkingGroup([task] * 8)
@@ -57,10 +58,10 @@ def walk() -> None:
         record_rollout(environment, policy, mu=mu, start_phase=0.0, cycles=0.1)
     free = without_drift(task)
     survive_together(WalkingGroup([free] * 8), trials(free, policy, mu, [Push(0.0, 0.0, 1.0)]))
-    # a whole cycle, whose feet and muscles are looked at
-    followed = WalkingTask.of(model, record, configuration)
-    environment = WalkingEnvironment(followed, engine="compiled")
-    walked = record_rollout(environment, policy, mu=mu, start_phase=0.0, cycles=4.0)
+    # Whole cycles, whose feet and muscles are looked at. This person walks them from here on the
+    # motion as built, which spares a fit.
+    environment = WalkingEnvironment(task, engine="compiled")
+    walked = record_rollout(environment, policy, mu=mu, start_phase=0.6, cycles=4.0)
     all_cycles = {"validation": configuration.validation.model_copy(update={"settling_cycles": 0})}
     cycles = find_cycles(walked, configuration.model_copy(update=all_cycles))
     ground_rows(walked, model)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from gaitval.metrics.results import Summary
+from gaitval.metrics.verdict_counts import Summary
 
 Short = Annotated[str, Field(max_length=1000)]
 _Number = Annotated[int | float, Field(allow_inf_nan=False)] | None

@@ -32,6 +32,7 @@ from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.verdicts import not_judged, target_text
 from gaitval.model.parameters import PARAMETERS
 from gaitval.quantities import BY_NAME
+from gaitval.reporting.printer import load_printer
 from gaitval.study.compile_ahead import compile_ahead, walk
 from gaitval.study.run import load_report, run_subject
 from gaitval.study.stage import Observer, open_run
@@ -97,6 +98,7 @@ def ready() -> None:
     builtin_subjects()
     load_report(ReportSettings().language)
     with suppress(Exception):  # what goes wrong here will go wrong in the study, and is said there
+        load_printer()
         walk()
 
 
