@@ -109,7 +109,7 @@ class Sources:
     def limits(self, role: str) -> dict[str, list[dict]]:
         found: dict[str, list[dict]] = {}
         for row in self.metrics["tolerances"]:
-            if row["role"] == role:
+            if row["role"] == role and row["status"] != "unread":
                 found.setdefault(row["id"], []).append(row)
         return found
 
