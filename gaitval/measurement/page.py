@@ -202,7 +202,10 @@ def draw_hips(curves: Mapping[str, tuple[str, Array, Array | None]]) -> str:
             axes.set_xlim(0, 100)
             axes.set_xlabel("% of gait cycle")
         panels[0].set_ylabel("moment, Nm/kg")
-        panels[0].legend(fontsize=7.0)
+        # the first side may have no moments
+        shown = next((each for each in panels if each.lines), None)
+        if shown is not None:
+            shown.legend(fontsize=7.0)
         return svg(figure, "hips")
 
 
