@@ -54,6 +54,7 @@ from gaitval.measurement.page import (
     fits,
     hip_curves,
     hip_rows,
+    remedies,
 )
 from gaitval.measurement.reversed_forces import likeliest_signs, of_a_sign
 from gaitval.measurement.standing import standing_of
@@ -155,6 +156,10 @@ class Measurement:
     def band_rows(self) -> list[BandRow]:
         """Rows of the page's table of bands."""
         return [] if self.bands is None else band_rows(self.curves, self.bands)
+
+    def remedies(self) -> list[tuple[str, str]]:
+        """What would narrow the bands of curves, and of which, in words."""
+        return remedies([each for each in self.band_rows() if each.unit != "mm"])
 
     def at_once(self) -> float | None:
         """`Bands.at_once`; None without bands."""

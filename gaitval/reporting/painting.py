@@ -417,7 +417,8 @@ def _painted(frame: _Frame, call: Call, speak: Speak) -> Iterator[str]:
             if call.name == "fill_between"
             else [(low, along), (high, along)]
         )
-        yield from area_elements(*(np.column_stack(frame.placed(*each)) for each in pair), look)
+        first, second = (np.column_stack(frame.placed(*each)) for each in pair)
+        yield from area_elements(first, second, look)
     elif call.name == "fill":
         points = np.column_stack(frame.placed(given[0], given[1]))
         yield from area_elements(points, points[:0], look)

@@ -10,7 +10,6 @@ import io
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -165,9 +164,9 @@ def kept_insoles(run: Run) -> InsoleForces | None:
         ) from None
     if walk != _walk_of(run.subject):
         run.observer.say(
-            f"{path}: not used. These insoles ({kept.source}) were given for another recording than "
-            "the one that is in this folder now. Give this walk's with `gaitval estimate --insoles`"
-            ", or delete the file."
+            f"{path}: not used. These insoles ({kept.source}) were given for another recording "
+            "than the one that is in this folder now. Give this walk's with "
+            "`gaitval estimate --insoles`, or delete the file."
         )
         return None
     return kept._replace(vertical=vertical, gain=gain, error=error, stride_time=time)

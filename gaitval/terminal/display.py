@@ -406,5 +406,7 @@ def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:
     if pair is None:
         return "not measured"
     mean, deviation = pair
-    spread = "" if math.isnan(deviation) else f" ± {deviation:.{digits}f}"
+    # as on the page: what rounds to none is no statement about the strides
+    shown = not math.isnan(deviation) and round(deviation, digits) > 0
+    spread = f" ± {deviation:.{digits}f}" if shown else ""
     return f"{mean:.{digits}f}{spread}"

@@ -46,7 +46,7 @@ class ExportedWalk:
 
     @cached_property
     def person(self) -> tuple[BodyModel, BodyModel | None]:
-        """The person's own body, whose the muscles are, and `body` if it wears a load, else None."""
+        """The person's own body, whose the muscles are; and `body` if it wears a load, or None."""
         stored = self.stored
         return person_and_laden(stored.identified_model, self.mu, stored.configuration.record)
 

@@ -68,9 +68,9 @@ _KINDS: Final = {"angles": "angle", "moments": "moment", "forces": "force"}
 def write_comparison(
     folder: Path, name: str, walks: Sequence[StoredWalk], versions: Versions | None
 ) -> None:
-    """Write `name`.html, `name`.pdf, all measures as `name`.csv, all curves as `name`_curves.csv and
-    figures of quantities as `name`_figures.csv into `folder`, of at least one of `walks`; the same person may be there more than once.
-    `versions` are the same walks matched with those before; None if nothing is compared with.
+    """Write `name`.html, `name`.pdf, all measures as `name`.csv, all curves as `name`_curves.csv,
+    and figures of quantities as `name`_figures.csv into `folder`, of at least one of `walks`; the
+    same person may be there more than once. `versions` are the same walks matched with those before; None if nothing is compared with.
     """
     before = {} if versions is None else {id(pair.now): pair.before for pair in versions.pairs}
     labels = _labels(walks)
@@ -79,9 +79,7 @@ def write_comparison(
     write_text(folder / f"{name}.csv", _measures_csv(walks, labels, versions))
     quantities = quantities_of(walks, labels, before)
     write_text(folder / f"{name}_curves.csv", _curves_csv(quantities, before))
-    write_text(
-        folder / f"{name}_figures.csv", csv_text([FIGURE_COLUMNS, *figure_rows(quantities)])
-    )
+    write_text(folder / f"{name}_figures.csv", csv_text([FIGURE_COLUMNS, *figure_rows(quantities)]))
     write_page(
         folder,
         name,
