@@ -70,7 +70,8 @@ def write_comparison(
 ) -> None:
     """Write `name`.html, `name`.pdf, all measures as `name`.csv, all curves as `name`_curves.csv,
     and figures of quantities as `name`_figures.csv into `folder`, of at least one of `walks`; the
-    same person may be there more than once. `versions` are the same walks matched with those before; None if nothing is compared with.
+    same person may be there more than once. `versions` are the same walks matched with those
+    before; None if nothing is compared with.
     """
     before = {} if versions is None else {id(pair.now): pair.before for pair in versions.pairs}
     labels = _labels(walks)
