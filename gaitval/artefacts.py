@@ -408,6 +408,17 @@ def check_times(time: "NDArray[Any]", path: Path) -> None:
         )
 
 
+def there_below(folder: Path, name: str) -> str:
+    """Which folders in `folder` have the file `name` that it has not, as a sentence at the end of a
+    message: who names the folder of several runs wants one of them. Nothing without one.
+    """
+    if not folder.is_dir():
+        return ""
+    found = [each for each in sorted(folder.iterdir()) if (each / name).is_file()]
+    more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+    return f" There is one in {', '.join(map(str, found[:3]))}{more}." if found else ""
+
+
 def file_hash(path: Path) -> str:
     """SHA-256 of the bytes of the file `path`, hexadecimal. Raises ArtefactError without one."""
     with file_gate.opened(path, ArtefactError, largest=file_gate.BINARY) as file:

@@ -58,10 +58,14 @@ def result_texts() -> Catalog:
         of_tables = (
             text
             for table in quantity.tables
-            for text in (table.title, table.missing, *(label for label, *_ in table.rows))
+            for text in (
+                *(table.title, table.unit, table.missing),
+                *(label for label, *_ in table.rows),
+            )
         )
-        for text in (quantity.title, quantity.note, *quantity.curves.values(), *of_tables):
-            if text:
+        own = (quantity.title, quantity.axis_label, quantity.note)
+        for text in (*own, *quantity.curves.values(), *of_tables):
+            if any(letter.isalpha() for letter in text):
                 found.add(text.replace("%", "%%"), locations=[("quantities", 0)])
     for tolerance in load_registry().tolerance:
         texts = [tolerance.title]

@@ -15,6 +15,7 @@ from gaitval.artefacts import (
     read_arrays,
     read_json,
     replacing,
+    there_below,
     value_hash,
     versions,
     write_arrays,
@@ -235,3 +236,16 @@ def test_a_file_that_is_named_from_the_root_is_that_of_a_relative_path(tmp_path,
     partial = PermissionError(13, "denied", str(tmp_path / ".partial-walk-x.svg"))
     assert not is_of_another(partial, Path("walk.svg"))
     assert is_of_another(partial, Path("elsewhere/walk.svg"))
+
+
+def test_who_names_the_folder_of_several_runs_is_told_where_they_are(tmp_path: Path) -> None:
+    assert there_below(tmp_path / "none", "metrics.json") == ""
+    assert there_below(tmp_path, "metrics.json") == ""
+    for name in ("d", "b", "a", "c"):
+        (tmp_path / name / "policy").mkdir(parents=True)
+        (tmp_path / name / "policy" / "policy.json").touch()
+    (tmp_path / "x").touch()
+    said = there_below(tmp_path, "policy/policy.json")
+    assert (
+        said == f" There is one in {tmp_path / 'a'}, {tmp_path / 'b'}, {tmp_path / 'c'} and 1 more."
+    )

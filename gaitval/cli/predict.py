@@ -136,7 +136,9 @@ def predict(
             display.plain(_UNCERTAIN)
             display.plain(_rates(metrics))
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
-    where = f", slope {record.slope:+g} %, load {record.load:g} %" if is_changed(record) else ""
+    changes = ((record.slope, "slope {:+g} %"), (record.cross_slope, "cross-slope {:+g} %"),
+               (record.load, "load {:g} %"))  # fmt: skip
+    where = "".join(f", {words.format(value)}" for value, words in changes if value)
     display.print_verdict(metrics, where)
 
 

@@ -20,6 +20,8 @@ HEIGHT = (0.8, 2.3)  # m
 MASS = (10.0, 200.0)  # kg
 BMI = (10.0, 80.0)  # kg/m²
 OBESE = 45.0  # kg/m², above which pounds for kilograms are as likely
+OBESE_CHILD = 35.0  # kg/m², likewise of children, who weigh less for their stature; convention
+THIN = 14.0  # kg/m², below which an adult hardly walks, and many a child is; convention
 SMALL = 1.4  # m, below which hardly an adult is
 LEG_RATIO = (0.38, 0.60)  # leg length / height; WBDS 0.48-0.56, at two years 0.42
 AGE = (2.0, 105.0)  # years
@@ -45,12 +47,13 @@ _STATURES: Final = {
 (Kuczmarski et al., Adv Data 314; table statage, in the public domain, read in a program that has
 it). A stature z SD from the median is M (1 + L S z)^(1/L)."""
 OLDEST_CHILD: Final = max(_STATURES) / 12.0
-"""Years of age until which a stature is held against them; later people grow at unlike ages."""
+"""Years of age until which a stature is held against them; later people grow at unlike ages, and
+are no smaller than then."""
 
 
 def statures_at(age: float) -> tuple[float, float]:
     """m, within which all but one child in a thousand of an `age` (years) are tall: three SD from
-    the median, of boys and girls together.
+    the median, of boys and girls together. Of later ages those of `OLDEST_CHILD`.
     """
 
     def at(z: float, which: Callable[[Iterable[float]], float]) -> float:
@@ -95,6 +98,22 @@ def unusual_build(mass: float, height: float, age: float | None) -> Iterator[Qua
     `age` (years).
     """
     index = mass / height**2
+    child = age is not None and age <= OLDEST_CHILD
+    if OBESE_CHILD < index <= OBESE and child:
+        yield QualityFlag(
+            "build", "the person", index, OBESE_CHILD, "kg/m²",
+            f"{mass:g} kg at {height:g} m and {age:g} years is a body mass index of {index:.0f} "
+            f"kg/m², an adult's: hardly a child has more than {OBESE_CHILD:.0f}. Check mass, "
+            "stature and age",
+        )  # fmt: skip
+    if index < THIN and (age is None or age >= ADULT) and height >= SMALL:
+        age_text = "no age was given" if age is None else f"{age:g} years old"
+        yield QualityFlag(
+            "build", "the person", index, THIN, "kg/m²",
+            f"{mass:g} kg at {height:g} m, and {age_text}: a body mass index of {index:.1f} kg/m² "
+            "is a child's, and the masses of the segments are those of an adult. Check the mass, "
+            "and give the age in years, if this is a child",
+        )  # fmt: skip
     if index > OBESE:
         yield QualityFlag(
             "build", "the person", index, OBESE, "kg/m²",
@@ -108,14 +127,15 @@ def unusual_build(mass: float, height: float, age: float | None) -> Iterator[Qua
             f"{height:g} m tall, and {age_text}: the masses of the segments are those of an adult. "
             "Give the age in years, if this is a child",
         )  # fmt: skip
-    if age is not None and age <= OLDEST_CHILD:
+    if age is not None and age < ADULT:
         low, high = statures_at(age)
-        if not low <= height <= high:
+        tall = f"{low:.2f} to {high:.2f} m" if child else f"at least {low:.2f} m"
+        if height < low or (child and height > high):
             yield QualityFlag(
                 "build", "the person", height, high if height > high else low, "m",
-                f"{height:g} m at {age:g} years: nearly all children of this age are {low:.2f} to "
-                f"{high:.2f} m tall, and the masses of the segments are those of a child of this "
-                "age. Check the age and the stature",
+                f"{height:g} m at {age:g} years: nearly all people of this age are {tall} tall, "
+                "and the masses of the segments are those of this age. Check the age and the "
+                "stature",
             )  # fmt: skip
 
 

@@ -196,7 +196,8 @@ def request_of(options: ImportOptions, out: Path, notify: Notify) -> Request:
     request = Request.model_validate(given | known._asdict() | about)
     person, laboratory, guessed = request.who
     assumed = f"; assumed: {guessed}. Say so with --person and --laboratory" if guessed else ""
-    message = [(name, getattr(request, name)) for name in ("age", "prosthesis", "aid")]
+    age = None if request.age is None else f"{request.age:g}"
+    message = [("age", age), ("prosthesis", request.prosthesis), ("aid", request.aid)]
     also = "".join(f", {name} {value}" for name, value in message if value is not None)
     notify("person", f"{person} of laboratory {laboratory}, trial {request.trial}{also}{assumed}")
     return request

@@ -31,6 +31,8 @@ class SessionPerson(NamedTuple):
     knee_width: Width
     ankle_width: Width
     elbow_width: Width
+    taped_legs: tuple[float | None, float | None]
+    """Lengths of the right and the left leg in the file of the standing trial, m."""
     recorded_name: tuple[str, str]
     """The person's name in a recording, and the name of that file; empty where none says it."""
 
@@ -114,6 +116,9 @@ def person_of_session(options: ImportOptions, notify: Notify) -> SessionPerson:
         knee_width=_width(facts, "knee", options.knee_width, notify),
         ankle_width=_width(facts, "ankle", options.ankle_width, notify),
         elbow_width=_width(facts, "elbow", options.elbow_width, notify),
+        taped_legs=next(
+            (each.leg_length_m for each in facts if each.source == str(files[0])), (None, None)
+        ),
         recorded_name=next((found for each in facts if (found := _name(each))[0]), ("", "")),
     )
 

@@ -54,10 +54,10 @@ from gaitval.measurement.page import (
     fits,
     hip_curves,
     hip_rows,
+    remedies,
 )
 from gaitval.measurement.reversed_forces import likeliest_signs, of_a_sign
 from gaitval.measurement.standing import standing_of
-from gaitval.mocap.c3d_person import read_person
 from gaitval.scaling.landmarks import Place
 from gaitval.session.pelvis_markers import FROM_CRESTS
 from gaitval.session.request import Notify
@@ -157,6 +157,10 @@ class Measurement:
         """Rows of the page's table of bands."""
         return [] if self.bands is None else band_rows(self.curves, self.bands)
 
+    def remedies(self) -> list[tuple[str, str]]:
+        """What would narrow the bands of curves, and of which, in words."""
+        return remedies([each for each in self.band_rows() if each.unit != "mm"])
+
     def at_once(self) -> float | None:
         """`Bands.at_once`; None without bands."""
         return None if self.bands is None else self.bands.at_once
@@ -253,7 +257,7 @@ def _of_both_sides(found: Import, points: Mapping[str, Place]) -> Iterator[Quali
     yield from low_knees_warnings(low_knees(found.trials, landmarks, points), landmarks)
     marked = not any(warning.check == FROM_CRESTS for _, warning in found.session.warnings)
     if marked and found.request.hip_centre == "harrington":
-        taped = read_person(found.request.static).leg_length_m
+        taped = found.request.taped_legs
         spines = low_spines(body, points, taped)
         of_spines = [*low_spines_warnings(spines, landmarks, body.chosen.pelvic_tilt)]
         # spines that are too low make every tape too long

@@ -97,6 +97,18 @@ def band_rows(curves: _DrawnCurves, bands: Bands) -> list[BandRow]:
     return rows
 
 
+def remedies(rows: Sequence[BandRow]) -> list[tuple[str, str]]:
+    """What would narrow the bands of `rows`, that of most of them last, and of which, in words."""
+    curves: dict[str, list[str]] = {}
+    for row in rows:
+        curves.setdefault(row.remedy, []).append(row.curve)
+    *few, most = sorted(curves, key=lambda remedy: len(curves[remedy])) if curves else [""]
+    of = {
+        remedy: "; ".join(each[0].lower() + each[1:] for each in curves[remedy]) for remedy in few
+    }
+    return [*of.items(), (most, "all others" if few else "all curves")]
+
+
 def _causes(bands: Bands, name: str) -> tuple[str, str, str]:
     """The largest sources of a curve's variance, in words, the largest of all, and its remedy."""
     few = [f"{100 * share:.0f} % {of}" for of, share in bands.shares[name][:3]]
@@ -202,7 +214,10 @@ def draw_hips(curves: Mapping[str, tuple[str, Array, Array | None]]) -> str:
             axes.set_xlim(0, 100)
             axes.set_xlabel("% of gait cycle")
         panels[0].set_ylabel("moment, Nm/kg")
-        panels[0].legend(fontsize=7.0)
+        # the first side may have no moments
+        shown = next((each for each in panels if each.lines), None)
+        if shown is not None:
+            shown.legend(fontsize=7.0)
         return svg(figure, "hips")
 
 

@@ -138,15 +138,20 @@ def limit_verdicts(metrics: Metrics, role: str | None = None) -> list[LimitVerdi
     return sorted(found, key=lambda each: each.passed)
 
 
-def failed_limits(metrics: Metrics) -> list[LimitVerdict]:
-    """The failed limits in `metrics` whose sources were read in full: acceptance limits first, then
-    context. Those of status "unread" are in the list of all limits alone.
+def counted_limits(metrics: Metrics, role: str | None = None) -> list[LimitVerdict]:
+    """Those of `limit_verdicts` that verdicts count and list: their sources were read in full.
+    Those of status "unread" are in the list of all limits alone.
     """
+    return [each for each in limit_verdicts(metrics, role) if each.first.verified]
+
+
+def failed_limits(metrics: Metrics) -> list[LimitVerdict]:
+    """The failed ones of `counted_limits` in `metrics`: acceptance limits first, then context."""
     return [
         each
         for role in ("acceptance", "context")
-        for each in limit_verdicts(metrics, role)
-        if not each.passed and each.first.verified
+        for each in counted_limits(metrics, role)
+        if not each.passed
     ]
 
 
@@ -213,7 +218,7 @@ def sentence(metrics: Metrics, where: str = "") -> str:
     """The verdict of `metrics` in one sentence; what was not recorded is named as not judged.
     `where` says of a walk what beside its speed nothing was recorded with.
     """
-    every = limit_verdicts(metrics)
+    every = counted_limits(metrics)
     if not metrics.is_recorded_at_all:
         speed = metrics.record.spatiotemporal.walking_speed
         return (

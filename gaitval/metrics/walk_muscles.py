@@ -65,7 +65,8 @@ def walk_motion(
     laden: BodyModel | None = None,
 ) -> LoadedMotion:
     """The `cycles` of a `rollout` of the body `model`, with its parameters mu, of a person of
-    `height` m; `laden` is the body with what the person wears, whose moments the muscles make.
+    `height` m; `laden` is the body with what the person wears, whose moments the muscles make
+    (`person_and_laden` has both).
 
     `lost` are coordinates of joints that a prosthesis has. `torques` (T, 25) Nm are of devices at
     the joints; the muscles have to make what is left.
@@ -92,6 +93,7 @@ def walk_motion(
         lost=lost or {},
         assist=assist,
         speed=walking_speed(rollout, cycles),
+        laden=laden,
     )
 
 

@@ -1,7 +1,7 @@
 """Read a C3D file with ezc3d and write its contents as npz to stdout; see `gaitval.mocap.c3d`.
 
-A script, run with a file and a computing time, s, in a separate process. It imports nothing from
-gaitval.
+A script, run with a file and a computing time, s, in a separate process. Of gaitval it imports
+nothing but `partial_files`, which needs the standard library alone.
 """
 
 import contextlib

@@ -23,10 +23,15 @@ WBDS_FORCE_RATE: Final = 300.0
 """Hz; the force files of WBDS give the sample index instead of the time."""
 
 
-def _tabbed(path: Path) -> tuple[list[str], Array]:
-    """Header and numbers of a WBDS file."""
+def _tabbed(path: Path, kind: str, instead: str) -> tuple[list[str], Array]:
+    """Header and numbers of a WBDS file of a `kind`; `instead` names other formats of such data."""
     lines = [line for line in text_lines(path) if line.strip()]
     header = [name.strip() for name in lines[0].split("\t")]
+    if not header[0].lower().startswith("time"):
+        raise RecordError(
+            f"{path}: not a {kind} file that is read: the first column of a .txt must be Time, as "
+            f"in WBDS, but is {header[0][:40]!r}. Give {instead}."
+        )
     if len(lines) < 2:
         raise RecordError(
             f"{path}: no rows below the header: the file is truncated. Download it again."
@@ -40,7 +45,7 @@ def read_wbds_markers(path: Path) -> Recording:
     evenly spaced.
     """
     path = Path(path)
-    header, table = _tabbed(path)
+    header, table = _tabbed(path, "marker", "a .trc or .c3d")
     # Every third column is the x of a marker; its last letter is the axis.
     names = [column[:-1] for column in header[1::3]]
     expected = [name + axis for name in names for axis in "XYZ"]
@@ -75,12 +80,7 @@ def read_wbds_forces(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     Raises RecordError if the columns differ, the file is truncated, or a plate is incomplete.
     """
     path = Path(path)
-    header, table = _tabbed(path)
-    if not header[0].strip().lower().startswith("time"):
-        raise RecordError(
-            f"{path}: not a force file of WBDS: the first column must be Time, but is "
-            f"{header[0]!r}. Download it again."
-        )
+    header, table = _tabbed(path, "force", "BioWare's text export, a .mot or .c3d")
     columns: dict[str, dict[str, int]] = {}
     for i, column in enumerate(header[1:], start=1):
         found = re.fullmatch(r"(F|COP|T)([xyz])_?(\d*)", column, flags=re.IGNORECASE)

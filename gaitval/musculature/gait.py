@@ -92,7 +92,7 @@ class LoadedMotion:
     Attributes
     ----------
     name : of the trial or walk.
-    model : the scaled body.
+    model : the scaled body, of the person alone.
     height : of the person, m.
     positions : (T, 31) as `dynamics` are of.
     dynamics : N and Nm.
@@ -103,6 +103,7 @@ class LoadedMotion:
     knees : m, how far the middle of a knee is to the outer side of the body's knee centre
         (`mapping.knee_aside`), by side; sides that no marker shows are left out.
     speed : m/s, of walking; None where it is not known.
+    laden : the body with what the person wears, whose moments `dynamics` are; None if nothing.
     """
 
     name: str
@@ -116,6 +117,7 @@ class LoadedMotion:
     assist: Array | None = None
     knees: Mapping[Side, float] = field(default_factory=dict)
     speed: float | None = None
+    laden: BodyModel | None = None
 
 
 @dataclass(frozen=True)

@@ -92,6 +92,7 @@ def write_osim(
     locked: Mapping[str, float] | None = None,
     height: float | None = None,
     lost: Mapping[Side, Collection[str]] | None = None,
+    person: BodyModel | None = None,
 ) -> None:
     """Write the model to `path` as `.osim`, whole or not at all; equal arguments give equal bytes.
 
@@ -104,7 +105,8 @@ def write_osim(
     locked : values (rad) of coordinates that OpenSim's inverse kinematics must not change, because
         no marker determines them (such as `mtp_angle_r` in most marker sets).
     height : of the person, m: the model then has muscles; `lost` are coordinates of joints that a
-        prosthesis has, by side.
+        prosthesis has, by side, and `person` the own body of whoever wears a load in `model`: the
+        muscles are theirs.
 
     Raises
     ------
@@ -126,7 +128,7 @@ def write_osim(
     if height is not None:
         from gaitval.opensim.osim_muscles import add_muscles
 
-        add_muscles(forces, model, height=height, lost=lost)
+        add_muscles(forces, person or model, height=height, lost=lost)
     _markers(_set(root, "MarkerSet"), markers)
     _contact_geometry(_set(root, "ContactGeometrySet"), model)
     ElementTree.indent(document)

@@ -143,6 +143,11 @@ class Quantity:
     time_unit: str = ""
     of_person: bool = False
 
+    @property
+    def axis_label(self) -> str:
+        """What stands beside the axis of its curves: "force, BW"."""
+        return self.axis if self.unit == "1" else f"{self.axis}, {self.unit}"
+
     def panels(self) -> list[str]:
         """The names of its panels, "name/curve"."""
         return [f"{self.name}/{curve}" for curve in self.curves]

@@ -171,7 +171,7 @@ UNITS: Final = {
     "angles": "angle, °",
     "moments": "moment, Nm/kg",
     "forces": "force, % BW",
-    **{each.name: f"{each.axis}, {each.unit}" for each in QUANTITIES},
+    **{each.name: each.axis_label for each in QUANTITIES},
 }
 
 

@@ -15,13 +15,13 @@ from gaitval.reporting.font_widths import width
 from gaitval.reporting.sketch import PARTS, X_DATA, Call, LegendKey, Sketch, SketchAxes
 from gaitval.reporting.spoken import said
 from gaitval.reporting.strokes import (
+    area_elements,
     box_path,
     fill_style,
     line_elements,
     marker_element,
     path_of,
     stroke_style,
-    thinned,
 )
 from gaitval.reporting.style import FONT, POINTS, SKETCHED, TICK, TITLE
 from gaitval.reporting.ticks import Tick, round_ticks
@@ -417,12 +417,11 @@ def _painted(frame: _Frame, call: Call, speak: Speak) -> Iterator[str]:
             if call.name == "fill_between"
             else [(low, along), (high, along)]
         )
-        first, second = (thinned(np.column_stack(frame.placed(*each))) for each in pair)
-        around = path_of([np.concatenate([first, second[::-1]])])
-        yield f'<path d="{around}z" style="{fill_style(look)}"/>'
+        first, second = (np.column_stack(frame.placed(*each)) for each in pair)
+        yield from area_elements(first, second, look)
     elif call.name == "fill":
         points = np.column_stack(frame.placed(given[0], given[1]))
-        yield f'<path d="{path_of([thinned(points)])}z" style="{fill_style(look)}"/>'
+        yield from area_elements(points, points[:0], look)
     elif call.name == "bar":
         x, height, wide, bottom = given
         corners = np.array([[-0.5, 0], [0.5, 0], [0.5, 1], [-0.5, 1]]) * [wide, height]

@@ -16,7 +16,12 @@ from gaitval.metrics.acceptance_results import CurveLight, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
 from gaitval.metrics.results import METRICS, Metrics
-from gaitval.metrics.verdicts import CURVE_NAMES, LimitVerdict, failed_limits, limit_verdicts
+from gaitval.metrics.verdicts import (
+    CURVE_NAMES,
+    LimitVerdict,
+    counted_limits,
+    failed_limits,
+)
 from gaitval.number_text import number, rough, unit_text
 from gaitval.reporting.facts import at
 from gaitval.reporting.figures import NAMES
@@ -89,7 +94,7 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
     failed = failed_limits(metrics)
     counts = {
         f"{which}_{role}": _count(
-            sum(which == "all" or not each.passed for each in limit_verdicts(metrics, role)),
+            sum(which == "all" or not each.passed for each in counted_limits(metrics, role)),
             f"{which} limits {role}",
         )
         for role in ("acceptance", "context")
@@ -375,7 +380,7 @@ def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
     """
     if metrics.second_engine is not None and metrics.second_engine.fell:
         yield SheetWarning("falls there")
-    close = sum(len(each.close) for each in limit_verdicts(metrics, "acceptance"))
+    close = sum(len(each.close) for each in counted_limits(metrics, "acceptance"))
     if close:
         yield SheetWarning("narrow", {"count": _count(close, "close acceptance")})
     missing = sorted({name for name, *_ in not_recorded(metrics.origins)})

@@ -29,6 +29,22 @@ def line_elements(points: Array, look: dict[str, Any]) -> Iterator[str]:
         yield marker_element(points[known], marker, look)
 
 
+def area_elements(first: Array, second: Array, look: dict[str, Any]) -> Iterator[str]:
+    """The area between two lines of as many points, or within the `first` if the other has none,
+    wherever it is known: what is not a number belongs into no path.
+    """
+    known: Flags = np.all(np.isfinite(first), axis=1)
+    if len(second):
+        known &= np.all(np.isfinite(second), axis=1)
+    spans = [slice(*each) for each in zip(*runs(known), strict=True)]
+    drawn = "".join(
+        path_of([np.concatenate([thinned(first[span]), thinned(second[span])[::-1]])]) + "z"
+        for span in spans
+    )
+    if drawn:
+        yield f'<path d="{drawn}" style="{fill_style(look)}"/>'
+
+
 _SHAPES: Final = {
     "x": ((-1, -1, 1, 1), (-1, 1, 1, -1)),
     "|": ((0, -1, 0, 1),),

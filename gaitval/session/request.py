@@ -229,6 +229,8 @@ class Request(ImportOptions):
     sex: Literal["F", "M"]
     identifier: str
     """Name of the subject."""
+    taped_legs: tuple[float | None, float | None] = (None, None)
+    """Lengths of the right and the left leg in the file of the standing trial, m."""
     recorded_name: tuple[str, str] = ("", "")
     """The person's name in a recording, and the name of that file."""
 

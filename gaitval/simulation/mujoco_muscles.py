@@ -41,10 +41,12 @@ def muscle_mjcf(
     height: float,
     lost: Mapping[Side, Collection[str]] | None = None,
     option: str = OPTION,
+    person: BodyModel | None = None,
 ) -> ElementTree.Element:
     """The body `model` as MJCF, with a floor, the feet's spheres and the muscles of both legs, of a
     person of `height` m; `lost` are coordinates of joints that a prosthesis has. `option` has
-    attributes of MuJoCo's <option>.
+    attributes of MuJoCo's <option>. `person` is the own body of whoever wears a load in `model`:
+    the muscles are theirs.
     """
     root = ElementTree.fromstring(mjcf(model, option=option, floor=True))
     for joint in root.iter("joint"):
@@ -55,9 +57,9 @@ def muscle_mjcf(
     every = ElementTree.SubElement(root, "tendon")
     actuators = ElementTree.SubElement(root, "actuator")
     for side in SIDES:
-        own = sizes(model, side[0])
+        own = sizes(person or model, side[0])
         gone = () if lost is None else lost.get(side, ())
-        muscles = leg_muscles(own, mass=model.mass, height=height, lost=gone)
+        muscles = leg_muscles(own, mass=(person or model).mass, height=height, lost=gone)
         bodies = _bodies(root, side[0])
         hip = model[f"thigh_{side[0]}"].joint_position
         tendons = own_tendons(own.factors)

@@ -10,13 +10,12 @@ import io
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json, write_json, write_text
+from gaitval.artefacts import read_json, value_hash, write_json, write_text
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
@@ -68,6 +67,7 @@ FOLDER: Final = "estimate"
 TABLE: Final = f"{FOLDER}/estimate.csv"
 INSOLES_KEPT: Final = f"{FOLDER}/insoles.json"
 """What insoles said of this walk, where `gaitval estimate` was given any."""
+_WALK: Final = "of_walk"
 PAGE: Final = f"{FOLDER}/estimate.html"
 _Row = tuple[object, ...]
 ESTIMATE_ACCURACY: Final = KINEMATIC_ACCURACY._replace(
@@ -130,25 +130,45 @@ def check(run: Run) -> None:
 
 
 def keep_insoles(run: Run, insoles: InsoleForces) -> None:
-    """Keep what `insoles` say in the folder of `run`: its estimates have it from now on."""
+    """Keep what `insoles` say in the folder of `run`, and of which walk: its estimates have it from
+    now on, until another recording is in the folder.
+    """
     (run.folder / FOLDER).mkdir(exist_ok=True)
     kept = insoles._replace(vertical=insoles.vertical.round(6).tolist())
-    write_json(run.folder / INSOLES_KEPT, kept._asdict())
+    write_json(run.folder / INSOLES_KEPT, kept._asdict() | {_WALK: _walk_of(run.subject)})
 
 
-def _kept_insoles(folder: Path) -> InsoleForces | None:
-    path = folder / INSOLES_KEPT
+def _walk_of(subject: Subject) -> str:
+    """A hash of the recorded walk of a `subject`, and of the mass that forces are divided by."""
+    names = {"mass_kg", "trial", "walking_speed_m_s", "stride_time_s", "left_phase", "gait"}
+    return value_hash(subject.model_dump(mode="json", include=names))
+
+
+def kept_insoles(run: Run) -> InsoleForces | None:
+    """The insoles that are kept in the folder of `run`; None without, or if they are of another
+    walk than that of its subject, which is said.
+    """
+    path = run.folder / INSOLES_KEPT
     if not path.is_file():
         return None
     try:
-        kept = InsoleForces(**read_json(path))
+        found = read_json(path)
+        walk = found.pop(_WALK, None)
+        kept = InsoleForces(**found)
         vertical = np.array(kept.vertical, float).reshape(2, -1)
         gain, error, time = float(kept.gain), float(kept.error), float(kept.stride_time)
-    except (TypeError, ValueError):
+    except (AttributeError, TypeError, ValueError):
         raise ArtefactError(
             f"{path}: not what gaitval wrote there; it was edited. Delete it, and give the insoles "
             "again with `gaitval estimate --insoles`."
         ) from None
+    if walk != _walk_of(run.subject):
+        run.observer.say(
+            f"{path}: not used. These insoles ({kept.source}) were given for another recording "
+            "than the one that is in this folder now. Give this walk's with "
+            "`gaitval estimate --insoles`, or delete the file."
+        )
+        return None
     return kept._replace(vertical=vertical, gain=gain, error=error, stride_time=time)
 
 
@@ -227,7 +247,7 @@ def with_kinetics(known: GaitRecord, subject: Subject, kinetics: Array) -> GaitR
 
 def write(run: Run) -> Estimate:
     """Write `TABLE` and `PAGE` into the folder of `run`; the errors are those of `of_run`."""
-    found, insoles = of_run(run), _kept_insoles(run.folder)
+    found, insoles = of_run(run), kept_insoles(run)
     if insoles is not None:
         found = with_insoles(found, insoles)
     curves = read_metrics(run.folder).walk.curves

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Self
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.artefacts import copy_files, read_json
+from gaitval.artefacts import copy_files, read_json, there_below
 from gaitval.configuration import Configuration, EnvironmentSettings, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_name, load_subject
@@ -173,6 +173,7 @@ class StoredPolicy(Displayed):
             raise PolicyError(
                 f"{folder}: {', '.join(missing)} missing, so there is no policy to walk here. Give "
                 "a finished run folder, a baseline, or a built-in subject."
+                f"{there_below(folder, f'policy/{POLICY_FILES[0]}')}"
             )
         subject = load_subject(folder / "subject.toml")
         configuration = load_configuration(folder / "configuration.toml")

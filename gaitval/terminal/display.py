@@ -242,8 +242,8 @@ def print_verdict(metrics: "Metrics", where: str = "") -> None:
     """
     from gaitval.metrics.verdicts import (
         close_text,
+        counted_limits,
         failed_limits,
-        limit_verdicts,
         sentence,
         spread_text,
         target_text,
@@ -256,7 +256,7 @@ def print_verdict(metrics: "Metrics", where: str = "") -> None:
 
     plain(f"\n{sentence(metrics, where)}")
     failed = failed_limits(metrics)
-    shown = failed or limit_verdicts(metrics, "acceptance")
+    shown = failed or counted_limits(metrics, "acceptance")
     for each in shown[:VERDICT_ROWS]:
         count = f"{len(each.failed)} of {len(each.rows)}"
         message = "passed" if each.passed else f"{count} {each.state}"
@@ -269,7 +269,7 @@ def print_verdict(metrics: "Metrics", where: str = "") -> None:
             + ", ".join(details)
             + ("" if each.passed else f". {each.remedy}")
         )
-    narrow = [row for each in limit_verdicts(metrics, "acceptance") for row in each.close]
+    narrow = [row for each in counted_limits(metrics, "acceptance") for row in each.close]
     for row in narrow[: max(VERDICT_ROWS - len(shown), 0)]:
         plain(
             f"  {'narrow':<11}{row.title}: {value_text(row)}{of(row)}, {spread_text(row)}, "
@@ -406,5 +406,7 @@ def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:
     if pair is None:
         return "not measured"
     mean, deviation = pair
-    spread = "" if math.isnan(deviation) else f" ± {deviation:.{digits}f}"
+    # as on the page: what rounds to none is no statement about the strides
+    shown = not math.isnan(deviation) and round(deviation, digits) > 0
+    spread = f" ± {deviation:.{digits}f}" if shown else ""
     return f"{mean:.{digits}f}{spread}"

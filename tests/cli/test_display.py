@@ -121,6 +121,21 @@ def test_an_import_whose_forces_gave_no_moments_is_not_judged(
     assert ("Not judged: moments" in " ".join(done.output.split())) is (code == 1)
 
 
+@pytest.mark.parametrize(
+    ("pair", "text"),
+    [
+        (None, "not measured"),
+        ((1.034, 0.012), "1.03 ± 0.01"),
+        ((1.034, 0.004), "1.03"),  # as on the page
+        ((1.034, float("nan")), "1.03"),
+    ],
+)
+def test_a_deviation_that_rounds_to_nothing_is_not_said(
+    pair: tuple[float, float] | None, text: str
+) -> None:
+    assert display._mean_and_deviation(pair, 2) == text
+
+
 def test_the_verdict_of_an_import(monkeypatch: pytest.MonkeyPatch, message: io.StringIO) -> None:
     rows = [
         GateRow("kept one", 1.0, 2.0, "cm", True, ""),

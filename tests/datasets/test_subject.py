@@ -332,6 +332,15 @@ def test_stored_measurements_count_more_than_markers(tmp_path):
         ((15.5, 0.95, 4.0), []),
         ((64.0, 1.53, 6.0), ["1.53 m at 6 years", "1.00 to 1.31 m"]),
         ((45.0, 1.53, 10.0), []),
+        ((75.0, 1.50, 10.0), []),  # 33 kg/m²
+        ((70.0, 1.30, 8.0), ["index of 41", "an adult's", "mass, stature and age"]),
+        ((70.0, 1.30, 14.0), []),
+        ((30.0, 1.20, 15.0), ["1.2 m at 15 years", "at least 1.28 m"]),
+        ((90.0, 1.95, 15.0), []),
+        ((27.0, 1.42, 30.0), ["30 years old", "13.4 kg/m² is a child's"]),
+        ((27.0, 1.42, None), ["no age was given", "give the age"]),
+        ((27.0, 1.42, 11.0), []),
+        ((45.0, 1.70, 30.0), []),
         ((75.0, 1.75, None), []),
     ],
 )

@@ -90,6 +90,41 @@ def test_a_positive_torque_raises_the_coordinate_on_both_sides(person, joint):
         assert change[2:10, 6 + ACTUATED.index(name)].min() > 0.0
 
 
+class Apart:
+    """Opposite torques on both sides, which change."""
+
+    def torque(self, measured):
+        sign = 1.0 if measured.side == "right" else -1.0
+        return sign * (8.0 if measured.time < 0.05 else -4.0)
+
+
+@pytest.mark.parametrize("limit", [50.0, 3.0])
+@pytest.mark.parametrize("joint", ["hip_flexion", "ankle_angle"])
+def test_a_motor_in_a_walk_gives_its_sides_command_with_its_lag_within_its_limit(
+    person, joint, limit
+):
+    """By its equation, written out: dτ/dt = 2πB (command - τ), |τ| at most its limit. What it gives
+    acts on the limb, and muscles and motor together on the joint."""
+    bandwidth = 8.0
+    device = made(joint=joint, motor=MOTOR | {"torque": limit, "bandwidth": bandwidth})
+    walk = walked(person, [device], cycles=0.15, own=Apart)
+    step = person.task.configuration.environment.physics_step
+    part = 1.0 - np.exp(-2.0 * np.pi * bandwidth * step)
+    for number, (side, sign) in enumerate((("r", 1.0), ("l", -1.0))):
+        assert walk.hinges[number] == f"{joint}_{side}"
+        command = walk.command[:, number]
+        torque = np.clip(part * command[0], -limit, limit)  # of the step to the first state
+        assert (np.sign(command[:5]) == sign).all()
+        assert (np.sign(command[-5:]) == -sign).all()
+        for now, asked in zip(walk.motor[:, number], command, strict=True):
+            torque = np.clip(torque + part * (asked - torque), -limit, limit)
+            assert now == pytest.approx(torque, abs=1e-9)
+        assert np.abs(walk.motor[:, number]).max() == pytest.approx(min(limit, 8.0), rel=0.1)
+    np.testing.assert_array_equal(walk.limb, walk.motor)  # neither strap nor spring
+    own = walk.total_moments[:, walk.joints] - walk.limb
+    np.testing.assert_allclose(own, walk.rollout.moments[:, walk.joints], atol=1e-9)
+
+
 def test_a_motor_at_the_back_walks(person):
     """Its segment is the trunk, which has no side."""
     device = made(joint="lumbar_extension", motor=MOTOR)

@@ -1,5 +1,6 @@
 """The walk for OpenSim: read back by gaitval's own readers, and the loads tied to the feet."""
 
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -8,6 +9,8 @@ import pytest
 from opensim_motion import read_motion
 from opensim_peer import inverse_dynamics_tool, read_table, run
 
+from gaitval.apps.export import opensim_folder
+from gaitval.apps.export.mujoco_folder import muscle_xml
 from gaitval.apps.export.opensim_folder import FILES, LOADED_N, foot_forces, write_opensim
 from gaitval.apps.export.virtual_markers import JOINT_CENTRES
 from gaitval.apps.export.walked import ExportedWalk
@@ -16,6 +19,7 @@ from gaitval.coordinates import ACTUATED
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.mot import read_ground_reaction, read_storage
+from gaitval.musculature.gait import LoadedMotion, MuscleGait
 from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.opensim.osim import BODIES
 
@@ -121,3 +125,52 @@ def test_loads_act_on_both_feet_from_the_file_beside_them(folder: Path) -> None:
     bodies = [each.text for each in loads.iter("applied_to_body")]
     assert bodies == [BODIES["foot_r"], BODIES["foot_l"]]
     assert (folder / str(loads.findtext(".//datafile"))).is_file()
+
+
+@pytest.fixture(scope="module")
+def laden(walked: ExportedWalk) -> ExportedWalk:
+    """The same walk by whoever carries a fifth of the body's mass."""
+    stored = walked.stored
+    record = stored.configuration.record.model_copy(update={"load": 20.0})
+    configuration = stored.configuration.model_copy(update={"record": record})
+    found = ExportedWalk(replace(stored, configuration=configuration))
+    vars(found).update(walk=walked.walk, cycles=walked.cycles)
+    return found
+
+
+def test_muscles_of_a_laden_walk_are_the_persons(
+    walked: ExportedWalk, laden: ExportedWalk, folder: Path, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """Whose body has the load: no muscle grows with it, and it is in moments and models."""
+    mass = walked.body.mass
+    assert laden.body.mass == pytest.approx(1.2 * mass)
+    shared = []
+
+    def muscles(motions: list[LoadedMotion]) -> MuscleGait:
+        shared.extend(motions)
+        raise InterruptedError
+
+    monkeypatch.setattr(opensim_folder, "muscles_of", muscles)
+    with pytest.raises(InterruptedError):
+        write_opensim(tmp_path, laden)
+    (motion,) = shared
+    assert motion.model.mass == pytest.approx(mass)
+    assert motion.laden is not None
+    assert motion.laden.mass == pytest.approx(1.2 * mass)
+
+    def numbers(path: Path, tag: str) -> list[float]:
+        return [float(each.text or "") for each in ElementTree.parse(path).getroot().iter(tag)]
+
+    own, theirs = (each / "model_with_muscles.osim" for each in (folder, tmp_path))
+    assert len(numbers(own, "max_isometric_force")) == 80
+    np.testing.assert_allclose(
+        numbers(theirs, "max_isometric_force"), numbers(own, "max_isometric_force")
+    )
+    assert sum(numbers(theirs, "mass")) == pytest.approx(1.2 * sum(numbers(own, "mass")))
+    of_actuators = []
+    for one in (walked, laden):
+        actuators = [*ElementTree.fromstring(muscle_xml(one)).findall("actuator/*")]
+        assert len(actuators) == 80
+        of_actuators.append([[*map(float, each.attrib["gainprm"].split())] for each in actuators])
+    np.testing.assert_allclose(of_actuators[1], of_actuators[0], rtol=1e-9)

@@ -2,6 +2,7 @@
 
 import re
 import struct
+import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -817,6 +818,18 @@ class TestRefusals:
         monkeypatch.setattr(c3d_contents, "SECONDS", 1.0)
         monkeypatch.setattr(c3d_contents, "BUSY", 100.0)
         self.refuse(path, "did not finish within 1 s of computing", "damaged")
+
+    def test_the_process_loads_nothing_of_gaitval_that_takes_time(self):
+        """It starts for every file."""
+        code = (
+            "import runpy, sys\nsys.argv = ['x', 'none.c3d', '1']\n"
+            f"runpy.run_path({str(c3d_contents.PROCESS)!r})\n"
+            "print(sorted(name for name in sys.modules if name.startswith('gaitval')))"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        assert done.stdout.strip() == str(
+            ["gaitval", "gaitval.current_folder", "gaitval.partial_files"]
+        )
 
     @pytest.mark.parametrize("without", ["module", "limit"])
     def test_a_system_without_a_limit_of_memory_reads_the_same(

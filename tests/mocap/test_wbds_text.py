@@ -74,6 +74,9 @@ class TestWbds:
         refuse(read_wbds_markers, markers, "line 10 has")
         markers.write_text(whole.splitlines()[0])
         refuse(read_wbds_markers, markers, "no rows")
+        markers.write_text("hello\n")  # any text: it is not called truncated
+        for read in (read_wbds_markers, read_wbds_forces):
+            refuse(read, markers, "must be Time", "'hello'", ".c3d")
         header = "Time\tFx1\tFy1\tFz1\tCOPx1\tCOPy1\tCOPz1\tTy1" + "\tFx2" * 7
         refuse(read_wbds_forces, wbds_forces(plates, header), "plate 2 lacks Fy, Fz")
 

@@ -1,6 +1,7 @@
 """A run that knew no forces gets its estimate; one that knew them is refused."""
 
 import csv
+import json
 import shutil
 from pathlib import Path
 
@@ -22,15 +23,15 @@ from gaitval.study.estimate_stage import (
     PAGE,
     TABLE,
     _draw,
-    _kept_insoles,
     _title,
     keep_insoles,
+    kept_insoles,
     of_run,
     stage,
     target_record,
 )
 from gaitval.study.scaling_stages import reference_stage, scale_stage
-from gaitval.study.stage import Observer, open_run, run_stage, why_run
+from gaitval.study.stage import Observer, Run, open_run, run_stage, why_run
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S07" / "baseline" / "metrics.json"
 
@@ -128,10 +129,55 @@ def test_the_figure_is_the_table_quantity_by_quantity_and_side_by_side():
         np.testing.assert_array_equal(usual[:, 1], given[n, "left"][2])
 
 
+class Listener(Observer):
+    """Keeps what is said."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def say(self, message: str) -> None:
+        self.said.append(message)
+
+
+def run_of(folder, subject="7", **changes):
+    person = load_subject(subject).model_copy(update=changes)
+    return Run(folder, person, load_configuration(settings=["record.use=kinematics"]), Listener())
+
+
+INSOLES = InsoleForces("walk.csv", np.tile(0.5, (2, 100)), 1.0, (4, 5), 1.2, 0.03)
+
+
+@pytest.mark.parametrize(
+    "other", [{"subject": "5"}, {"mass_kg": 80.0}, {"stride_time_s": 1.1}, {"trial": "T09"}]
+)
+def test_insoles_of_another_recording_are_not_used_and_that_is_said(tmp_path, other):
+    keep_insoles(run_of(tmp_path), INSOLES)
+    own = run_of(tmp_path, citation="elsewhere", age_years=33.0)
+    assert kept_insoles(own).source == "walk.csv"
+    assert own.observer.said == []
+    now = run_of(tmp_path, **other)
+    assert kept_insoles(now) is None
+    (message,) = now.observer.said
+    for word in ("insoles.json: not used", "walk.csv", "another recording", "--insoles"):
+        assert word in message
+
+
+def test_insoles_that_do_not_say_of_which_walk_are_not_used(tmp_path):
+    """As an earlier gaitval kept them."""
+    run = run_of(tmp_path)
+    keep_insoles(run, INSOLES)
+    path = tmp_path / INSOLES_KEPT
+    kept = json.loads(path.read_text(encoding="utf-8"))
+    del kept["of_walk"]
+    path.write_text(json.dumps(kept), encoding="utf-8")
+    assert kept_insoles(run) is None
+    assert run.observer.said
+
+
 @pytest.mark.parametrize("kept", ["[]", "{}", '{"source": "walk.csv", "vertical": 1}'])
 def test_insoles_that_were_edited_are_named_with_what_to_do(tmp_path, kept):
     path = tmp_path / INSOLES_KEPT
     path.parent.mkdir()
     path.write_text(kept, encoding="utf-8")
     with pytest.raises(ArtefactError, match=r"insoles\.json.*Delete it"):
-        _kept_insoles(tmp_path)
+        kept_insoles(run_of(tmp_path))

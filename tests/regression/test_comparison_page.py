@@ -17,9 +17,12 @@ from gaitval.apps.regression import comparison_page
 from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
 from gaitval.apps.regression.versions import StoredWalk, matched
 from gaitval.cli.compare import _flip_line
+from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.results import Metrics, metrics_from, read_metrics
+from gaitval.metrics.shown_quantities import quantities_of_record, quantities_of_walk
 from gaitval.number_text import number
+from gaitval.quantities import QUANTITIES
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
 from gaitval.reporting.style import WIDTH
 
@@ -69,7 +72,7 @@ def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> N
     assert page.open == []
     assert not {"link", "iframe", "object"} & set(page.tags)
     beside = {link for link in page.links if not link.startswith("#")}
-    assert beside == {"comparison.csv", "comparison_curves.csv"}
+    assert beside == {"comparison.csv", "comparison_curves.csv", "comparison_figures.csv"}
     assert all((folder / name).is_file() for name in beside)
     assert len(page.identifiers) == len(set(page.identifiers))
     assert page.tags.count("svg") == 1 + 11 + 2 * 3  # and the grids of two people
@@ -124,7 +127,9 @@ def test_the_tables_beside_have_every_value(folder: Path) -> None:
     assert {row["comparison"] for row in rows} == {"fitted", "not compared"}
     with (folder / "comparison_curves.csv").open(newline="") as file:
         curves = list(csv.DictReader(file))
-    assert len(curves) == 2 * 32 * 101
+    quantities = sum(len(each.curves) for name in ("S05", "S02")
+                     for each in quantities_of_walk(stored(name).walk).values())  # fmt: skip
+    assert len(curves) == (2 * 32 + quantities) * 101
     metrics = walk("S05").metrics
     recorded = metrics.record.curves.moments["knee_angle_l"]
     mine = [
@@ -133,6 +138,60 @@ def test_the_tables_beside_have_every_value(folder: Path) -> None:
     ]  # fmt: skip
     assert mine == recorded
     assert {row["before"] == row["simulated"] for row in curves} == {True}
+    power = quantities_of_record(metrics.record)["power"].curves["ankle_angle_l"]
+    mine = [
+        float(row["recorded"]) for row in curves
+        if (row["walk"], row["quantity"], row["side"]) == ("S05", "ankle_angle power", "left")
+    ]  # fmt: skip
+    np.testing.assert_allclose(mine, power)
+
+
+def test_every_table_of_every_quantity_has_each_walk(folder: Path) -> None:
+    """Metabolic rates among them: a new quantity comes by itself."""
+    text = (folder / "comparison.html").read_text(encoding="utf-8")
+    rows = rows_of(text)
+    with (folder / "comparison_figures.csv").open(newline="") as file:
+        figures = list(csv.DictReader(file))
+    walked = {name: quantities_of_walk(stored(name).walk) for name in ("S05", "S02")}
+    for quantity in QUANTITIES:
+        for table in quantity.tables:
+            for label, kind, name in table.rows:
+                for side in SIDES:
+                    values = [
+                        walked[who][quantity.name].figures.get(kind, {}).get(f"{name}_{side[0]}")
+                        for who in ("S05", "S02")
+                    ]
+                    shown = [number(value, table.digits) for value in values]
+                    expected = [label, side, *(f"{each} ({each})" for each in shown)]
+                    if values != [None, None]:
+                        assert expected in [each.cells for each in rows], expected
+                    for who, value in zip(("S05", "S02"), values, strict=True):
+                        key = (who, quantity.name, kind, name, side)
+                        of = ("walk", "quantity", "figure", "of", "side")
+                        (row,) = [r for r in figures if tuple(r[each] for each in of) == key]
+                        assert row["simulated"] == row["before"]
+                        assert row["unit"] == quantity.figures[kind]
+                        if value is not None:
+                            assert float(row["simulated"]) == pytest.approx(value, rel=1e-5)
+    assert "Metabolic rate, from joints, W/kg" in text
+    assert "of the walk before" in text
+
+
+def test_without_a_walk_before_figures_are_beside_those_of_the_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    write_comparison(tmp_path, "comparison", [walk("S05")], None)
+    rows = rows_of((tmp_path / "comparison.html").read_text(encoding="utf-8"))
+    metrics = stored("S05")
+    found = [
+        each["metabolic_joints"].figures["gross"]["body_l"]
+        for each in (quantities_of_walk(metrics.walk), quantities_of_record(metrics.record))
+    ]
+    now, recorded = (number(each, 2) for each in found)
+    assert ["Gross", "left", f"{now} ({recorded})"] in [each.cells for each in rows]
+    muscles = [each.cells for each in rows if each.cells[:2] == ["Umberger 2010", "left"]]
+    assert [cells[2].endswith("(–)") for cells in muscles] == [True]
 
 
 def test_names_from_outside_stay_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -243,7 +243,7 @@ def test_the_limits_of_a_recording_are_translated(
     write_recording_report(tmp_path, sample(gates=[gate]), ReportSettings(language="de"))
     html = (tmp_path / "recording.html").read_text(encoding="utf-8")
     shown = re.sub(r"<[^>]*>", "", html)
-    assert "Residualkraft durch die Spitze der Bodenreaktion (walk.c3d)" in shown
+    assert "Residualkraft relativ zur Spitze der Bodenreaktion (walk.c3d)" in shown
     assert gate.name == f"{title} (walk.c3d)"
 
 

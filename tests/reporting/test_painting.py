@@ -97,6 +97,23 @@ def test_curves_are_where_their_axes_have_them_and_clipped_where_they_leave_them
         assert len(curve) < 101
 
 
+def test_what_is_no_number_is_in_no_path_and_leaves_a_gap() -> None:
+    """A viewer of PDF draws nothing of a page behind it."""
+    high = np.where((X > 20.0) & (X < 30.0), np.nan, X + 30.0)
+    for unknown, parts in ((np.full(len(X), np.nan), 0), (high, 2), (X + 30.0, 1)):
+        figure = Sketch(3.0, 2.0)
+        axes = figure.subplots(1, 1)[0][0]
+        axes.plot(X, X, color="#00558f")
+        axes.fill_between(X, X, unknown, color="#d9d9d9")
+        axes.fill_between(X, unknown, X, color="#123456", alpha=0.2)
+        text = svg(figure, "a")
+        assert "nan" not in text
+        for colour in ("#d9d9d9", "#123456"):
+            found = re.findall(rf'<path d="([^"]*)" style="fill: {colour}', text)
+            assert sum(each.count("M") for each in found) == parts
+            assert sum(each.count("z") for each in found) == parts
+
+
 def test_texts_are_escaped_said_once_and_found_by_the_replay() -> None:
     text = svg(made(), "a")
     assert text.count(">a<") == 1

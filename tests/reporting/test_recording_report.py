@@ -84,6 +84,7 @@ def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> N
     assert page.tags.count("script") == 1  # ours, which copies tables
     assert all(link.startswith(("#", "data:text/csv;")) for link in page.links if link)
     assert "@import" not in html
+    assert not any("nan" in path for path in re.findall(r' d="([^"]*)"', html))
     assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", html))
     assert len(page.identifiers) == len(set(page.identifiers))
     inside = {link[1:] for link in page.links if link and link.startswith("#")}

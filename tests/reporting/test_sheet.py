@@ -18,7 +18,7 @@ from gaitval.artefacts import read_json, write_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.norms import norms
-from gaitval.metrics.results import metrics_from, read_metrics
+from gaitval.metrics.results import Metrics, metrics_from, read_metrics
 from gaitval.reporting.report import write_report
 from gaitval.reporting.sheet import FAILED_SHOWN, WARNINGS, sheet
 
@@ -109,7 +109,7 @@ class Sources:
     def limits(self, role: str) -> dict[str, list[dict]]:
         found: dict[str, list[dict]] = {}
         for row in self.metrics["tolerances"]:
-            if row["role"] == role:
+            if row["role"] == role and row["status"] != "unread":
                 found.setdefault(row["id"], []).append(row)
         return found
 
@@ -243,6 +243,25 @@ def test_the_sheet_says_what_failed_and_that_nothing_did(
     nothing = [e for e in rows_of(sheet_only) if len(e.cells) == 1 and says(e.cells[0], language)]
     assert bool(nothing) is kept
     assert all(says(each.cells[0], language) == "kept" for each in nothing)
+
+
+def test_what_is_not_judged_has_not_the_colour_of_what_passed(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    for name in ("subject.toml", "metrics.json"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    stored = read_json(tmp_path / "metrics.json")
+    for row in stored["tolerances"]:
+        row["passed"] = True
+    write_json(tmp_path / "metrics.json", stored)
+    monkeypatch.setattr(Metrics, "is_recorded_at_all", False)
+    write_report(tmp_path, [])
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    sheet_only = page[: page.index("</section>")]
+    assert "accuracy is not judged" in sheet_only
+    assert 'class="verdict unjudged"' in sheet_only
 
 
 def test_few_words_stand_before_the_first_curve(page: Sheet) -> None:

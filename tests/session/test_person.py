@@ -32,7 +32,7 @@ def c3d(path: Path, values: dict[str, float]) -> Path:
     return path
 
 
-def found(files, *, mass=None, height=None, sex="F", message=None, **widths):
+def found(files, *, mass=None, height=None, sex="F", message=None, static=None, **widths):
     def notify(step, text):
         assert step == "person"
         if message is not None:
@@ -40,7 +40,12 @@ def found(files, *, mass=None, height=None, sex="F", message=None, **widths):
 
     given = {f"{joint}_width": width for joint, width in widths.items()}
     options = ImportOptions(
-        trials=files or [Path("none.trc")], mass=mass, height=height, sex=sex, **given
+        trials=files or [Path("none.trc")],
+        static=static,
+        mass=mass,
+        height=height,
+        sex=sex,
+        **given,
     )
     return person_of_session(options, notify)
 
@@ -116,6 +121,17 @@ def test_what_was_not_measured_is_not_known(tmp_path, value):
     assert facts.mass_kg is None
     assert facts.height_m is None
     assert facts.knee_width_m == (None, None)
+
+
+def test_taped_legs_are_those_of_the_standing_trial(tmp_path):
+    """Which the files are opened for once: an import is only told them."""
+    walk = PLUG_IN_GAIT | {"LLegLength": 700.0, "RLegLength": 700.0}
+    standing, walking = c3d(tmp_path / "s.c3d", PLUG_IN_GAIT), c3d(tmp_path / "w.c3d", walk)
+    assert found([walking], static=standing).taped_legs == read_person(standing).leg_length_m
+    assert found([walking]).taped_legs == pytest.approx((0.7, 0.7))
+    other = tmp_path / "s.trc"
+    other.write_text("PathFileType")
+    assert found([walking], static=other).taped_legs == (None, None)
 
 
 def test_other_formats_know_nothing(tmp_path):

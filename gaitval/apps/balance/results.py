@@ -1,5 +1,6 @@
 """Content of `perturb.json`, as typed models; `scripts/schemas.py` writes the schema beside it."""
 
+from collections.abc import Mapping
 from typing import Annotated, Final, Literal
 
 from pydantic import Field
@@ -63,6 +64,13 @@ SETTING_UNITS: Final = {"distance": " m", "hold": " s", "height": " m", "drop": 
 """Of the settings of disturbed ground; the others are shares."""
 
 
+def setting_words(settings: Mapping[str, float]) -> str:
+    """The `settings` of a ground with their units."""
+    return ", ".join(
+        f"{name} {value:g}{SETTING_UNITS.get(name, '')}" for name, value in settings.items()
+    )
+
+
 class GroundResult(Result):
     """Walks on one kind of disturbed ground."""
 
@@ -81,10 +89,7 @@ class GroundResult(Result):
 
     def words(self) -> str:
         """The settings with their units."""
-        return ", ".join(
-            f"{name} {value:g}{SETTING_UNITS.get(name, '')}"
-            for name, value in self.settings.items()
-        )
+        return setting_words(self.settings)
 
 
 class LargestPushes(Result):

@@ -26,7 +26,12 @@ from gaitval.apps.balance.experiment import (
     sideways_pushes,
     steady_walks,
 )
-from gaitval.apps.balance.results import PERTURB_VERSION, ComparedQuantity, PerturbResult
+from gaitval.apps.balance.results import (
+    PERTURB_VERSION,
+    ComparedQuantity,
+    PerturbResult,
+    setting_words,
+)
 from gaitval.artefacts import versions
 from gaitval.coordinates import SIDES
 from gaitval.display import Displayed
@@ -159,7 +164,9 @@ def recoveries(
     if not plain.fell:
         on, own = OnGround(walker), [g for g in grounds if _KIND_OF[type(g)] in kinds]
         for ground in own:
-            say(", ".join(f"{key} {value}" for key, value in _settings(ground).items()))
+            kind, side, *_ = (given := _settings(ground)).values()
+            rest = {name: each for name, each in given.items() if name not in ("kind", "side")}
+            say(f"{kind}, {side} foot ({setting_words(rest)})")
             found.append((on.walk(ground), _stands(on, ground)))
         compared |= on_ground([each for each, _ in found])
     robust = _largest(walker, say) if largest and not plain.fell else None

@@ -39,8 +39,10 @@ HARDEST: Final = 0.4
 """Fraction of the ranges of body parameters and pushes that is reached at the end: to walk with the
 device comes first."""
 
-_Progress = Callable[[int, int, float], None]
-"""Called with the samples so far, all samples, and the mean length of an episode in gait cycles."""
+_Progress = Callable[[int, int, float | None], None]
+"""Called with the samples so far, all samples, and the mean length of an episode in gait cycles;
+None until one has ended.
+"""
 
 
 def varied(device: Device, random: np.random.Generator, spread: float = SPREAD) -> Device:
@@ -166,7 +168,7 @@ def adapt(
         seen = np.array(
             [each.reset(seed=seed + e)[0] for e, each in enumerate(environments)], np.float32
         )
-        buffer, done, lengths = _empty(configuration), 0, [0.0]
+        buffer, done, lengths = _empty(configuration), 0, list[float]()
         while done < samples:
             buffer.actions[:] = learner.noise()
             _walk(environments, seen, Policy(learner.actor(), {}), buffer)
@@ -179,6 +181,6 @@ def adapt(
             ended = learner.learn(buffer, learning_rate=rate)
             lengths = [cycles for *_, cycles in ended] or lengths
             if on_progress is not None:
-                on_progress(done, samples, float(np.mean(lengths)))
+                on_progress(done, samples, float(np.mean(lengths)) if lengths else None)
     names = ", ".join(device.name for device in task.devices)
     return policy_of(configuration, learner, {**start.about, "devices": names})

@@ -297,7 +297,8 @@ def outcomes(
             effort=PROSTHETIC_EFFORT if stumps else EFFORT,
             pace=pace,
             on_progress=lambda done, total, length: say(
-                f"learning: {min(100, 100 * done // total)} %, episodes of {length:.1f} gait cycles"
+                f"learning: {min(100, 100 * done // total)} %"
+                + ("" if length is None else f", episodes of {length:.1f} gait cycles")
             ),
         )
     results.append(walked("learned", learned))

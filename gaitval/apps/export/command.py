@@ -29,7 +29,7 @@ def export(
         typer.Option(
             "--to",
             metavar="FORMAT",
-            help="mujoco, gymnasium, opensim, c3d, biomod, locohub, or bundle: all of them.",
+            help="mujoco, urdf, gymnasium, opensim, c3d, biomod, locohub, or bundle: all.",
             show_default=False,
         ),
     ],
@@ -40,7 +40,8 @@ def export(
 ) -> None:
     """Write the scaled person and the validated walk for another tool.
 
-    mujoco: a model and a script that walks in plain MuJoCo. gymnasium: an environment that plain
+    mujoco: a model and a script that walks in plain MuJoCo. urdf: the body for robot simulators,
+    and the walk as a table. gymnasium: an environment that plain
     stable-baselines3 trains in. opensim: model, motion, moments and loads. c3d: virtual markers
     and force plates. biomod: a model and a motion for pyomeca. locohub: curves as standard Parquet.
     bundle: an RO-Crate of all, described. The first use on a machine takes a minute, later ones

@@ -32,6 +32,7 @@ _KINDS: Final = {
 }
 _PARTS: Final = {
     "mujoco": "The person in MuJoCo, and a script that walks",
+    "urdf": "The person as a URDF, and the walk's joint angles and moments as CSV",
     "gymnasium": "The policy and its settings for gaitval/Walker-v0, and a script that trains",
     "opensim": "Model, motion, joint moments and ground reaction for OpenSim",
     "c3d": "The walk as markers and force plates",

@@ -12,6 +12,7 @@ from gaitval.apps.export.locohub import write_locohub
 from gaitval.apps.export.mujoco_folder import write_mujoco
 from gaitval.apps.export.opensim_folder import write_opensim
 from gaitval.apps.export.training_folder import write_training
+from gaitval.apps.export.urdf_folder import write_urdf_folder
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.errors import ArtefactError, ConfigurationError
 
@@ -22,6 +23,7 @@ _Writer = Callable[[Path, ExportedWalk], list[Path]]
 
 FORMATS: Final[dict[str, _Writer]] = {
     "mujoco": write_mujoco,
+    "urdf": write_urdf_folder,
     "gymnasium": write_training,
     "opensim": write_opensim,
     "c3d": write_c3d_file,

@@ -113,7 +113,10 @@ def muscle_xml(walked: ExportedWalk) -> str:
     muscle actuators, whose ctrl is excitation, 0 to 1. Trunk, arms and toes are limp.
     """
     subject = walked.stored.subject
-    root = muscle_mjcf(walked.body, height=subject.height_m, lost=lost_joints(subject))
+    person, _ = walked.person
+    root = muscle_mjcf(
+        walked.body, height=subject.height_m, lost=lost_joints(subject), person=person
+    )
     root.set("model", f"{subject.identifier} with muscles")
     root.insert(0, ElementTree.Comment(_MUSCLES))
     _limbs(root, walked.body)

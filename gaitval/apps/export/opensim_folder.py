@@ -41,10 +41,10 @@ def write_opensim(folder: Path, walked: ExportedWalk) -> list[Path]:
     contact = walked.stored.configuration.contact
     write_osim(model, walked.body, virtual_markers(walked), contact, walked.friction)
     subject = walked.stored.subject
-    lost = lost_joints(subject)
+    lost, (person, laden) = lost_joints(subject), walked.person
     write_osim(
         with_muscles, walked.body, virtual_markers(walked), contact, walked.friction,
-        height=subject.height_m, lost=lost,
+        height=subject.height_m, lost=lost, person=person,
     )  # fmt: skip
     write_motion(motion, time, positions)
     # Nothing but gravity and the ground acts on the pelvis.
@@ -54,7 +54,9 @@ def write_opensim(folder: Path, walked: ExportedWalk) -> list[Path]:
     write_quantities(quantities, time, OverTime(positions[:, len(ROOT) :], of_joints, powers))
     write_ground_reaction(reaction, foot_forces(walked))
     write_external_loads(loads, reaction.name)
-    whole = walk_motion(walk, walked.cycles, walked.body, height=subject.height_m, lost=lost)
+    whole = walk_motion(
+        walk, walked.cycles, person, height=subject.height_m, lost=lost, laden=laden
+    )
     start, end = float(walk.time[rows.start]), float(walk.time[rows.stop - 1])
     # Both legs over the rows of the motion, so that one file has both.
     over = replace(whole, cycles={}, spans=dict.fromkeys(SIDES, ((start, end),)))

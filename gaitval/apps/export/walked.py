@@ -8,6 +8,7 @@ import gaitval
 from gaitval.arrays import Array
 from gaitval.errors import PolicyError, RecordError
 from gaitval.metrics.cycles import GaitCycles, find_cycles
+from gaitval.metrics.walk_muscles import person_and_laden
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters
 from gaitval.one_thread import one_thread
@@ -40,8 +41,14 @@ class ExportedWalk:
 
     @cached_property
     def body(self) -> BodyModel:
-        """The body with the parameters mu."""
+        """The body with the parameters mu, and with the load that the person wears."""
         return apply_parameters(self.stored.identified_model, self.mu)
+
+    @cached_property
+    def person(self) -> tuple[BodyModel, BodyModel | None]:
+        """The person's own body, whose the muscles are; and `body` if it wears a load, or None."""
+        stored = self.stored
+        return person_and_laden(stored.identified_model, self.mu, stored.configuration.record)
 
     @property
     def friction(self) -> float:

@@ -12,6 +12,7 @@ def motions_in(folder: Path, *, height: float | None = None) -> list[LoadedMotio
 
     Raises ArtefactError if there is neither, or the run kept no walk; RecordError without moments.
     """
+    from gaitval.artefacts import there_below
     from gaitval.importing.stored_motions import is_import, stored_motions
     from gaitval.metrics.results import METRICS
 
@@ -22,6 +23,7 @@ def motions_in(folder: Path, *, height: float | None = None) -> list[LoadedMotio
     raise ArtefactError(
         f"{folder}: neither {METRICS} of a run nor recording/trial1_ik.mot of an import. Give the "
         "folder that `gaitval subject` or `gaitval import --out` wrote."
+        f"{there_below(folder, METRICS)}"
     )
 
 

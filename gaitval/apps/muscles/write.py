@@ -53,8 +53,8 @@ def write_muscles(
     written = list(write_storages(folder, found))
     friction = float(nominal_parameters()[PARAMETERS.index("friction")])
     write_osim(
-        folder / MODEL, motion.model, (), ContactSettings(), friction,
-        height=motion.height, lost=motion.lost,
+        folder / MODEL, motion.laden or motion.model, (), ContactSettings(), friction,
+        height=motion.height, lost=motion.lost, person=motion.model,
     )  # fmt: skip
     written.append(folder / MODEL)
     if found.legs:

@@ -12,6 +12,14 @@ from matplotlib.axes import Axes
 
 from gaitval.apps.regression.csv_text import csv_text
 from gaitval.apps.regression.pair_grids import pair_grids
+from gaitval.apps.regression.quantity_tables import (
+    FIGURE_COLUMNS,
+    WalkQuantities,
+    curve_rows,
+    figure_rows,
+    figure_tables,
+    quantities_of,
+)
 from gaitval.apps.regression.regression import Row
 from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
 from gaitval.arrays import Array
@@ -60,16 +68,19 @@ _KINDS: Final = {"angles": "angle", "moments": "moment", "forces": "force"}
 def write_comparison(
     folder: Path, name: str, walks: Sequence[StoredWalk], versions: Versions | None
 ) -> None:
-    """Write `name`.html, `name`.pdf, all measures as `name`.csv and all curves as `name`_curves.csv
-    into `folder`, of at least one of `walks`; the same person may be there more than once.
-    `versions` are the same walks matched with those before; None if nothing is compared with.
+    """Write `name`.html, `name`.pdf, all measures as `name`.csv, all curves as `name`_curves.csv,
+    and figures of quantities as `name`_figures.csv into `folder`, of at least one of `walks`; the
+    same person may be there more than once. `versions` are the same walks matched with those
+    before; None if nothing is compared with.
     """
     before = {} if versions is None else {id(pair.now): pair.before for pair in versions.pairs}
     labels = _labels(walks)
     overlaid = not before and 1 < len(walks) <= OVERLAID
     groups = list(_groups(walks, labels))
     write_text(folder / f"{name}.csv", _measures_csv(walks, labels, versions))
-    write_text(folder / f"{name}_curves.csv", _curves_csv(walks, labels, before))
+    quantities = quantities_of(walks, labels, before)
+    write_text(folder / f"{name}_curves.csv", _curves_csv(quantities, before))
+    write_text(folder / f"{name}_figures.csv", csv_text([FIGURE_COLUMNS, *figure_rows(quantities)]))
     write_page(
         folder,
         name,
@@ -87,6 +98,7 @@ def write_comparison(
             "legend": _legend(walks, labels) if overlaid else [],
             "one_record": _one_record(walks),
             "measures": _measure_tables(walks, labels),
+            "figure_tables": figure_tables(quantities, most=SUBJECTS),
             "small_multiples": _overlays(walks) if overlaid else _drawings(walks, labels, before),
             "three_abreast": len(walks) == 1,
             "before": bool(before),
@@ -522,16 +534,15 @@ def _measures_csv(
     return csv_text(lines)
 
 
-def _curves_csv(
-    walks: Sequence[StoredWalk], labels: Sequence[str], before: Mapping[int, StoredWalk]
-) -> str:
+def _curves_csv(walks: Sequence[WalkQuantities], before: Mapping[int, StoredWalk]) -> str:
     lines: list[list[object]] = [
         [
             *("walk", "quantity", "side", "percent", "unit"),
             *("recorded", "simulated", "sd", "before"),
         ]
     ]
-    for walk, label in zip(walks, labels, strict=True):
+    for each in walks:
+        walk, label = each.walk, each.label
         earlier = before.get(id(walk))
         for kind in sorted(KINDS):
             unit = walk.metrics.units.of(kind)
@@ -545,4 +556,5 @@ def _curves_csv(
                     + [None if column is None else column[percent] for column in columns]
                     for percent in PERCENT.tolist()
                 ]
+        lines += curve_rows(each)
     return csv_text(lines)
