@@ -48,7 +48,7 @@ Heat and what returns are of forty people of another laboratory, of whom no figu
 et al. 2011, Gait Posture 33:6, twenty adults and twenty young people, ten conditions of 0.84 to
 1.95 m/s), whose rates are taken to be what the load carriage equation of `expected_rates` says: the
 other one is a straight line, by which a metre never costs least. RMS of the ten 0.34 W/kg
-(`experiments/joint_metabolics.py`). So the level of this model says nothing new about level
+(`joint_metabolics` of the notebook). So the level of this model says nothing new about level
 walking; what it says of a slope, a load, a device or the speed of the least cost is a prediction.
 """
 
