@@ -1,6 +1,5 @@
 """How far results depend on the physics step, and on rounding."""
 
-import csv
 import statistics
 from dataclasses import dataclass, replace
 
@@ -17,6 +16,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.model.tree import Tree, empty_frames, forward, velocities
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import Trajectory, Walker, WalkingTask
+from gaitval.text_tables import shipped_table
 
 FINEST, STEPS = 0.125e-3, (1e-3, 2e-3)
 """s; what the others are compared with, and these."""
@@ -127,17 +127,22 @@ def steps(_: claims.Given) -> list[Claim]:
     return rows
 
 
+def changes_by_step() -> dict[tuple[str, str], list[tuple[float, float]]]:
+    """Of each person, by group of curves and unit: the change of the mean curves in a study at a
+    quarter of the step, and the error shown.
+    """
+    groups: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for row in shipped_table("gaitval.metrics", "time_step.csv").by_name():
+        found = groups.setdefault((row["group"], row["unit"]), [])
+        found.append((float(row["change"]), float(row["error"])))
+    return groups
+
+
 @claims.measured(stored=("gaitval/metrics/time_step.csv",))
 def convergence(_: claims.Given) -> list[Claim]:
     """The whole study made anew at a quarter of the step: change of the mean curves."""
-    text = (ROOT / "gaitval" / "metrics" / "time_step.csv").read_text("utf-8")
-    lines = [line for line in text.splitlines() if not line.startswith("#")]
-    groups: dict[tuple[str, str], list[tuple[float, float]]] = {}
-    for row in csv.DictReader(lines):
-        found = groups.setdefault((row["group"], row["unit"]), [])
-        found.append((float(row["change"]), float(row["error"])))
     rows = []
-    for (group, unit), values in groups.items():
+    for (group, unit), values in changes_by_step().items():
         change, error = np.array(values).T
         what = f"{group}: change of the mean curves in a study at a quarter of the step"
         rows += [
