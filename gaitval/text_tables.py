@@ -1,8 +1,11 @@
-"""Tables as text, by whatever program: notes at the top, separators, and the comma as a point."""
+"""Tables as text: read as whatever program wrote them, with notes at the top, separators and the
+comma as a point; and written.
+"""
 
 import csv
+import io
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable
 from importlib import resources
 from itertools import dropwhile
 from typing import Final, NamedTuple
@@ -29,7 +32,7 @@ def separator_of(header: str) -> str:
     return max("\t;,", key=header.count)  # of none, the first
 
 
-def text_table(lines: Sequence[str]) -> TextTable:
+def text_table(lines: list[str]) -> TextTable:
     """The table in `lines`. Notes before its header, which begin with `#`, and lines without
     anything are passed over. Of a table with semicolons or tabs, numbers with a comma for the point
     are given with the point. Raises csv.Error where quotation marks do not close.
@@ -49,6 +52,26 @@ def shipped_table(package: str, file: str) -> TextTable:
     """A table that comes with a `package` of gaitval."""
     text = resources.files(package).joinpath(file).read_text("utf-8")
     return text_table(text.splitlines())
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """CSV of `rows`, the first of which has the names of the columns, with an empty cell for None.
+    Text that a spreadsheet would take for a formula starts with an apostrophe, because names in it
+    may come from outside.
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(map(_cell, row) for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: object) -> object:
+    if not isinstance(value, str) or not value.startswith(tuple("=+-@\t\r\n")):
+        return value
+    try:
+        float(value)
+    except ValueError:
+        return f"'{value}"
+    return value
 
 
 def _is_note(line: str) -> bool:

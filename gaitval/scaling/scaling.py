@@ -12,8 +12,6 @@ it. In standing that plane tilts forward by `pelvic_tilt` and de Leva's trunk is
 hips, so in the neutral pose the lumbar joint lies behind the hips.
 """
 
-import csv
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -38,6 +36,7 @@ from gaitval.scaling.anthropometry import (
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import LENGTH_FIELDS, Measurements
 from gaitval.scaling.segments import TRUNK, ScaledSegment, body_of, trunk_factor
+from gaitval.text_tables import csv_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -92,11 +91,8 @@ class ScaledBody(Displayed):
 
     def write_table(self, path: Path) -> None:
         """Write the table as CSV: a row per segment, with the fields of `ScaledSegment`."""
-        text, rows = io.StringIO(), [asdict(each) for each in self.table]
-        writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        write_text(path, text.getvalue())
+        rows = [asdict(each) for each in self.table]
+        write_text(path, csv_text([rows[0], *(each.values() for each in rows)]))
 
     def frame(self) -> "pd.DataFrame":
         """The table with a row per segment and the fields of `ScaledSegment` as columns."""

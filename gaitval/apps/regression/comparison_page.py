@@ -10,7 +10,6 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
-from gaitval.apps.regression.csv_text import csv_text
 from gaitval.apps.regression.pair_grids import pair_grids
 from gaitval.apps.regression.regression import Row
 from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
@@ -30,6 +29,7 @@ from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import write_page
 from gaitval.reporting.style import WIDTH
+from gaitval.text_tables import csv_text
 
 CURVES: Final[tuple[tuple[Kind, str], ...]] = (
     *(("angles", name) for name in ("hip_flexion", "knee_angle", "ankle_angle")),

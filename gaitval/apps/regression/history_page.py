@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 
 from gaitval.apps.regression import change_points
 from gaitval.apps.regression.change_points import CHANCE, LEAST, SIDE
-from gaitval.apps.regression.csv_text import csv_text
 from gaitval.apps.regression.history import UNKNOWN, Check, Key, series_of
 from gaitval.apps.regression.history import CheckedFigure as Value
 from gaitval.artefacts import write_text
@@ -19,6 +18,7 @@ from gaitval.metrics.verdicts import target_text
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import RECORD_SHADE
 from gaitval.reporting.page import write_page
+from gaitval.text_tables import csv_text
 
 COLUMNS: Final = 3
 PANELS: Final = 9
