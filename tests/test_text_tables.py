@@ -13,7 +13,7 @@ def test_notes_quotes_and_empty_lines_are_passed_over(separator):
 
 
 def test_a_comma_is_the_point_where_it_does_not_separate():
-    names, rows = text_table(["name;mass;note", "Anna;61,5;left, then right", "Bob;-1,5e-3;1.5"])
+    _, rows = text_table(["name;mass;note", "Anna;61,5;left, then right", "Bob;-1,5e-3;1.5"])
     assert [cells for _, cells in rows] == [
         ["Anna", "61.5", "left, then right"],
         ["Bob", "-1.5e-3", "1.5"],
