@@ -40,10 +40,9 @@ from gaitval.study import body_stage, one_stage
 from gaitval.study import run as study
 from gaitval.study import stage as stage_module
 from gaitval.study.identification_stages import choose_stage, identify_stage
-from gaitval.study.inputs import STORED_FILES
+from gaitval.study.inputs import STORED_FILES, start_from
 from gaitval.study.learning_stages import learned, train_stage
 from gaitval.study.one_stage import finished_rounds, run_one
-from gaitval.study.own_start import start_from
 from gaitval.study.report_stages import validate_stage
 from gaitval.study.run import plan, run_subject
 from gaitval.study.sources import code_of
