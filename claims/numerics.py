@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import claims
-from claims import ROOT, Claim
+from claims import Claim
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
 from gaitval.contact.forces import ground_forces
@@ -154,20 +153,3 @@ def convergence(_: claims.Given) -> list[Claim]:
                   len(values)),
         ]  # fmt: skip
     return rows
-
-
-@claims.measured(stored=("benchmarks/margins.json",))
-def scatter(_: claims.Given) -> list[Claim]:
-    """What differs between walks of the stored policies that differ by rounding alone."""
-    stored = read_json(ROOT / "benchmarks" / "margins.json")
-    walks = len(stored["scatter"]) * (stored["walks"] + 1)
-    units = {"angle_rmse": "deg", "moment_rmse": "Nm/kg", "force_rmse": "% BW"}
-    return [
-        Claim(
-            f"scatter of {measure} between walks that differ by rounding, largest",
-            max(found[measure] for found in stored["scatter"].values()),
-            units.get(measure, "1"),
-            walks,
-        )
-        for measure in (*units, "epsilon")
-    ]

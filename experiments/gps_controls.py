@@ -5,8 +5,7 @@
 
 Reads `gps/strides.csv` of the data folder: a stride a side of 42 healthy adults (WBDS), and of
 three groups with a gait disorder. Shipped is what is computed of the 42: their mean curves, rounded
-to 0.1 degree, and mean and standard deviation of their scores. `python -m claims agreement
-scores` scores all four groups against the shipped file.
+to 0.1 degree, and mean and standard deviation of their scores.
 """
 
 from collections.abc import Mapping
