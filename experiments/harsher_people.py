@@ -35,6 +35,7 @@ from gaitval.identification.prior import prior_sd
 from gaitval.identification.shared_errors import identified
 from gaitval.identification.verdicts import WEAK
 from gaitval.measurement.sources import NINETY
+from gaitval.metrics.comparison import rms
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
 
@@ -148,14 +149,11 @@ def one(number: int, seed: int) -> dict[str, Any]:
 
 def said(people: Sequence[Mapping[str, Any]]) -> str:
     """The table of the docs: legs, parameters, differences of legs."""
-
-    def rms(values: Sequence[float]) -> float:
-        return float(np.sqrt(np.mean(np.square(values))))
-
     rows = []
     for by in ("markers", "stature"):
         legs = [each["leg"] for each in people if each.get("leg") and each["by"] == by]
-        scaled, off = [leg["truth"] for leg in legs], [leg["truth"] - leg["mean"] for leg in legs]
+        scaled, mean = (np.array([leg[name] for leg in legs]) for name in ("truth", "mean"))
+        off = scaled - mean
         held = [abs(o) <= NINETY * leg["sd"] for o, leg in zip(off, legs, strict=True)]
         rows.append(
             f"{by}: {len(legs)} people, leg {100 * rms(scaled):.2f} -> {100 * rms(off):.2f} cm, "

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from gaitval.apps.regression.pair_grids import pair_grids
-from gaitval.apps.regression.regression import Row
+from gaitval.apps.regression.regression import Row, shown
 from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
 from gaitval.arrays import Array
 from gaitval.artefacts import versions as versions_of_here
@@ -252,13 +252,13 @@ def _worst(walk: StoredWalk, better: Mapping[str, str]) -> dict[str, str]:
     for row in walk.metrics.measures:
         if is_judged(row.origin):
             found.setdefault(row.measure, []).append(row.value)
-    shown = {}
+    texts = {}
     for name, values in found.items():
         worst = max if better[name] == "lower" else min
         known = [value for value in values if value is not None]
         whole = len(known) == len(values)
-        shown[name] = number(worst(known) if whole else None, DIGITS.get(UNITS[name], 2))
-    return shown
+        texts[name] = number(worst(known) if whole else None, DIGITS.get(UNITS[name], 2))
+    return texts
 
 
 def _versions(versions: Versions) -> dict[str, Any]:
@@ -297,8 +297,8 @@ def _moved(subject: str, row: Row) -> dict[str, Any]:
         "subject": subject,
         "measure": row.measure.replace("_", " "),
         "target": target_text(row.target),
-        "before": _value(row.baseline),
-        "now": _value(row.current),
+        "before": shown(row.baseline),
+        "now": shown(row.current),
         "unit": row.unit,
         "margin": f"{row.margin:g}",
         "grown": "" if grown is None or math.isinf(grown) else number(grown, 1),
@@ -312,16 +312,12 @@ def _flip(subject: str, flip: Flip) -> dict[str, Any]:
         "title": flip.title,
         "target": target_text(flip.target),
         "decides": flip.decides,
-        "before": _value(flip.before),
-        "now": _value(flip.now),
+        "before": shown(flip.before),
+        "now": shown(flip.now),
         "limit": f"{SIGNS[flip.limit]} {flip.tolerance:g}",
         "unit": "" if flip.unit == "1" else flip.unit,
         "kept": flip.kept,
     }
-
-
-def _value(value: float | None) -> str:
-    return "not measured" if value is None else f"{value:.4g}".replace("-", "−")
 
 
 def _strips(versions: Versions) -> str:

@@ -13,6 +13,7 @@ from gaitval.apps.regression import change_points
 from gaitval.apps.regression.change_points import CHANCE, LEAST, SIDE
 from gaitval.apps.regression.history import UNKNOWN, Check, Key, series_of
 from gaitval.apps.regression.history import CheckedFigure as Value
+from gaitval.apps.regression.regression import shown
 from gaitval.artefacts import write_text
 from gaitval.metrics.verdicts import target_text
 from gaitval.reporting.drawing import new_figure, svg
@@ -199,11 +200,6 @@ def _step_row(step: FoundStep) -> dict[str, Any]:
         "chance": _chance(step),
         "change": step.change,
     }
-
-
-def shown(value: float | None) -> str:
-    """A mean (`value`) before or after a step."""
-    return "not measured" if value is None else f"{value:.4g}".replace("-", "−")
 
 
 def _chance(step: FoundStep) -> str:
