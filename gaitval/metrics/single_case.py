@@ -96,14 +96,12 @@ def left_out_scores(curves: Array) -> Array:
     return found
 
 
-def compare_with_group(
-    angles: Mapping[str, Array], cases: Cases | None = None
-) -> CaseResult | None:
+def compare_with_group(angles: Mapping[str, Array]) -> CaseResult | None:
     """A person's mean `angles` (101,) deg, by name of `PROFILE_ANGLES` with `_r` or `_l`, against
-    the healthy adults (`cases`; the 42 by default). Curves that are missing are left out, and the
+    the 42 healthy adults. Curves that are missing are left out, and the
     threshold stays that of all: fewer false alarms. None if there is none.
     """
-    group = load_cases() if cases is None else cases
+    group = load_cases()
     t = {
         f"{name}_{side}": modified_t(
             np.asarray(angles[f"{name}_{side}"], dtype=float),

@@ -94,9 +94,9 @@ class Guessed(NamedTuple):
     pendulum: float | None = None
 
 
-def _percentile(values: Iterable[float], share: float = 95.0) -> float | None:
+def _percentile(values: Iterable[float]) -> float | None:
     found = [abs(each) for each in values if math.isfinite(each)]
-    return float(np.percentile(found, share)) if found else None
+    return float(np.percentile(found, 95.0)) if found else None
 
 
 def _mean(values: Iterable[float | None]) -> float | None:
