@@ -14,9 +14,7 @@ from gaitval.apps.regression.pair_grids import pair_grids
 from gaitval.apps.regression.regression import Row, shown
 from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
 from gaitval.arrays import Array
-from gaitval.artefacts import versions as versions_of_here
 from gaitval.artefacts import write_text
-from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import is_judged, measure_origin
@@ -76,9 +74,6 @@ def write_comparison(
         "gaitval.apps.regression:comparison.html.j2",
         {
             "name": name,
-            "software": versions_of_here(),
-            "commit": source_commit(),
-            "written": now(),
             "walks": [_overview(walk, label) for walk, label in zip(walks, labels, strict=True)],
             "group_names": [row.group for row in group_rows(walks[0].metrics)],
             "group_units": [row.unit for row in group_rows(walks[0].metrics)],
