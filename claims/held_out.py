@@ -124,9 +124,7 @@ def speed_rows(found: dict[str, _Stored]) -> list[Claim]:
     return rows
 
 
-def split_by_speed(
-    found: dict[str, _Stored], near_by: float = NEAR
-) -> tuple[dict[str, _Stored], dict[str, _Stored]]:
+def split_by_speed(found: dict[str, _Stored]) -> tuple[dict[str, _Stored], dict[str, _Stored]]:
     """Trials within a fraction of a known speed, and the others."""
     near, far = {}, {}
     for name, each in found.items():
@@ -135,7 +133,7 @@ def split_by_speed(
         names = [subject.trial, *(each.name for each in subject.trials)]
         known = [subject.on_trial(each) for each in names if each != trial]
         change = min(abs(each["speed"] / t.walking_speed_m_s - 1.0) for t in known)
-        (near if change <= near_by + 0.005 else far)[name] = each
+        (near if change <= NEAR + 0.005 else far)[name] = each
     return near, far
 
 

@@ -15,15 +15,11 @@ from claims import ROOT, Claim
 from gaitval.identification.legs import LegDifference
 from gaitval.identification.offsets import estimated
 from gaitval.identification.verdicts import IDENTIFIED
+from gaitval.metrics.comparison import rms
 
 STORE = ROOT / "reports" / "identification"
 DISTANCES = ("hip to knee", "knee to ankle", "hip to ankle, straight leg")
 """Of `gaitval.identification.joints.lengths`, which a range-of-motion trial measures."""
-
-
-def rms(values: Any) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def within(z: Any, share: float) -> float:
@@ -245,7 +241,7 @@ def between_trials(stored: dict[str, Any]) -> tuple[float, int]:
                 variance = sum(np.diag(each - each @ each) for each in resolved)
                 apart = np.array(one["shift"]) - other["shift"]
                 ratios.append((apart / np.sqrt(variance.clip(1e-9)))[2:14])
-    return rms(ratios), len(ratios)
+    return rms(np.array(ratios)), len(ratios)
 
 
 @claims.measured(stored=("reports/identification/ten_shared.json",))

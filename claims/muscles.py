@@ -32,31 +32,6 @@ PATIENTS_WALK: Final = 1.1
 Biomech 34:859, abstract)."""
 
 
-@claims.measured()
-def tendons(given: Given) -> list[Claim]:
-    """Lengths in MuJoCo and as polynomials in OpenSim against ours, over gait, subject 5."""
-    import gaitval as gv
-    from gaitval.musculature.mapping import sizes
-    from gaitval.musculature.own_coordinates import own_lengths, plain_paths
-    from gaitval.musculature.paths import COORDINATES
-    from gaitval.musculature.strands import gait_poses, own_tendons, strand_lengths
-
-    factors = sizes(gv.load_policy(PERSON).model, "r").factors
-    angles = gait_poses()
-    lengths, _ = own_lengths(angles, factors)
-    straight, plain = [], []
-    for i, tendon in enumerate(own_tendons(factors).values()):
-        made = strand_lengths(angles, tendon.strands, factors, scaled=True) / len(tendon.strands)
-        straight.append(np.abs(made + tendon.more - lengths[:, i]))
-    for i, path in enumerate(plain_paths(factors)):
-        columns = [COORDINATES.index(name) for name in path.coordinates]
-        plain.append(np.abs(path.lengths(angles[:, columns]) - lengths[:, i]))
-    return [
-        Claim(f"muscle length, {name}, 95 %", 1e3 * float(np.quantile(off, 0.95)), "mm", 40)
-        for name, off in (("tendons of MuJoCo", straight), ("polynomials for OpenSim", plain))
-    ]
-
-
 def _walks() -> list[Any]:
     """The ten people's stored walks, as motions with moments."""
     import gaitval as gv

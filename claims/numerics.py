@@ -1,15 +1,13 @@
 """How far results depend on the physics step, and on rounding."""
 
-import csv
 import statistics
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 import claims
-from claims import ROOT, Claim
+from claims import Claim
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
 from gaitval.contact.forces import ground_forces
@@ -17,6 +15,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.model.tree import Tree, empty_frames, forward, velocities
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import Trajectory, Walker, WalkingTask
+from gaitval.text_tables import shipped_table
 
 FINEST, STEPS = 0.125e-3, (1e-3, 2e-3)
 """s; what the others are compared with, and these."""
@@ -127,17 +126,22 @@ def steps(_: claims.Given) -> list[Claim]:
     return rows
 
 
+def changes_by_step() -> dict[tuple[str, str], list[tuple[float, float]]]:
+    """Of each person, by group of curves and unit: the change of the mean curves in a study at a
+    quarter of the step, and the error shown.
+    """
+    groups: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for row in shipped_table("gaitval.metrics", "time_step.csv").by_name():
+        found = groups.setdefault((row["group"], row["unit"]), [])
+        found.append((float(row["change"]), float(row["error"])))
+    return groups
+
+
 @claims.measured(stored=("gaitval/metrics/time_step.csv",))
 def convergence(_: claims.Given) -> list[Claim]:
     """The whole study made anew at a quarter of the step: change of the mean curves."""
-    text = (ROOT / "gaitval" / "metrics" / "time_step.csv").read_text("utf-8")
-    lines = [line for line in text.splitlines() if not line.startswith("#")]
-    groups: dict[tuple[str, str], list[tuple[float, float]]] = {}
-    for row in csv.DictReader(lines):
-        found = groups.setdefault((row["group"], row["unit"]), [])
-        found.append((float(row["change"]), float(row["error"])))
     rows = []
-    for (group, unit), values in groups.items():
+    for (group, unit), values in changes_by_step().items():
         change, error = np.array(values).T
         what = f"{group}: change of the mean curves in a study at a quarter of the step"
         rows += [
@@ -149,20 +153,3 @@ def convergence(_: claims.Given) -> list[Claim]:
                   len(values)),
         ]  # fmt: skip
     return rows
-
-
-@claims.measured(stored=("benchmarks/margins.json",))
-def scatter(_: claims.Given) -> list[Claim]:
-    """What differs between walks of the stored policies that differ by rounding alone."""
-    stored = read_json(ROOT / "benchmarks" / "margins.json")
-    walks = len(stored["scatter"]) * (stored["walks"] + 1)
-    units = {"angle_rmse": "deg", "moment_rmse": "Nm/kg", "force_rmse": "% BW"}
-    return [
-        Claim(
-            f"scatter of {measure} between walks that differ by rounding, largest",
-            max(found[measure] for found in stored["scatter"].values()),
-            units.get(measure, "1"),
-            walks,
-        )
-        for measure in (*units, "epsilon")
-    ]

@@ -19,6 +19,7 @@ import claims
 from claims import Claim
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
+from gaitval.metrics.comparison import rms
 
 SPEEDS = ("transfemoral_amputee=0.8", "TF02=0.7")
 """m/s on the treadmill (Hood et al. 2020); TF02's fastest trial, which his stride is of, by his
@@ -59,10 +60,6 @@ def true_moments(data: Path) -> dict[tuple[str, str], Array]:
     return chosen
 
 
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
-
-
 def ankle_errors(walks: Sequence[dict[str, Any]], data: Path) -> dict[str, Array]:
     """By side ("intact", "prosthetic"): RMS of the walk's ankle moment and of the healthy one that
     is expected, (people, 2) Nm/kg.
@@ -78,11 +75,27 @@ def ankle_errors(walks: Sequence[dict[str, Any]], data: Path) -> dict[str, Array
             name = f"ankle_angle_{side[0]}"
             found[kind].append(
                 (
-                    _rms(np.array(each["moments"][name]) - true),
-                    _rms(np.array(each["expected"][name]) - true),
+                    rms(np.array(each["moments"][name]) - true),
+                    rms(np.array(each["expected"][name]) - true),
                 )
             )
     return {kind: np.array(each) for kind, each in found.items()}
+
+
+def _ankle_rows(what: str, found: Sequence[dict[str, Any]], data: Path) -> list[Claim]:
+    """Of each side, as far as it is known, how far ankle moments are off, and their skill."""
+    rows = []
+    for kind, errors in ankle_errors(found, data).items():
+        if not len(errors):
+            continue
+        print(kind, errors.round(3).tolist())
+        own, usual = errors.mean(axis=0)
+        skill = float(1.0 - own / usual)
+        rows += [
+            Claim(f"{what}, {kind} side, RMS", float(own), "Nm/kg", len(errors)),
+            Claim(f"{what}, {kind} side, skill against healthy people's", skill, "1", len(errors)),
+        ]
+    return rows
 
 
 @claims.measured("data")
@@ -134,22 +147,7 @@ def walks(given: claims.Given) -> list[Claim]:
         ),
         Claim("sides of gps records that are invented", invented, "sides", 104),
     ]
-    for kind, errors in ankle_errors(found, given.data).items():
-        if not len(errors):
-            continue
-        print(kind, errors.round(3).tolist())
-        walk, usual = errors.mean(axis=0)
-        what = f"amputees' ankle moment, {kind} side"
-        rows += [
-            Claim(f"{what}, RMS", float(walk), "Nm/kg", len(errors)),
-            Claim(
-                f"{what}, skill against healthy people's",
-                float(1.0 - walk / usual),
-                "1",
-                len(errors),
-            ),
-        ]
-    return rows
+    return rows + _ankle_rows("amputees' ankle moment", found, given.data)
 
 
 @claims.measured("data")
@@ -177,21 +175,7 @@ def ankles(given: claims.Given) -> list[Claim]:
                 "expected": {name: usual[name](phase) for name in names.values()},
             }
         )
-    rows = []
-    for kind, errors in ankle_errors(found, given.data).items():
-        print(kind, errors.round(3).tolist())
-        own, usual_error = errors.mean(axis=0)
-        what = f"amputees' ankle moment before the walk, {kind} side"
-        rows += [
-            Claim(f"{what}, RMS", float(own), "Nm/kg", len(errors)),
-            Claim(
-                f"{what}, skill against healthy people's",
-                float(1.0 - own / usual_error),
-                "1",
-                len(errors),
-            ),
-        ]
-    return rows
+    return _ankle_rows("amputees' ankle moment before the walk", found, given.data)
 
 
 @claims.measured("data")

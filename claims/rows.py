@@ -2,7 +2,6 @@
 
 import csv
 import datetime
-import io
 import os
 import platform
 import subprocess
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 import gaitval
+from gaitval.text_tables import csv_text
 
 from .given import ROOT
 
@@ -126,11 +126,7 @@ def write(by: str, made: Iterable[Claim], source: Source, path: Path) -> None:
 
 def as_csv(rows: Sequence[dict[str, str]]) -> str:
     """The text of a file of rows."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    return csv_text([COLUMNS, *([row[name] for name in COLUMNS] for row in rows)])
 
 
 def save(path: Path, rows: Sequence[dict[str, str]]) -> None:

@@ -166,11 +166,11 @@ def plant(random: np.random.Generator, shape: str) -> Array:
     return 0.5 * (1.0 + np.cos(np.pi * np.minimum(away / half, 1.0)))
 
 
-def found_of(cycles: Mapping[str, Array], kind: str, shape: str, count: int = PLANTS) -> int:
-    """Planted changes that are found, of `count`."""
+def found_of(cycles: Mapping[str, Array], kind: str, shape: str) -> int:
+    """Planted changes that are found, of `PLANTS`."""
     names = sorted(n for n in cycles if n[:-2] in {f"{kind}/{joint}" for joint in JOINTS})
     hits = 0
-    for seed in range(count):
+    for seed in range(PLANTS):
         random = np.random.default_rng(seed)
         before, after = halves(cycles, "at random", seed)
         name, size = names[random.integers(len(names))], plant(random, shape)

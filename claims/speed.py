@@ -103,9 +103,9 @@ def memory_of(process: int) -> float:
     return total + sum(memory_of(int(child)) for child in children)
 
 
-def _idle_share(seconds: float = 2.0) -> float:
+def _idle_share() -> float:
     """Fraction of this machine's processor time that nobody uses."""
-    busy = _busy()
+    busy, seconds = _busy(), 2.0
     time.sleep(seconds)
     spent = (_busy() - busy) / os.sysconf("SC_CLK_TCK")
     return 1.0 - spent / (seconds * (os.cpu_count() or 1))

@@ -5,8 +5,7 @@
 
 Reads `gps/strides.csv` of the data folder: a stride a side of 42 healthy adults (WBDS), and of
 three groups with a gait disorder. Shipped is what is computed of the 42: their mean curves, rounded
-to 0.1 degree, and mean and standard deviation of their scores. `python -m claims agreement
-scores` scores all four groups against the shipped file.
+to 0.1 degree, and mean and standard deviation of their scores.
 """
 
 from collections.abc import Mapping
@@ -15,13 +14,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from experiments.shipped import csv_text, parser_of, ship
+from experiments.shipped import parser_of, ship
 from gaitval.apps.patients.strides import AXES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.record import HARMONICS_CAP, periodic_through
 from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.statistics_results import GaitProfile
+from gaitval.text_tables import csv_text
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "gait" / "gps_controls.csv"
 

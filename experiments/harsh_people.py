@@ -19,6 +19,7 @@ policy, as scaled, as identified and with their true body. Writes
 import argparse
 import hashlib
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -196,6 +197,20 @@ def epsilons(each: dict[str, Any]) -> dict[str, float | None]:
     }
 
 
+def all_of(
+    wanted: Sequence[tuple[int, int]], one: Callable[[int, int], dict[str, Any]], store: Path
+) -> list[dict[str, Any]]:
+    """What `one` finds of each seed and number; what the file `store` has is not found again."""
+    stored: list[dict[str, Any]] = read_json(store)["people"] if store.exists() else []
+    done = {(each["seed"], each["number"]) for each in stored}
+    for seed, number in wanted:
+        if (seed, number) not in done:
+            stored.append(one(number, seed))
+            write_json(store, {"versions": versions(), "people": stored})
+            print(f"{len(stored)} of {len(wanted)}", flush=True)
+    return stored
+
+
 def main() -> None:
     """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -203,15 +218,8 @@ def main() -> None:
     parser.add_argument("--people", type=int, default=96, help="how many of this seed")
     parser.add_argument("--store", type=Path, default=STORE)
     arguments = parser.parse_args()
-    stored = read_json(arguments.store)["people"] if arguments.store.exists() else []
-    done = {(each["seed"], each["number"]) for each in stored}
     others = tuple((arguments.seed, number) for number in range(arguments.people))
-    wanted = PEOPLE if arguments.seed is None else others
-    for seed, number in wanted:
-        if (seed, number) not in done:
-            stored.append(one(number, seed))
-            write_json(arguments.store, {"versions": versions(), "people": stored})
-            print(f"{len(stored)} of {len(wanted)}", flush=True)
+    stored = all_of(PEOPLE if arguments.seed is None else others, one, arguments.store)
     for each in stored[:WALKED]:
         if "refused" not in each and "epsilon" not in each:
             each["epsilon"] = epsilons(each)

@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from experiments.gps_controls import strides
-from experiments.shipped import csv_text, parser_of, ship
+from experiments.shipped import parser_of, ship
+from gaitval.text_tables import csv_text
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / "healthy_bands.csv"
 ADULTS = FILE.with_name("adult_bands.csv")

@@ -13,11 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from experiments.gps_controls import strides
-from experiments.shipped import csv_text, parser_of, ship
+from experiments.shipped import parser_of, ship
 from gaitval.arrays import Array
 from gaitval.gait.healthy_controls import PROFILE_ANGLES
 from gaitval.metrics.single_case import FILE as NAME
 from gaitval.metrics.single_case import group_of, left_out_scores
+from gaitval.text_tables import csv_text
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / NAME
 

@@ -8,12 +8,12 @@ shared under CC BY-SA 4.0, and so is the file that this writes.
 """
 
 import argparse
-import csv
-import io
 import json
 import sys
 from pathlib import Path
 from typing import Any
+
+from gaitval.text_tables import csv_text
 
 OUT = Path(__file__).resolve().parent.parent / "gaitval/apps/judge/schwartz2008.csv"
 
@@ -45,9 +45,7 @@ HEADER = """\
 
 def table(data: dict[str, Any]) -> str:
     """The file's text."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["speed", "curve", "bound", *range(0, 101, 2)])
+    lines: list[list[object]] = [["speed", "curve", "bound", *range(0, 101, 2)]]
     for speed, group in SPEEDS.items():
         for curve, (moment, axis) in CURVES.items():
             rows = data["Schwartz2008"][group][moment][axis]
@@ -55,8 +53,8 @@ def table(data: dict[str, Any]) -> str:
                 raise SystemExit(f"{group} {moment} {axis}: not at 0, 2, ... 100 %")
             for bound, column in (("low", 2), ("high", 1)):
                 values = [f"{-MILLI * row[column] + 0.0:.4f}" for row in rows]
-                writer.writerow([speed, curve, bound, *values])
-    return HEADER + out.getvalue()
+                lines.append([speed, curve, bound, *values])
+    return HEADER + csv_text(lines)
 
 
 def main() -> None:

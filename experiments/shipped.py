@@ -1,20 +1,11 @@
 """A file that the package ships and a script of this folder computes: written, or compared."""
 
 import argparse
-import csv
-import io
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from gaitval.artefacts import write_text
-
-
-def csv_text(rows: Iterable[Sequence[object]]) -> str:
-    """Rows as CSV; the first has the names of the columns."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
 
 
 def parser_of(documentation: str) -> argparse.ArgumentParser:

@@ -14,8 +14,6 @@ Seconds.
 """
 
 import argparse
-import csv
-import io
 import pickle
 from math import comb
 from pathlib import Path
@@ -24,6 +22,7 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.artefacts import write_text
+from gaitval.text_tables import csv_text
 
 FILES: Final = {"thigh": "globalThighAngles", "knee": "kneeAngles", "ankle": "ankleAngles"}
 SIGN: Final = {"thigh": 1.0, "knee": -1.0, "ankle": -1.0}
@@ -74,12 +73,11 @@ def main() -> None:
         for slope in SLOPES:
             there = curve(found, STRIDE, slope, phase)
             columns[f"{name}_{slope:+g}"] = SIGN[name] * (there - level)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    for row in zip(*columns.values(), strict=True):
-        writer.writerow([f"{row[0]:g}", *(f"{value:.1f}" for value in row[1:])])
-    write_text(given.table, text.getvalue())
+    rows = (
+        [f"{row[0]:g}", *(f"{value:.1f}" for value in row[1:])]
+        for row in zip(*columns.values(), strict=True)
+    )
+    write_text(given.table, csv_text([columns, *rows]))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from claims.patients import HEALTHY, SPEEDS, tables, true_moments
-from experiments.shipped import csv_text, parser_of, ship
+from experiments.shipped import parser_of, ship
 from gaitval.apps.patients.ankle_errors import ERRORS
 from gaitval.apps.patients.cohort import found_patients
 from gaitval.apps.patients.known_record import (
@@ -48,6 +48,7 @@ from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.scaling import scale_subject
+from gaitval.text_tables import csv_text
 
 FOLDER = Path(__file__).resolve().parent.parent / "gaitval" / "apps" / "patients"
 

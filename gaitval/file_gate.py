@@ -9,13 +9,14 @@ import codecs
 import csv
 import io
 import os
-import re
 import stat
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from gaitval.errors import GaitvalError
+from gaitval.text_tables import text_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -92,39 +93,23 @@ def _plain_lines(text: str) -> str:
 def csv_rows(
     path: Path, refusal: Refusal, *, largest: int = TABLE
 ) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Line and cells, by their columns, of each row of a CSV file; as `csv.DictReader` gives them.
-    `path`, `refusal` and `largest` are those of `passed`, as which it raises, also for what is not
-    CSV in UTF-8. Of a table with semicolons or tabs, as spreadsheets of many countries write it,
-    numbers with a comma for the point are given with the point.
+    """Line and cells, by their columns, of each row of a CSV file, as `text_table` reads them: None
+    where a row ends early, and by the name None a list of what is beyond the columns. `path`,
+    `refusal` and `largest` are those of `passed`, as which it raises, also for what is not CSV in
+    UTF-8.
     """
     try:
         text = read_text(path, refusal, largest=largest)
-        separator = separator_of(text.partition("\n")[0])
-        reader = csv.DictReader(io.StringIO(text), delimiter=separator)
-        for row in reader:
-            yield reader.line_num, row if separator == "," else _with_points(row)
+        names, rows = text_table(io.StringIO(text).readlines())
     except UnicodeDecodeError:
         raise refusal(f"{path}: not UTF-8 text. Save the table as UTF-8.") from None
     except csv.Error as error:
         raise refusal(f"{path}: cannot be read as CSV ({error}). Write it again.") from None
-
-
-def separator_of(header: str) -> str:
-    """What separates the columns of a table by its `header`: a comma, semicolons or tabs, as
-    spreadsheets of many countries write it; with these a comma may be the decimal point.
-    """
-    return max(",;\t", key=header.count)  # of none, the first
-
-
-def _with_points(row: dict[str, Any]) -> dict[str, Any]:
-    return {
-        name: cell.replace(",", ".") if isinstance(cell, str) and _DECIMAL.fullmatch(cell) else cell
-        for name, cell in row.items()
-    }
-
-
-_DECIMAL: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
-"""A number with a comma for the point."""
+    for line, cells in rows:
+        row: dict[Any, Any] = dict(zip_longest(names, cells[: len(names)]))
+        if len(cells) > len(names):
+            row[None] = cells[len(names) :]
+        yield line, row
 
 
 def csv_frame(path: Path, refusal: Refusal, **options: Any) -> "pd.DataFrame":

@@ -13,11 +13,6 @@ _Problem = Mapping[str, Any]
 """One of the errors of a `pydantic.ValidationError`."""
 
 NO_LONGER: Final[Mapping[str, str]] = {
-    **dict.fromkeys(
-        ("training.transfer_samples", "training.refinement_samples", "training.range_samples"),
-        "no longer exists: training.samples is the number of samples whatever a training starts "
-        "from. Write that instead",
-    ),
     "identification.parameters": "no longer exists: sole and legs that differ are always among "
     "what is found. Leave it out",
 }

@@ -24,6 +24,9 @@ from gaitval.model.parameters import NOMINAL_DAMPING, NOMINAL_FRICTION
 from gaitval.quantities.joint_power import BURSTS
 from gaitval.scaling.anthropometry import (
     DE_LEVA,
+    JENSEN_MASS,
+    JENSEN_RADII,
+    JENSEN_YEARS,
     PAIRED,
     SHOULDER_HALF_WIDTH,
     SHOULDER_HEIGHT,
@@ -31,7 +34,6 @@ from gaitval.scaling.anthropometry import (
     TOES_MASS,
     WINTER,
 )
-from gaitval.scaling.children import JENSEN_MASS, JENSEN_RADII, JENSEN_YEARS
 from gaitval.scaling.foot_shape import FOOT_SHAPE
 from gaitval.scaling.hip_regressions import hip_joint_centre
 from gaitval.scaling.joint_centres import (

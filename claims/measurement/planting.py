@@ -344,7 +344,11 @@ def _middle(plate: Plate) -> Array:
 
 
 def _rotated(plate: Plate, angle: float) -> Plate:
-    turn, middle = Rotation.from_rotvec([0, 0, angle]).as_matrix(), _middle(plate)
+    return _turned_about(plate, angle, _middle(plate))
+
+
+def _turned_about(plate: Plate, angle: float, middle: Array) -> Plate:
+    turn = Rotation.from_rotvec([0, 0, angle]).as_matrix()
 
     def change(f: Array, m: Array) -> tuple[Array, Array]:
         turned = f @ turn.T
@@ -355,16 +359,10 @@ def _rotated(plate: Plate, angle: float) -> Plate:
 
 def _turned_about_origin(recording: Recording, angle: float) -> Recording:
     """All plates turned about the middle of them all, as one block."""
-    turn = Rotation.from_rotvec([0, 0, angle]).as_matrix()
     if not recording.plates:
         return recording
     middle = np.mean([_middle(plate) for plate in recording.plates], axis=0)
-
-    def change(f: Array, m: Array) -> tuple[Array, Array]:
-        turned = f @ turn.T
-        return turned, (m - np.cross(middle, f)) @ turn.T + np.cross(middle, turned)
-
-    return _on_all(recording, lambda plate: _wrench(plate, change))
+    return _on_all(recording, lambda plate: _turned_about(plate, angle, middle))
 
 
 def _moved(plate: Plate, axis: int, metres: float) -> Plate:

@@ -8,7 +8,6 @@ if a table does not match the baselines (for CI).
 """
 
 import argparse
-import csv
 import statistics
 import sys
 from collections.abc import Callable, Sequence
@@ -21,6 +20,7 @@ import fed_figures
 import numpy as np
 
 from claims.marked_table import with_table
+from claims.numerics import changes_by_step
 from claims.skill_interval import skill_interval
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.validation import EXTERNAL_LOAD
@@ -410,13 +410,8 @@ def report(baselines: Sequence[Stored]) -> str:
 
 def time_step_table() -> str:
     """How far a quarter of the physics step changes the result of the whole study."""
-    found: dict[tuple[str, str], list[tuple[float, float]]] = {}
-    text = (ROOT / "gaitval" / "metrics" / "time_step.csv").read_text(encoding="utf-8")
-    for row in csv.DictReader(line for line in text.splitlines() if not line.startswith("#")):
-        of = found.setdefault((row["group"], row["unit"]), [])
-        of.append((float(row["change"]), float(row["error"])))
     lines = []
-    for (group, unit), values in found.items():
+    for (group, unit), values in changes_by_step().items():
         change, error = np.array(values).T
         lines.append(
             [

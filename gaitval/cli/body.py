@@ -52,13 +52,13 @@ def body(
     from gaitval.artefacts import write_json
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.identification.body_of_record import all_parameters, body_of_record
+    from gaitval.identification.body_of_record import body_of_record
     from gaitval.identification.body_words import sentences
     from gaitval.identification.plausible import implausible
     from gaitval.reporting.body_page import as_dict, tables, write_body_page
     from gaitval.scaling.scaling import scale_subject
 
-    configuration = all_parameters(load_configuration(config, settings=settings or ()))
+    configuration = load_configuration(config, settings=settings or ())
     person = load_subject(subject)
     for warning in implausible(person, configuration, person.record()):
         display.messages.print(f"Warning: {warning}")

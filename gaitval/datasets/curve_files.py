@@ -7,10 +7,8 @@ the table that an import writes. Other columns are left alone.
 """
 
 import difflib
-import io
-import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import takewhile
 from pathlib import Path
 from typing import Final, Literal
 
@@ -31,6 +29,7 @@ from gaitval.gait.record import (
     REQUIRED_MOMENTS,
 )
 from gaitval.gait.sampling import SAMPLES
+from gaitval.text_tables import text_table
 
 AngleUnit = Literal["deg", "rad"]
 
@@ -161,10 +160,6 @@ def _from_wbds(paths: Sequence[Path]) -> MeanCurves:
     return MeanCurves(found, of_forces.moments, of_forces.forces, MOMENT_SEAM)
 
 
-def _is_note(line: str) -> bool:
-    return line.lstrip('"').startswith("#")
-
-
 def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
     """Columns of curves in a file, without `_mean`, and the names of the others."""
     if path.suffix.lower() in _NO_TABLES:
@@ -173,21 +168,7 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
             "WBDS's ang.txt and knt.txt; `gaitval curves --template` writes a CSV to fill in."
         )
     try:
-        if path.suffix.lower() in (".parquet", ".pq"):
-            table = _parquet(path)
-        else:
-            text = file_gate.read_text(path, RecordError, largest=file_gate.VALUES)
-            # lines at the top that start with `#`, such as a template's; a spreadsheet puts those
-            # with a separator in quotes
-            notes = sum(1 for _ in takewhile(_is_note, text.splitlines()))
-            header, *rows = text.splitlines()[notes:] or [""]
-            # In many countries' tables a comma is the decimal point and a semicolon separates.
-            separator = next((each for each in ";\t," if each in header), None)
-            comma = separator in (";", "\t") and any("," in row for row in rows)
-            table = pd.read_csv(
-                io.StringIO(text), sep=separator, decimal="," if comma else ".", engine="python",
-                skiprows=notes,
-            ).dropna(how="all")  # fmt: skip
+        table = _parquet(path) if path.suffix.lower() in (".parquet", ".pq") else _csv(path)
     except RecordError:
         raise
     except Exception as error:  # the readers have no common error
@@ -235,6 +216,24 @@ def _parquet(path: Path) -> pd.DataFrame:
     return pd.read_parquet(path)
 
 
+def _csv(path: Path) -> pd.DataFrame:
+    """The table of a file, NaN where a row ends early, without the empty rows at its end."""
+    text = file_gate.read_text(path, RecordError, largest=file_gate.VALUES)
+    names, rows = text_table(text.splitlines())
+    while rows and not any(map(str.strip, rows[-1][1])):
+        rows.pop()
+    for line, cells in rows:
+        if any(map(str.strip, cells[len(names) :])):
+            raise RecordError(
+                f"{path}: cannot be read as CSV: line {line} has {len(cells)} values, but the "
+                f"header has {len(names)}. Export it with one header and a value for each column "
+                "in every row."
+            )
+    if twice := [name for name, count in Counter(names).items() if name and count > 1]:
+        raise RecordError(f"{path}: column {twice[0]} is there twice. Give each curve once.")
+    return pd.DataFrame([dict(zip(names, cells, strict=False)) for _, cells in rows], columns=names)
+
+
 def _another_length(path: Path, rows: int) -> str:
     return (
         f"{path}: {rows} rows of data, but there must be {SAMPLES}: 0 to 100 % of each side's own "
@@ -248,11 +247,6 @@ def _unread(path: Path, error: Exception) -> str:
         return "cannot be read as Parquet; it is damaged, or something else. Export it again."
     if isinstance(error, UnicodeDecodeError):
         return "cannot be read as CSV: it is not UTF-8 text. Export it as CSV in UTF-8."
-    if widths := re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", str(error)):
-        return (
-            f"cannot be read as CSV: line {widths[2]} has {widths[3]} values, but the header has "
-            f"{widths[1]}. Export it with one header and a value for each column in every row."
-        )
     return "cannot be read as CSV. Export it again, with a header and the same columns in each row."
 
 

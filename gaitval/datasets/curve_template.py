@@ -1,7 +1,5 @@
 """A table of mean curves to fill in, from a built-in subject, which `curve_files` reads back."""
 
-import csv
-import io
 from typing import Final
 
 import numpy as np
@@ -10,6 +8,7 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
 from gaitval.gait.sampling import SAMPLES
+from gaitval.text_tables import csv_text
 
 _UNITS: Final = (
     "Mean curves for gaitval curves: replace the numbers of {name} by your own and keep the names.",
@@ -43,10 +42,5 @@ def curve_template(subject: Subject) -> str:
         reaction = record.ground_reaction(side, np.minimum(phase, 1.0 - 1e-9))
         for axis, values in zip(("forward", "left", "up"), reaction.T, strict=True):
             columns[f"force_{axis}_{side[0]}"] = [f"{value:.4f}" for value in values]
-    text = io.StringIO()
-    for line in _UNITS:
-        text.write(f"# {line.format(name=subject.identifier)}\n")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    return text.getvalue()
+    notes = "".join(f"# {line.format(name=subject.identifier)}\n" for line in _UNITS)
+    return notes + csv_text([columns, *zip(*columns.values(), strict=True)])

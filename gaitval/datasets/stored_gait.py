@@ -2,12 +2,14 @@
 
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Annotated, Final, Self
 
 import numpy as np
 from pydantic import Field, Strict, ValidationInfo, field_validator, model_validator
 
 from gaitval.coordinates import SIDES, Side, opposite
+from gaitval.gait.mean_curves import FORCE_TOLERANCE
 from gaitval.gait.record import (
     ANGLE_NAMES,
     MOMENT_NAMES,
@@ -21,6 +23,7 @@ from gaitval.gait.record import (
     OneSide,
     PeriodicCurve,
     StoredPart,
+    fit_periodic,
 )
 
 _ACROSS: Final = (1.0, -1.0, 1.0)
@@ -155,8 +158,6 @@ class Gait(StoredPart):
             if force is not None:
                 found[side] = (force.forward.periodic(), force.left.periodic(), force.up.periodic())
         for hidden in [side for side in SIDES if side not in found]:
-            from gaitval.datasets.stretched_force import stretched
-
             shown = opposite(hidden)
             forward, left, up = (
                 stretched(curve, sign, stance[shown], stance[hidden])
@@ -197,3 +198,18 @@ class StanceFraction(StoredPart):
         right = known[0] if self.right is None else self.right
         left = known[0] if self.left is None else self.left
         return {"right": right, "left": left}
+
+
+@cache
+def stretched(curve: PeriodicCurve, sign: float, shown: float, hidden: float) -> PeriodicCurve:
+    """A `curve` of stance over the fraction `shown`, times a `sign`, over the fraction `hidden`."""
+    if abs(shown - hidden) < 1e-9:
+        return PeriodicCurve(
+            sign * curve.mean,
+            tuple(sign * value for value in curve.cosine),
+            tuple(sign * value for value in curve.sine),
+        )
+    # As `mean_curves.fit_force` fits a force: in stance, and at the next heel strike.
+    rows = np.append(np.arange(int(hidden * 100) + 1), 100) / 100
+    values = sign * curve(np.where(rows < 1.0, rows * shown / hidden, 0.0))
+    return fit_periodic(rows, values, FORCE_TOLERANCE)[0]

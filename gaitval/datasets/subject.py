@@ -260,9 +260,42 @@ class Subject(Displayed, StoredPart):
         """The person with the own trial of another file (`other`) added to `trials`. Raises
         SubjectError if it is another person's, or a trial that is there already.
         """
-        from gaitval.datasets.further_trial import named_trial
+        return self.model_copy(update={"trials": (*self.trials, self._named_trial(other))})
 
-        return self.model_copy(update={"trials": (*self.trials, named_trial(self, other))})
+    def _named_trial(self, other: "Subject") -> Trial:
+        """The own trial of `other` under a name that is not there yet; raises as `with_trial`."""
+        differences = [
+            f"{name} {here:g} and {there:g}"
+            for name, here, there, slack in (
+                ("mass_kg", self.mass_kg, other.mass_kg, 0.1 * self.mass_kg),
+                ("height_m", self.height_m, other.height_m, 0.03),
+                ("leg_length_m", self.leg_length_m, other.leg_length_m, 0.03),
+            )
+            if abs(here - there) > slack
+        ]
+        if self.sex != other.sex:
+            differences.append(f"sex {self.sex} and {other.sex}")
+        if not (self.is_person_of(other) or self.guessed or other.guessed):
+            named = (f"{each.person} of {each.laboratory}" for each in (self, other))
+            differences.append(" and ".join(named))
+        if differences:
+            raise SubjectError(
+                f"{other.identifier} ({other.source}): a trial of another person than "
+                f"{self.identifier} ({self.source}): {', '.join(differences)}. Give a trial of the "
+                "same person."
+            )
+        trial = other.as_trial()
+        for known in (self.as_trial(), *self.trials):
+            if known.gait.has_curves_of(trial.gait):
+                raise SubjectError(
+                    f"{other.identifier} ({other.source}): the same curves as trial {known.name} "
+                    f"of {self.identifier}. A trial cannot be both used and held out; give another."
+                )
+        names = {self.trial, *(known.name for known in self.trials)}
+        name = trial.name
+        for number in range(2, 2 + len(names)):
+            name = name if name not in names else f"{trial.name}-{number}"
+        return trial.model_copy(update={"name": name})
 
     def as_trial(self) -> Trial:
         """The subject's own trial, to be kept beside another."""

@@ -27,7 +27,7 @@ the left, a difference that no gait has (docs/paper.md). The curves are left as 
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -135,10 +135,26 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
     folder = Path(folder)
     angles_path = folder / "processed" / f"{person}walk{trial}ang.txt"
     kinetics_path = folder / "processed" / f"{person}walk{trial}knt.txt"
-    sampled_angles, kinetics = read_angles(angles_path), read_kinetics(kinetics_path)
-    metadata = _metadata(folder, person, trial)
-    curves = MeanCurves(sampled_angles, kinetics.moments, kinetics.forces, MOMENT_SEAM)
-    paper = _PAPER.get(identifier)
+    about: dict[str, Any] = _metadata(folder, person, trial)
+    if (paper := _PAPER.get(identifier)) is not None:
+        about["paper"] = dict(zip(Printed.model_fields, paper, strict=True))
+    about["markers"] = read_static_markers(folder / "static_markers_10subjects.csv", person)
+    return subject_of_curves(identifier, person, trial, angles_path, kinetics_path, about)
+
+
+def subject_of_curves(
+    identifier: str,
+    person: str,
+    trial: str,
+    angles_path: Path,
+    kinetics_path: Path,
+    about: Mapping[str, Any],
+) -> Subject:
+    """A `person` on a `trial`, named by `identifier`, from the two files of mean curves and the
+    other values of a subject, `about`. Raises as `read_trial`.
+    """
+    angles, kinetics = read_angles(angles_path), read_kinetics(kinetics_path)
+    curves = MeanCurves(angles, kinetics.moments, kinetics.forces, MOMENT_SEAM)
     return make_subject(
         {
             "identifier": identifier,
@@ -148,11 +164,9 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
             "source": f"{person} {trial}",
             "citation": CITATION,
             "licence": LICENCE,
-            **metadata,
             "left_phase_from_force": left_phase_from_force(kinetics.forces),
-            "paper": None if paper is None else dict(zip(Printed.model_fields, paper, strict=True)),
             **gait_values(curves, f"{angles_path}, {kinetics_path.name}"),
-            "markers": read_static_markers(folder / "static_markers_10subjects.csv", person),
+            **about,
         },
         f"{person} {trial}",
     )

@@ -22,34 +22,17 @@ import pandas as pd
 from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.datasets.gait_values import gait_values
-from gaitval.datasets.identity import WBDS
-from gaitval.datasets.subject import MARKERS, Subject, make_subject
-from gaitval.datasets.wbds import CITATION, FURTHER_TRIALS, LICENCE, left_phase_from_force
+from gaitval.datasets.subject import MARKERS, Subject
+from gaitval.datasets.wbds import subject_of_curves
 from gaitval.datasets.wbds_files import (
-    MOMENT_SEAM,
-    read_angles,
-    read_kinetics,
     read_static_markers,
     table_rows,
 )
 from gaitval.errors import GaitvalError, RecordError
-from gaitval.gait.mean_curves import MeanCurves
 from gaitval.mocap.mot import read_ground_reaction
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.wbds_text import read_wbds_forces
 from gaitval.plain_numbers import plain_float
-
-__all__ = [  # what `gaitval.apps.cohort.all_data` uses
-    "CITATION",
-    "FURTHER_TRIALS",
-    "LICENCE",
-    "PEOPLE",
-    "TREADMILL",
-    "holdings",
-    "person_values",
-    "subject_of",
-]
 
 PEOPLE: Final = tuple(f"WBDS{number:02d}" for number in range(1, 43))
 TREADMILL: Final = tuple(f"T{number:02d}" for number in range(1, 9))
@@ -331,22 +314,9 @@ def subject_of(data: Holdings, person: str, trials: Iterable[str]) -> Subject:
 
 def _of_trial(data: Holdings, person: str, trial: str) -> Subject:
     files = data.trials[person, trial]
-    angles, kinetics = read_angles(files["angles"]), read_kinetics(files["kinetics"])
-    curves = MeanCurves(angles, kinetics.moments, kinetics.forces, MOMENT_SEAM)
-    return make_subject(
-        {
-            "identifier": person,
-            "person": person,
-            "trial": trial,
-            "laboratory": WBDS,
-            "source": f"{person} {trial}",
-            "citation": CITATION,
-            "licence": LICENCE,
-            **person_values(data, person),
-            **trial_values(data, person, trial),
-            "left_phase_from_force": left_phase_from_force(kinetics.forces),
-            **gait_values(curves, f"{files['angles']}, {files['kinetics'].name}"),
-            "markers": standing_markers(data, person),
-        },
-        f"{person} {trial}",
-    )
+    about = {
+        **person_values(data, person),
+        **trial_values(data, person, trial),
+        "markers": standing_markers(data, person),
+    }
+    return subject_of_curves(person, person, trial, files["angles"], files["kinetics"], about)

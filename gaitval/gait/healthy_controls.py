@@ -4,16 +4,15 @@ They are 42 adults at their own speed over ground (Fukuchi et al. 2018), in `gps
 `experiments/gps_controls.py` makes it.
 """
 
-import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from typing import Final
 
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.text_tables import shipped_table
 
 PROFILE_ANGLES: Final[tuple[str, ...]] = (
     "pelvis_tilt",
@@ -52,11 +51,9 @@ class Controls:
 @cache
 def load_controls() -> Controls:
     """The 42 adults of `gps_controls.csv`."""
-    text = resources.files("gaitval.gait").joinpath("gps_controls.csv").read_text("utf-8")
     # columns of the variables, side and total; 101 rows of means, then rows score, sd and people
-    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
-    names = rows[0][1:]
-    by_label = {row[0]: np.array(row[1:], dtype=float) for row in rows[1:]}
+    (_, *names), rows = shipped_table("gaitval.gait", "gps_controls.csv")
+    by_label = {row[0]: np.array(row[1:], dtype=float) for _, row in rows}
     curves = np.array([by_label[str(percent)] for percent in range(101)])
     means, spreads = by_label["score"], by_label["sd"]
     scores = {

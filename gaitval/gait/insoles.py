@@ -5,6 +5,7 @@ the right and the left foot, N. Their clock may be another one than the markers'
 from the forces, and what is used are mean curves over the gait cycle.
 """
 
+import csv
 from itertools import pairwise
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -15,11 +16,11 @@ from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
-from gaitval.file_gate import separator_of
 from gaitval.gait.cycles import PLAUSIBLE_STRIDE, UNUSUAL_STRIDE
 from gaitval.gait.events import foot_contacts
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.text_table import numbers_of, sample_rate, text_lines
+from gaitval.text_tables import text_table
 
 LOADED: Final = 0.05
 """Body weights from which a foot is on the ground. Convention: insoles are not quite empty in a
@@ -146,15 +147,12 @@ def _read(path: Path, columns: tuple[str, str]) -> _Table:
 
 
 def _comma_separated(path: Path) -> tuple[list[str], Array, Array]:
-    # a spreadsheet puts in quotes what has a separator in it, such as a note
-    lines = [line.replace('"', "") for line in text_lines(path)]
-    first = next((i for i, line in enumerate(lines) if not line.startswith("#")), len(lines))
-    header, *rows = lines[first:] or [""]
-    separator = separator_of(header)
-    names = [each.strip() for each in header.split(separator)]
-    if separator != ",":  # in many countries' tables a comma is the decimal point
-        rows = [row.replace(",", ".") for row in rows]
-    rows = [row for row in rows if row.strip(f"{separator} ")]
+    try:
+        header, rows = text_table(text_lines(path))
+    except csv.Error as error:
+        raise RecordError(f"{path}: cannot be read as CSV ({error}). Export it again.") from None
+    names = [each.strip() for each in header]
+    rows = [(line, cells) for line, cells in rows if any(map(str.strip, cells))]
     at = next((i for i, name in enumerate(names) if name.lower() in ("time", "time_s")), None)
     if at is None or not rows:
         why = "no rows" if at is not None else f"no column time; its columns are {names[:12]}"
@@ -162,7 +160,8 @@ def _comma_separated(path: Path) -> tuple[list[str], Array, Array]:
             f"{path}: {why}. Insoles are read from a CSV with a header, one of whose columns is "
             "time (s), or a MOT or STO file. Export the forces over time so."
         )
-    table = numbers_of(path, rows, first + 2, len(names), separator)
+    lines = ["\t".join(cells) for _, cells in rows]
+    table = numbers_of(path, lines, rows[0][0], len(names), "\t")
     return names[:at] + names[at + 1 :], table[:, at], np.delete(table, at, axis=1)
 
 

@@ -1,7 +1,6 @@
 """What the records of a person say about its body, if skin moves with the joints and the belt errs.
 
-No policy has a part in it: the parameters are those of the paper, and the errors of the record are
-estimated with them (`shared_errors`).
+No policy has a part in it; errors of the record are estimated with the body (`shared_errors`).
 """
 
 from gaitval.configuration import Configuration
@@ -15,12 +14,6 @@ from gaitval.identification.shared_errors import Shared, identified
 from gaitval.model.body import BodyModel
 from gaitval.one_thread import one_thread
 from gaitval.reference.dynamic_fit import consistent_reference
-
-
-def all_parameters(configuration: Configuration) -> Configuration:
-    """`configuration`, in which every parameter of the body is free, as in the paper."""
-    free = configuration.identification.model_copy(update={"parameters": "paper"})
-    return configuration.model_copy(update={"identification": free})
 
 
 def body_of_record(

@@ -3,8 +3,6 @@
 An import that is refused does not stop the others.
 """
 
-import csv
-import io
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,6 +23,7 @@ from gaitval.importing.summary import limit_rows, not_judged
 from gaitval.metrics.recording_limits import State, failure
 from gaitval.session.request import Notify, silent
 from gaitval.session.trial import valid_cycles
+from gaitval.text_tables import csv_text
 
 TABLE: Final = "batch.csv"
 _OF_THE_PAGE: Final = ("What was found before this:", "Everything else was worked out:")
@@ -208,10 +207,5 @@ def _made(person: BatchPerson, imported: Imported, out: Path) -> ImportOutcome:
 
 
 def _write(path: Path, outcomes: Sequence[ImportOutcome]) -> None:
-    text = io.StringIO()
-    table = csv.DictWriter(
-        text, [field.name for field in fields(ImportOutcome)], lineterminator="\n"
-    )
-    table.writeheader()
-    table.writerows(asdict(outcome) for outcome in outcomes)
-    write_text(path, text.getvalue())
+    names = [field.name for field in fields(ImportOutcome)]
+    write_text(path, csv_text([names, *(asdict(each).values() for each in outcomes)]))

@@ -5,8 +5,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval.artefacts import versions
-from gaitval.build_info import now, source_commit
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES
 from gaitval.errors import GaitvalError, NoCycleError
@@ -64,9 +62,6 @@ def write_refusal(
             "decisions": progress.decisions,
             "trials": [_about(walk) for walk in progress.trials],
             "files": [path.name for path in written],
-            "versions": versions(),
-            "commit": source_commit(),
-            "written": now(),
         }
         write_page(target, REFUSED, "refused.html.j2", context, settings)
     return refusal_files(target)[0]

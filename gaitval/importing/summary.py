@@ -13,6 +13,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import GaitvalError
 from gaitval.gait.agreement import residuals_known
 from gaitval.gait.cycles import mean_and_deviation
+from gaitval.inverse.consistent_motion import ConsistentMotion
 from gaitval.inverse.inverse_dynamics import Residuals, ground_level, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.inverse.marker_placement import MarkerPlacement
@@ -108,8 +109,6 @@ def summary_of(found: Import) -> page.RecordingSummary:
     seen = np.isfinite(first.kinematics.marker_errors).mean(axis=0)
     changes: list[page.ConsistencyChange] = []
     if first.consistent is not None:
-        from gaitval.importing.consistency_rows import changes_by
-
         whole = (first.consistent.before, first.consistent.after)
         before, after = [left for _, left in trial_residuals(first)] or whole
         changes = changes_by(first.consistent, before, after)
@@ -367,4 +366,39 @@ def spatiotemporal_rows(walks: Sequence[WalkingTrial]) -> list[page.Spatiotempor
                 digits=digits,
             )
         )
+    return rows
+
+
+def changes_by(
+    consistent: ConsistentMotion, before: Residuals, after: Residuals
+) -> list[page.ConsistencyChange]:
+    """What `consistent` changed: residuals (`before`, `after`), markers, coordinates and masses, a
+    row each.
+    """
+    rows = [
+        page.ConsistencyChange("residual force, RMS", before.force_rms, after.force_rms, "N"),
+        page.ConsistencyChange("residual force, peak", before.force_peak, after.force_peak, "N"),
+        page.ConsistencyChange("residual moment, RMS", before.moment_rms, after.moment_rms, "Nm"),
+        page.ConsistencyChange(
+            "residual moment, peak", before.moment_peak, after.moment_peak, "Nm"
+        ),
+        page.ConsistencyChange(
+            "markers on the body, RMS", 0.0, 1000 * consistent.marker_change_rms, "mm"
+        ),
+        page.ConsistencyChange(
+            "markers on the body, largest", 0.0, 1000 * consistent.marker_change_max, "mm"
+        ),
+    ]
+    for name, change in consistent.coordinate_change.items():
+        length = name.startswith("pelvis_t")
+        value = 1000 * change if length else float(np.degrees(change))
+        if value < 0.005:
+            continue  # shown as 0.00: a held coordinate
+        rows.append(
+            page.ConsistencyChange(f"{name}, RMS change", 0.0, value, "mm" if length else "°")
+        )
+    rows += [
+        page.ConsistencyChange(f"mass of {name.replace('_', ' ')}, factor", 1.0, factor, "1")
+        for name, factor in consistent.mass_factors.items()
+    ]
     return rows

@@ -15,7 +15,6 @@ is "not shown" instead of failed.
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from typing import Final
 
 import numpy as np
@@ -33,6 +32,7 @@ from gaitval.metrics.spread import Repeated, prediction_interval
 from gaitval.metrics.tolerances import AcceptanceState, AgainstGuess, FailedBy, Verdict, holds
 from gaitval.metrics.typed import array, number, sided
 from gaitval.metrics.walk_results import MeanCurve
+from gaitval.text_tables import shipped_table
 
 RMSE: Final[Mapping[str, Kind]] = {
     "angle_rmse": "angles",
@@ -359,9 +359,7 @@ def time_steps() -> Mapping[str, float]:
     """By group of curves, the largest change of mean curves when the study of a built-in person is
     made anew at a quarter of the step (experiments/time_step.py).
     """
-    text = resources.files("gaitval.metrics").joinpath("time_step.csv").read_text("utf-8")
-    rows = [line.split(",") for line in text.splitlines() if not line.startswith("#")][1:]
     found: dict[str, float] = {}
-    for _, group, _, change, _ in rows:
+    for _, (_, group, _, change, _) in shipped_table("gaitval.metrics", "time_step.csv").rows:
         found[group] = max(found.get(group, 0.0), float(change))
     return found

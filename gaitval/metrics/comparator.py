@@ -12,7 +12,7 @@ from gaitval.gait.record import GaitRecord
 from gaitval.metrics.acceptance import Opponents, known_to
 from gaitval.metrics.baselines import predicted_parts
 from gaitval.metrics.origin import Origins, record_origins
-from gaitval.metrics.record_results import Kind, PredictionResult, RecordResult, SideOrigins
+from gaitval.metrics.record_results import Kind, PredictionResult, RecordResult
 from gaitval.metrics.recorded import by_kind, recorded_part
 from gaitval.metrics.repetitions import repeats
 from gaitval.metrics.walk_muscles import lost_joints
@@ -85,7 +85,6 @@ def compared_with(
     """
     origins = record_origins(subject, configuration.record)
     curves = recorded_curves(record)
-    stored = {quantity: SideOrigins(**sides) for quantity, sides in origins.items()}
     # what repeats the walk's own trial measures the same thing again and is no guess, unless it is
     # all that a prediction knows
     alone = subject
@@ -94,11 +93,12 @@ def compared_with(
         alone = subject.model_copy(update={"trials": other})
     guesses = predicted_parts(alone, others, by_kind(curves), origins)
     person = body_without(model, configuration.record)
-    recorded = recorded_part(record, subject, model.ground, model.mass / person.mass, hip_centre)
+    laden = model.mass / person.mass
+    recorded = recorded_part(record, subject, model.ground, laden, hip_centre, origins=origins)
     return Comparator(
         record=record,
         curves=curves,
-        recorded=recorded.model_copy(update={"origins": stored}),
+        recorded=recorded,
         guesses=guesses,
         origins=origins,
         model=model,

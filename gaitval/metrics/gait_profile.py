@@ -20,6 +20,7 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import Subject
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
+from gaitval.metrics.comparison import rms
 from gaitval.metrics.statistics_results import GaitProfile
 
 SMALLEST_DIFFERENCE: Final = 1.6
@@ -53,15 +54,11 @@ def gait_profile(angles: Mapping[str, Array], controls: Mapping[str, Array]) -> 
             f"sides; seen: {', '.join(sorted(angles)) or 'none'}."
         )
     scores = {
-        f"{name}_{side[0]}": _rms(np.asarray(angles[f"{name}_{side[0]}"]) - controls[name])
+        f"{name}_{side[0]}": rms(np.asarray(angles[f"{name}_{side[0]}"]) - controls[name])
         for name in used
         for side in SIDES
     }
-    right, left = (_rms(np.array([scores[f"{name}_{side[0]}"] for name in used])) for side in SIDES)
+    right, left = (rms(np.array([scores[f"{name}_{side[0]}"] for name in used])) for side in SIDES)
     # RMS over both sides, which have the same variables
     total = math.hypot(right, left) / math.sqrt(2.0)
     return GaitProfile(scores=scores, right=right, left=left, total=total)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

@@ -1,8 +1,6 @@
 """Healthy people's curves: mean and standard deviation between them, and who is beside whom."""
 
-import csv
 from functools import cache
-from importlib import resources
 from typing import Final
 
 import numpy as np
@@ -12,6 +10,7 @@ from gaitval.datasets.plausible import ADULT
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.statistics_results import AgeGroup
+from gaitval.text_tables import shipped_table
 
 BAND: Final = 2.0
 """Standard deviations between healthy people on both sides of their mean; 95 % of them."""
@@ -45,13 +44,12 @@ def bands_beside(age_years: float | None) -> tuple[HealthyBands, dict[str, AgeGr
 
 
 def _read_bands(name: str) -> HealthyBands:
-    text = resources.files("gaitval.metrics").joinpath(name).read_text("utf-8")
-    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
-    table = np.array(rows[1:], dtype=float)
+    header, rows = shipped_table("gaitval.metrics", name)
+    table = np.array([cells for _, cells in rows], dtype=float)
     at, found = np.arange(SAMPLES), dict[Kind, dict[str, tuple[Array, Array]]]()
-    for column in range(1, len(rows[0]), 2):
+    for column in range(1, len(header), 2):
         # a pair of columns for each curve, mean and SD: the header is kind/name/which
-        kind, name, _ = rows[0][column].split("/")
+        kind, name, _ = header[column].split("/")
         mean, spread = (np.interp(at, table[:, 0], table[:, column + i]) for i in (0, 1))
         found.setdefault(KINDS[KINDS.index(kind)], {})[name] = mean, spread
     return found

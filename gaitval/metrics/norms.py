@@ -5,9 +5,7 @@ it and says of whom. Of children: curves at free speed (`healthy_bands`), and no
 parameters. Beyond the speeds of those people the line is read at the nearest of them.
 """
 
-import csv
 from functools import cache
-from importlib import resources
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -18,6 +16,7 @@ from gaitval.datasets.plausible import ADULT
 from gaitval.datasets.subject import Subject
 from gaitval.gait.dimensionless import speed_unit
 from gaitval.metrics.unrecorded import STEP_WIDTH
+from gaitval.text_tables import shipped_table
 
 SPEED, AGE = 0.4, 40.0
 """At which the means of the file stand: dimensionless, and years."""
@@ -42,9 +41,8 @@ class Norm(NamedTuple):
 @cache
 def _table() -> dict[str, Array]:
     """Rows of the file (n, 8) by curve: mean, slopes, SD, people, slowest and fastest."""
-    text = resources.files("gaitval.metrics").joinpath("norms.csv").read_text("utf-8")
     found: dict[str, list[list[str]]] = {}
-    for name, _, *values in list(csv.reader(text[text.index("curve,") :].splitlines()))[1:]:
+    for _, (name, _, *values) in shipped_table("gaitval.metrics", "norms.csv").rows:
         found.setdefault(name, []).append(values)
     return {name: np.array(rows, dtype=float) for name, rows in found.items()}
 

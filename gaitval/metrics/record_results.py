@@ -116,9 +116,8 @@ class RecordResult(Result):
     consistency: Consistency
     quantities: dict[str, QuantityResult] = Field(default_factory=dict)
     """What else follows from the curves, by name; empty in files of earlier versions."""
-    origins: RecordOrigins | None = None
-    """Where each quantity of each side comes from. Only what was recorded judges a walk. A file
-    without it is from when only whole quantities could be missing: see `Metrics.recorded`."""
+    origins: RecordOrigins
+    """Where each quantity of each side comes from. Only what was recorded judges a walk."""
 
 
 class PredictionErrors(Kinds[Size | None]):

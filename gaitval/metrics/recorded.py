@@ -12,6 +12,7 @@ from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.plate_correction import PlateCorrection
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.comparison import rms
+from gaitval.metrics.origin import Origins, everything
 from gaitval.metrics.quantity_results import found_quantities, power_result, quantity_results
 from gaitval.metrics.record_consistency import consistency
 from gaitval.metrics.record_results import (
@@ -22,6 +23,7 @@ from gaitval.metrics.record_results import (
     RecordedCurves,
     RecordedFigures,
     RecordResult,
+    SideOrigins,
 )
 from gaitval.metrics.typed import array, number, numbers
 from gaitval.metrics.walk_results import MeanCurve
@@ -50,9 +52,12 @@ def recorded_part(
     ground: Ground = LEVEL,
     laden: float = 1.0,
     hip_centre: Array | None = None,
+    *,
+    origins: Origins | None = None,
 ) -> RecordResult:
     """The part of `metrics.json` about `record`, which is in the axes of the `ground`; `subject`
-    has the corrections of its plates, `laden` and `hip_centre` are as in `found_quantities`.
+    has the corrections of its plates, `laden` and `hip_centre` are as in `found_quantities`,
+    `origins` say where it comes from; all was recorded if they are left out.
     """
     phase = np.arange(1000) / 1000
     steps, lengths = record.steps, step_lengths(record)
@@ -94,6 +99,10 @@ def recorded_part(
         left_phase=record.left_phase,
         consistency=consistency(record),
         quantities=quantity_results(found),
+        origins={
+            quantity: SideOrigins(right=sides["right"], left=sides["left"])
+            for quantity, sides in (origins or everything("recorded")).items()
+        },
     )
 
 

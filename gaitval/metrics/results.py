@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 from pydantic import AliasChoices, Field, model_validator
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import SIDES
 from gaitval.display import Displayed
-from gaitval.errors import ArtefactError
 from gaitval.gait.record import LowPass, Origin
 from gaitval.metrics.acceptance_results import CurveLights, KnownTo
 from gaitval.metrics.comparison import CurveError
@@ -459,19 +458,10 @@ class Metrics(Displayed, Result):
 
     @property
     def origins(self) -> Origins:
-        """Where what the walk is compared with comes from; of an earlier file without origins,
-        those that follow from what it says was recorded.
-        """
-        if self.record.origins is not None:
-            return {
-                quantity: {side: found.of(side) for side in SIDES}
-                for quantity, found in self.record.origins.items()
-            }
+        """Where what the walk is compared with comes from."""
         return {
-            quantity: dict[Side, Origin].fromkeys(
-                SIDES, "recorded" if quantity in self.recorded else "expected"
-            )
-            for quantity in QUANTITIES
+            quantity: {side: found.of(side) for side in SIDES}
+            for quantity, found in self.record.origins.items()
         }
 
     @property
@@ -538,15 +528,7 @@ def metrics_from(values: Any, origin: str) -> Metrics:
         fix="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
         "stored baseline.",
     )
-    found = Metrics.read(values, origin, file="metrics.json", fix="run `gaitval validate` again")
-    source = found.subject.source
-    # such files have no origins; only the text of the source shows that nothing was recorded
-    if found.record.origins is None and (source.endswith(" predicted") or ", mirrored" in source):
-        raise ArtefactError(
-            f"{origin}: an earlier gaitval wrote it and judged the walk by what was not recorded "
-            f"({source}). Run the same command again, which judges only what was recorded."
-        )
-    return found
+    return Metrics.read(values, origin, file="metrics.json", fix="run `gaitval validate` again")
 
 
 def identification_from(values: Any, origin: str) -> IdentificationResult | FoundParameters:

@@ -12,11 +12,9 @@ The group walked over ground at its own comfortable speed, and its angles are by
 another speed and another laboratory's markers move curves too.
 """
 
-import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from typing import Final
 
 import numpy as np
@@ -25,6 +23,7 @@ from gaitval.arrays import Array
 from gaitval.gait.healthy_controls import PROFILE_ANGLES
 from gaitval.metrics.curve_statistics import regions_of
 from gaitval.metrics.statistics_results import Region
+from gaitval.text_tables import shipped_table
 
 FILE: Final = "healthy_cases.csv"
 RANK: Final = 2
@@ -97,14 +96,12 @@ def left_out_scores(curves: Array) -> Array:
     return found
 
 
-def compare_with_group(
-    angles: Mapping[str, Array], cases: Cases | None = None
-) -> CaseResult | None:
+def compare_with_group(angles: Mapping[str, Array]) -> CaseResult | None:
     """A person's mean `angles` (101,) deg, by name of `PROFILE_ANGLES` with `_r` or `_l`, against
-    the healthy adults (`cases`; the 42 by default). Curves that are missing are left out, and the
+    the 42 healthy adults. Curves that are missing are left out, and the
     threshold stays that of all: fewer false alarms. None if there is none.
     """
-    group = load_cases() if cases is None else cases
+    group = load_cases()
     t = {
         f"{name}_{side}": modified_t(
             np.asarray(angles[f"{name}_{side}"], dtype=float),
@@ -135,8 +132,7 @@ def compare_with_group(
 @cache
 def load_cases() -> Cases:
     """The 42 adults of `healthy_cases.csv`."""
-    text = resources.files("gaitval.metrics").joinpath(FILE).read_text("utf-8")
-    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    rows = shipped_table("gaitval.metrics", FILE).by_name()
     mean, sd = (
         {name: np.array([float(row[f"{name}/{which}"]) for row in rows]) for name in PROFILE_ANGLES}
         for which in ("mean", "sd")

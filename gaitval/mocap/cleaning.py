@@ -14,7 +14,7 @@ from gaitval.mocap.exchanges import exchange_back, mirrored_arms
 from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.lost_markers import leave_out_lost
 from gaitval.mocap.recording import Recording
-from gaitval.mocap.spikes import jumps
+from gaitval.mocap.spikes import cut_spikes, jumps
 
 
 def clean(
@@ -82,8 +82,6 @@ def clean(
     findings += leave_out_lost(recording, markers, segments, standing)
     spiked = np.zeros(markers.shape[:2], dtype=bool)
     if jumps(markers, recording.marker_rate):
-        from gaitval.mocap.cut_spikes import cut_spikes
-
         found, spiked = cut_spikes(recording, markers)
         findings += found
     if not (seen_frames(markers) | never).all():

@@ -38,10 +38,11 @@ from gaitval.mocap.force_plates import make_plate, plate_axes, plate_or_fault, p
 from gaitval.mocap.laboratory_forces import person_of
 from gaitval.mocap.pressed_plates import measured_points
 from gaitval.mocap.recording import Plate, Recording
-from gaitval.mocap.text_cells import cells_of, numbers, separator_of, whole_rows
+from gaitval.mocap.text_cells import cells_of, numbers, whole_rows
 from gaitval.mocap.text_table import sample_rate, text_lines
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
 from gaitval.mocap.wbds_text import read_wbds_forces
+from gaitval.text_tables import separator_of
 
 _SENSORS: Final = ("fx12", "fx34", "fy14", "fy23", "fz1", "fz2", "fz3", "fz4")
 _RESULTS: Final = ("fx", "fy", "fz", "ax", "ay")

@@ -1,10 +1,22 @@
-"""Whether a marker leaves its path."""
+"""Whether a marker leaves its path; frames in which it does so for a moment are cut."""
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags
+from gaitval.errors import count_of
+from gaitval.mocap.findings import Finding, finding, seen_frames
+from gaitval.mocap.lost_frames import lost_frames, lost_text
+from gaitval.mocap.recording import Recording
+
+LONGEST_SPIKE: Final = 0.05
+"""s. A marker that returns later than this is not a spike; it was somewhere else."""
+RETURNED: Final = 0.4
+"""After a spike the marker returns to where its earlier velocity would have taken it, to within
+this fraction of the spike's size. Velocity changes during a spike, so much less cannot be
+required."""
 
 LARGEST_ACCELERATION: Final = 150.0
 """m/s². No marker of a walking person exceeds this between neighbouring frames: the largest is 153
@@ -49,3 +61,90 @@ def jumps(markers: Array, rate: float) -> bool:
         if any((surprise_of(view) > tolerance).any() for view in (path, path[::-1])):
             return True
     return False
+
+
+def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Flags]:
+    """Turn frames in which a marker briefly leaves its path into gaps.
+
+    Parameters
+    ----------
+    recording : for names, rate and the times of findings.
+    markers : (T, M, 3) m, changed in place; NaN where not seen.
+
+    Returns
+    -------
+    tuple
+        Findings of spikes and of jumps that remain, and (T, M) True in frames that were cut.
+    """
+    rate = recording.marker_rate
+    lost = lost_frames(markers)
+    findings = [
+        finding(
+            recording, "jump", ["all markers"], at, at + 1, f"{lost_text(frames)}; left as it is"
+        )
+        for at, frames in lost
+    ]
+    # A step that is too long changes two velocities: the one before it, and the one after.
+    of_all = [frame for at, _ in lost for frame in (at, at + 1)]
+    spiked = np.zeros(markers.shape[:2], dtype=bool)
+    for column, name in enumerate(recording.names):
+        path = markers[:, column]
+        for begin, end, away in _spikes(path, rate):
+            path[begin:end] = np.nan
+            spiked[begin:end, column] = True
+            action = f"up to {1000 * away:.0f} mm off its path; removed"
+            findings.append(finding(recording, "spike", [name], begin, end, action))
+        # A jump that is left when the spikes are cut does not come back.
+        surprise = surprise_of(path)
+        surprise[of_all] = 0.0
+        jumps = np.flatnonzero(surprise > jump_tolerance(path, rate))
+        if len(jumps):
+            action = (
+                f"leaves its path by up to {1000 * surprise[jumps].max():.0f} mm in "
+                f"{count_of(len(jumps), 'frame')} and does not return; left as it is: "
+                "check the label"
+            )
+            first, last = int(jumps[0]), int(jumps[-1])
+            findings.append(finding(recording, "jump", [name], first, last + 1, action))
+    return findings, spiked
+
+
+def _spikes(path: Array, rate: float) -> list[tuple[int, int, float]]:
+    """First frame, frame after the last, and largest distance from the path (m) of each spike."""
+    longest = max(1, round(LONGEST_SPIKE * rate))
+    # by the number of frames over which a velocity is extrapolated
+    allowed = [jump_tolerance(path, rate, frames) for frames in range(longest + 2)]
+    path = path.copy()
+    found = []
+    # forwards, then backwards for spikes that the start of the trial or of a block hides
+    for reverse in (False, True):
+        # A view, so that a spike found forwards is a gap for the search backwards.
+        view = path[::-1] if reverse else path
+        for frame in np.flatnonzero(surprise_of(view) > allowed[1]):
+            spike = _spike_at(view, int(frame), allowed)
+            if spike is not None:
+                begin, end, away = spike
+                view[begin:end] = np.nan
+                found.append((len(path) - end, len(path) - begin, away) if reverse else spike)
+    return found
+
+
+def _spike_at(path: Array, frame: int, allowed: Sequence[float]) -> tuple[int, int, float] | None:
+    """The shortest spike that begins at a frame in which the marker jumped."""
+    seen = seen_frames(path[frame - 2 : frame + len(allowed)])
+    if not seen[:3].all():
+        return None  # a spike that ended here has become a gap
+    base, velocity = path[frame - 1], path[frame - 1] - path[frame - 2]
+    for length in range(1, len(allowed) - 1):
+        back = frame + length
+        steps = np.arange(1, length + 1)[:, None]
+        # from a path that continues as before
+        away = float(np.linalg.norm(path[frame:back] - base - steps * velocity, axis=1).max())
+        # Not seen afterwards, so nothing shows that the marker really was there.
+        if back >= len(path) or not seen[length + 2]:
+            return frame, back, away
+        # From the base frame to the return there are length + 1 steps.
+        miss = float(np.linalg.norm(path[back] - base - (length + 1) * velocity))
+        if miss < min(RETURNED * away, allowed[length + 1]):
+            return frame, back, away
+    return None

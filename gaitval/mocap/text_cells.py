@@ -22,11 +22,6 @@ def cells_of(line: str, separator: str) -> list[str]:
     return cells
 
 
-def separator_of(line: str) -> str:
-    """What separates the cells of a line: the tab, the semicolon or the comma it has most of."""
-    return max("\t;,", key=line.count)
-
-
 def numbers(path: Path, rows: Sequence[str], first_line: int, width: int, separator: str) -> Array:
     """Numbers (rows, width) in lines, NaN where a cell is empty, NULL or NaN; a row that ends early
     lacks its last cells if they are empty ones of a gap. Raises RecordError as `numbers_of`.

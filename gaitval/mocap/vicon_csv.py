@@ -28,12 +28,12 @@ from gaitval.mocap.text_cells import (
     markers_named,
     numbers,
     positive,
-    separator_of,
     whole_rows,
     without_prefix,
 )
 from gaitval.mocap.text_table import text_lines, with_gaps
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
+from gaitval.text_tables import separator_of
 
 _SECTIONS: Final = ("devices", "trajectories", "joints", "model outputs", "segments", "events")
 _PARTS: Final = {

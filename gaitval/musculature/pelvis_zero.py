@@ -28,7 +28,7 @@ USUAL: Final = math.radians(9.3)
 SPREAD: Final = math.radians(5.3)
 """rad, mean and standard deviation of the mean tilt of healthy adults who walk over ground at their
 own speed, positive where the front is lower: 32 of the 42 of Fukuchi et al. (2018) PeerJ 6:e4640,
-without the built-in ten (`experiments/pelvis_tilt.py`)."""
+without the built-in ten (`tests/muscles/test_pelvis_zero.py`)."""
 
 SHAPES: Final = 0.087
 """rad, standard deviation of the tilt of the plane of ASIS and PSIS in pelves that lie alike: 5

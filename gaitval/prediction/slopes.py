@@ -8,10 +8,8 @@ level ones loosely (`ON_A_SLOPE`). A load is a vest, part of the trunk: nothing 
 for it, so the person is taken to walk as without it, and Newton's law does the rest.
 """
 
-import csv
 from dataclasses import replace
 from functools import cache
-from importlib import resources
 from typing import Final
 
 import numpy as np
@@ -29,6 +27,7 @@ from gaitval.model.devices.loads import trunk_load
 from gaitval.model.ground import Ground
 from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.rotations import pelvis_angles, pelvis_rotation
+from gaitval.text_tables import shipped_table
 
 STEEPEST: Final = 10.0
 """Degrees, 17.6 %: the steepest slope, up and down, that people were measured on."""
@@ -76,8 +75,7 @@ _PHASE: Final = np.arange(100) / 100
 @cache
 def _table() -> dict[str, tuple[Array, Array]]:
     """Change (50,) deg over a side's own cycle of each of `_SAGITTAL` at -10 and +10 degrees."""
-    text = resources.files("gaitval.prediction").joinpath("slope_angles.csv").read_text("utf-8")
-    rows = list(csv.DictReader(text.splitlines()))
+    rows = shipped_table("gaitval.prediction", "slope_angles.csv").by_name()
     return {
         name: (
             np.array([float(row[f"{name}_-10"]) for row in rows]),

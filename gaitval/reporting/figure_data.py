@@ -3,8 +3,6 @@
 Columns have the units of the figure; an empty field is a value that was not measured.
 """
 
-import csv
-import io
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -20,6 +18,7 @@ from gaitval.coordinates import SIDES
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.walk_results import PlacedFoot, PushRecovery, PushTrace, StoredPushes
 from gaitval.metrics.whole_body import AXES
+from gaitval.text_tables import csv_text
 
 FOLDER: Final = "figures"
 """Folder of the tables, beside the page."""
@@ -32,11 +31,7 @@ Column = Array | NDArray[np.int64] | Sequence[float | None] | Sequence[str] | No
 def table(columns: Mapping[str, Column]) -> str:
     """`columns` of equal length as CSV; one that is None is left out."""
     kept = {name: _fields(values) for name, values in columns.items() if values is not None}
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(kept)
-    writer.writerows(zip(*kept.values(), strict=True))
-    return text.getvalue()
+    return csv_text([kept, *zip(*kept.values(), strict=True)])
 
 
 def _fields(values: Column) -> list[str]:

@@ -13,7 +13,8 @@ from typing import Any, Final
 import jinja2
 from markupsafe import Markup, escape
 
-from gaitval.artefacts import write_text
+from gaitval.artefacts import versions, write_text
+from gaitval.build_info import now, source_commit
 from gaitval.configuration import ReportSettings
 from gaitval.conventions import beside, convention_of
 from gaitval.memory import without_search
@@ -180,7 +181,8 @@ def write_page(
     Parameters
     ----------
     template : file name of a Jinja template in this package, or "package:file" in another. It is
-        given `context`, the style sheet as `css`, the script as `script`, the medium, "screen" or
+        given `context`, the versions of what made it as `software`, its `commit`, when it is
+        `written`, the style sheet as `css`, the script as `script`, the medium, "screen" or
         "print", as `medium`, the language of the page as `language`, and as `en` the attribute of
         an element whose text is English in all languages (citations, licences, names from outside).
         Its `drawings` say how each figure is drawn (`Draw`); `data` are the tables behind them
@@ -231,6 +233,9 @@ def _prepared(
     shared, *code = [_resource(each) for each in ("page.js", *scripts)]
     values: dict[str, Any] = {
         "data": {},
+        "software": versions(),
+        "commit": source_commit(),
+        "written": now(),
         **context,
         "css": Markup(_resource("report.css")),
         "script": Markup(shared),

@@ -12,14 +12,14 @@ it. In standing that plane tilts forward by `pelvic_tilt` and de Leva's trunk is
 hips, so in the neutral pose the lumbar joint lies behind the hips.
 """
 
-import csv
-import io
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from pydantic import ValidationError
 
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
@@ -36,13 +36,17 @@ from gaitval.scaling.anthropometry import (
     mean_length,
 )
 from gaitval.scaling.joint_centres import measure
-from gaitval.scaling.measurements import LENGTH_FIELDS, Measurements
+from gaitval.scaling.measurements import ADAPTER, HEADS, LENGTH_FIELDS, LIMB_FIELDS, Measurements
 from gaitval.scaling.segments import TRUNK, ScaledSegment, body_of, trunk_factor
+from gaitval.text_tables import csv_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from gaitval.scaling.person import Individual, Person
+
+Masses = dict[tuple[str, Side], float]
+"""kg, by segment and side."""
 
 SCALED: Final = "de Leva, scaled to stature"
 """Source of lengths that were not measured."""
@@ -92,11 +96,8 @@ class ScaledBody(Displayed):
 
     def write_table(self, path: Path) -> None:
         """Write the table as CSV: a row per segment, with the fields of `ScaledSegment`."""
-        text, rows = io.StringIO(), [asdict(each) for each in self.table]
-        writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        write_text(path, text.getvalue())
+        rows = [asdict(each) for each in self.table]
+        write_text(path, csv_text([rows[0], *(each.values() for each in rows)]))
 
     def frame(self) -> "pd.DataFrame":
         """The table with a row per segment and the fields of `ScaledSegment` as columns."""
@@ -166,8 +167,6 @@ def measurements_of(subject: "Person") -> Measurements:
     """
     stored = getattr(subject, "measurements", None)
     if stored:
-        from gaitval.scaling.stored_measurements import measurements_from
-
         return measurements_from(stored)
     if subject.markers:
         return measure(subject.markers)
@@ -260,8 +259,6 @@ def _masses(measured: Measurements, subject: "Individual") -> dict[tuple[str, Si
             for name, share in fractions.items()
             for side in SIDES
         }
-    from gaitval.scaling.known_masses import with_known
-
     return with_known(known, fractions, subject)
 
 
@@ -335,3 +332,76 @@ def _origin(measured: Measurements) -> str:
     """What to call the measurements in messages."""
     by_markers = all(each.startswith("markers") for each in measured.sources.values())
     return "markers of the standing pose" if by_markers else "measured lengths"
+
+
+def with_known(known: Masses, fractions: Mapping[str, float], subject: "Individual") -> Masses:
+    """The masses of all segments of `subject`: those `known`, and of the others their shares of the
+    rest by their `fractions` of a body. Raises ScalingError if nothing is left for them.
+    """
+    others = {
+        (name, side): share
+        for name, share in fractions.items()
+        for side in (SIDES if name in PAIRED else SIDES[:1])
+        if (name, side) not in known
+    }
+    rest = (subject.mass_kg - math.fsum(known.values())) / math.fsum(others.values())
+    if rest <= 0:
+        raise ScalingError(
+            f"the known masses of segments of {subject.identifier} add up to "
+            f"{math.fsum(known.values()):.1f} kg, more than the body's {subject.mass_kg:.1f} kg. "
+            "Give kilograms, and check the body mass."
+        )
+    return known | {key: share * rest for key, share in others.items()}
+
+
+def measurements_from(stored: Mapping[str, object]) -> Measurements:
+    """What `Measurements.to_dict` stored. A length of one side only is that of both. Raises
+    ScalingError, which lists every key that is missing, unknown or not of the right shape.
+    """
+    nested, one_sided = _by_side(stored)
+    try:
+        return ADAPTER.validate_python(nested | {"one_sided": one_sided})
+    except ValidationError as error:
+        problems = dict.fromkeys(
+            _problem(each["loc"], each["type"], stored) for each in error.errors()
+        )
+        raise ScalingError(
+            "the measurements of the body cannot be used:\n  " + "\n  ".join(problems)
+        ) from None
+
+
+def _by_side(stored: Mapping[str, object]) -> tuple[dict[str, object], dict[str, Side]]:
+    """The stored values with those of `Limbs` by side, and what is known of one side only."""
+    known: dict[str, dict[str, object]] = {side: {} for side in SIDES}
+    values: dict[str, object] = {}
+    for key, value in stored.items():
+        name, _, side = key.rpartition("_")
+        if side in known and (name in LIMB_FIELDS or name in HEADS) and name != "metatarsals":
+            known[side][name] = value
+        else:
+            values[key] = value
+    one_sided: dict[str, Side] = {}
+    for side, other in (SIDES, SIDES[::-1]):
+        for name in known[side]:
+            if name not in known[other]:
+                one_sided["metatarsals" if name in HEADS else name] = side
+    for side, other in (SIDES, SIDES[::-1]):
+        limbs = known[other] | known[side]
+        if any(name in limbs for name in HEADS):
+            limbs["metatarsals"] = [limbs.pop(name, None) for name in HEADS]
+        values[side] = limbs
+    return values, one_sided
+
+
+def _problem(place: tuple[int | str, ...], kind: str, stored: Mapping[str, object]) -> str:
+    """A problem in the words of the file."""
+    name = str(place[1] if len(place) > 1 and place[0] in SIDES else place[0])
+    if kind in ("missing", "unexpected_keyword_argument"):
+        return f"{name}: {'missing' if kind == 'missing' else 'unknown'}"
+    if name == "sources":
+        return "sources: must be a table of texts"
+    sides = (place[0], *SIDES)  # the value may be the other side's
+    keys = [name, *(f"{each}_{side}" for side in sides for each in (name, *HEADS))]
+    key = next(each for each in keys if each in stored)
+    what = "three numbers" if name in ("heel", "metatarsals") else "a number"
+    return f"{key} = {stored[key]!r}: must be {what} in m (masses in kg, tilt in rad)"

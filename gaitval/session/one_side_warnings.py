@@ -19,6 +19,9 @@ from gaitval.session.trial import WalkingTrial
 REASONS_SHOWN: Final = 3
 """Different reasons for cycles that do not count, in a message."""
 
+MOST: Final = 4
+"""Lines of cycles, and of plates, in a message."""
+
 SAME_PLACE: Final = 0.02
 """m between the middles of two plates that lie upon each other; two that lie side by side are a
 width apart.
@@ -124,9 +127,9 @@ def _upon_each_other(walks: Sequence[WalkingTrial]) -> str:
     return ""
 
 
-def _some(what: str, lines: Sequence[str], most: int = 4) -> str:
+def _some(what: str, lines: Sequence[str]) -> str:
     """The first of some lines, below what they are about; nothing if there are none."""
     if not lines:
         return ""
-    more = f"\n  and {len(lines) - most} more" if len(lines) > most else ""
-    return f"{what}:\n  " + "\n  ".join(lines[:most]) + more + "\n"
+    more = f"\n  and {len(lines) - MOST} more" if len(lines) > MOST else ""
+    return f"{what}:\n  " + "\n  ".join(lines[:MOST]) + more + "\n"

@@ -5,8 +5,6 @@ A study of a person whose moments and forces it did not know makes it before and
 `gaitval estimate` makes it of a finished run.
 """
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -62,6 +60,7 @@ from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import write_html
 from gaitval.study.stage import Run, Stage
+from gaitval.text_tables import csv_text
 
 FOLDER: Final = "estimate"
 TABLE: Final = f"{FOLDER}/estimate.csv"
@@ -260,9 +259,7 @@ def write(run: Run) -> Estimate:
     ]
     rows = table(found, walked, run.subject.leg_length_m)
     (run.folder / FOLDER).mkdir(exist_ok=True)
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    write_text(run.folder / TABLE, text.getvalue())
+    write_text(run.folder / TABLE, csv_text(rows))
     widths = units(run.subject.leg_length_m) * found.half_width
     share = mechanics_share(found)
     typical = np.sqrt(np.mean(widths**2, axis=1))

@@ -1,5 +1,6 @@
 """What stages read from a run folder."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -7,9 +8,10 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.artefacts import read_json
+from gaitval.artefacts import copy_files, file_hash, read_json
 from gaitval.metrics.identified_body import identified_model
 from gaitval.model.urdf import model_hash, read_urdf
+from gaitval.study.stage import Run
 
 if TYPE_CHECKING:
     from gaitval.configuration import Start
@@ -19,8 +21,6 @@ if TYPE_CHECKING:
     from gaitval.policy.storage import Policy
     from gaitval.prediction.known import KnownRecord
     from gaitval.simulation.walker import WalkingTask
-
-from gaitval.study.stage import Run
 
 R = TypeVar("R", bound="Result")
 
@@ -196,3 +196,19 @@ def round_errors(run: Run, round_number: int) -> "RoundErrors":
     from gaitval.metrics.round_errors import read_round
 
     return read_round(run.folder / f"rounds/{round_number}")
+
+
+def start_from(run: Run, policy: Path) -> None:
+    """Put the policy in the folder `policy` into `start/` of `run`; a training that has started
+    from it continues. Raises PolicyError if there is none for this body and observation.
+    """
+    start_policy(run, policy)
+    start = run.folder / "start"
+    same = all(
+        (start / name).is_file() and file_hash(start / name) == file_hash(policy / name)
+        for name in POLICY_FILES
+    )
+    if not same:
+        shutil.rmtree(start, ignore_errors=True)
+        copy_files(policy, start, POLICY_FILES)
+    run.observer.say(f"Training starts from the policy in {policy}.")

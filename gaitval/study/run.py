@@ -140,7 +140,7 @@ def run_subject(
         renew_workers()
         do(reference_stage(run))
         if start is not None:
-            from gaitval.study.own_start import start_from
+            from gaitval.study.inputs import start_from
 
             start_from(run, start)
         else:

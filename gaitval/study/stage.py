@@ -238,8 +238,6 @@ def why_run(stage: Stage, folder: Path) -> str | None:
     changed = _differences(record["inputs"], fingerprint(stage, folder))
     if changed:
         return f"{', '.join(changed)} changed"
-    if "code" not in record:
-        return f"it was run by an earlier gaitval, which did not record the code of {stage.name}"
     changed = _differences(record["code"], code_of(stage.run))
     if changed:
         return f"the code of {stage.name} has changed: {', '.join(changed)}"
@@ -369,10 +367,10 @@ def _records(folder: Path) -> dict[str, Any]:
 def _read_records(path: Path) -> dict[str, Any]:
     records: dict[str, Any] = _table(path, Mapping)
     for stage, record in records.items():
-        for key, default in (("inputs", None), ("outputs", None), ("code", {})):
-            # None are the outputs of a stage that has not ended; an earlier gaitval kept no code
+        for key in ("inputs", "outputs", "code"):
+            # None are the outputs of a stage that has not ended
             unended = key == "outputs" and record.get(key, {}) is None
-            if not (unended or isinstance(record.get(key, default), dict)):
+            if not (unended or isinstance(record.get(key), dict)):
                 raise ArtefactError(
                     f"{path}: {stage}: {key} is missing or no table; it was edited. Remove {stage} "
                     "from the file and run the same command again, which runs that stage anew."

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from smooth_curves import smooth_curves
 
-from claims.agreement.curve_statistics import smooth_curves
 from gaitval.apps.changes.change import change_between, headline, sentence
 from gaitval.apps.changes.results import ChangeResult
 from gaitval.apps.changes.visits import Visit, VisitFigure

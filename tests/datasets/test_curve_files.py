@@ -366,6 +366,15 @@ def test_the_template_may_come_back_from_a_spreadsheet(tmp_path):
     np.testing.assert_array_equal(found.forces["left"], expected.forces["left"])
 
 
+def test_a_row_that_is_empty_is_a_gap_and_not_passed_over(good, tmp_path):
+    path = written(tmp_path, good)
+    lines = path.read_text().splitlines()
+    lines[41] = "," * lines[41].count(",")
+    path.write_text("\n".join(lines))
+    with pytest.raises(RecordError, match="percent: nan in row 42"):
+        read_mean_curves([path])
+
+
 def test_the_template_is_read_back_as_the_subject_that_it_is_of(tmp_path):
     subject = load_subject("S05")
     path = tmp_path / "means.csv"

@@ -17,8 +17,8 @@ from gymnasium.vector import AutoresetMode
 
 import gaitval.apps.export.environment
 from gaitval.apps.export.environment import NAME, WalkerEnvironment, WalkerVector
+from gaitval.apps.export.formats import write_training
 from gaitval.apps.export.observation_bounds import observation_bounds
-from gaitval.apps.export.training_folder import write_training
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.errors import SubjectError
 from gaitval.policy.environment import WalkingEnvironment

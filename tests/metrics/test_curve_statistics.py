@@ -3,9 +3,10 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 from scipy import stats
+from smooth_curves import smooth_curves
 
-from claims.agreement.curve_statistics import smooth_curves
 from gaitval.metrics.curve_statistics import (
+    ALPHA,
     one_sample_test,
     random_field_threshold,
     two_sample_test,
@@ -146,13 +147,22 @@ def test_shapes_that_do_not_fit_are_named():
 def test_spm1d_finds_the_same_thresholds(width, paired):
     """Both draw 2000 permutations at random, which leaves each threshold an SD of about 1 %."""
     spm1d = pytest.importorskip("spm1d")
-    from claims.agreement.curve_statistics import CurveCase, thresholds
-
     assert spm1d.__version__ >= "0.4.55"
-    case = CurveCase("", smooth_curves(14, width, 11), smooth_curves(14, width, 12), paired)
-    ours, theirs = thresholds(case, permutations=2000)
-    assert ours.permuted == pytest.approx(theirs.permuted, rel=0.05)
-    assert ours.field == pytest.approx(theirs.field, rel=0.002)
+    one, other = smooth_curves(14, width, 11), smooth_curves(14, width, 12)
+    if paired:
+        ours = one_sample_test(one - other, permutations=2000)
+    else:
+        ours = two_sample_test(one, other, permutations=2000)
+    np.random.seed(0)  # noqa: NPY002 - spm1d draws from it
+    test, name = spm1d.stats, "ttest_paired" if paired else "ttest2"
+    permuted = getattr(test.nonparam, name)(one, other).inference(
+        ALPHA, two_tailed=True, iterations=2000, force_iterations=True
+    )
+    field = getattr(test, name)(one, other)
+    np.testing.assert_allclose(np.abs(field.z), np.abs(ours.t), rtol=1e-6, atol=1e-6)
+    assert ours.threshold == pytest.approx(permuted.zstar, rel=0.05)
+    threshold = field.inference(ALPHA, two_tailed=True).zstar
+    assert ours.normal_threshold == pytest.approx(threshold, rel=0.002)
 
 
 @pytest.mark.parametrize("permutations", [35, 10_000])

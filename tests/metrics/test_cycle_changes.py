@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
+from smooth_curves import smooth_curves
 
-from claims.agreement.curve_statistics import smooth_curves
 from gaitval.metrics.cycle_changes import differing_curves
 
 NAMES = tuple(f"angles/{joint}_{side}" for joint in ("hip", "knee", "ankle") for side in "rl")

@@ -15,7 +15,6 @@ import gaitval as gv
 from gaitval import artefacts
 from gaitval.apps.regression import baseline
 from gaitval.apps.regression.baseline import (
-    WALKING,
     store_baseline,
     stored_metrics,
     walk_again,
@@ -62,13 +61,6 @@ def test_what_is_stored_can_be_checked(run: Path, target: Path) -> None:
     assert {*contents(target)} == {*STORED_FILES, SEAL, "README.md"}
     assert stored_metrics(target / "metrics.json").subject.identifier == "S05"
     assert "gaitval/validate" in (read_seal(target).code or {})
-
-
-def test_a_run_of_an_earlier_gaitval_has_no_code_in_its_seal(run: Path, tmp_path: Path) -> None:
-    (walked, *_) = (name for name in WALKING if name in read_json(run / "stages.json"))
-    edited(run / "stages.json", lambda records: records[walked].pop("code"))
-    store_baseline(run, tmp_path / "baseline")
-    assert read_seal(tmp_path / "baseline").code is None
 
 
 def test_a_run_that_is_redone_half_is_refused_and_the_old_baseline_stays(

@@ -22,7 +22,7 @@ from gaitval.artefacts import read_json
 from gaitval.configuration import LANGUAGES, ReportSettings
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.identification.body_words import _difference
-from gaitval.importing.consistency_rows import changes_by
+from gaitval.importing.summary import changes_by
 from gaitval.inverse.marker_placement import placement_checks
 from gaitval.inverse.residual_reduction import MASS_GROUPS
 from gaitval.metrics.learning_gain import LearningGain, Standing

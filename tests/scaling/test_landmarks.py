@@ -23,9 +23,8 @@ from gaitval.scaling.foot_shape import FOOT_SHAPE, HEAD_BY_HIPS, HEAD_HEIGHT, on
 from gaitval.scaling.joint_centres import locate, measure
 from gaitval.scaling.joint_width import chord_centre
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
-from gaitval.scaling.scaling import build_body, scale_subject
+from gaitval.scaling.scaling import build_body, measurements_from, scale_subject
 from gaitval.scaling.stature import FOOT, FRACTIONS
-from gaitval.scaling.stored_measurements import measurements_from
 
 WIDTHS = {"knee_width": KNEE_WIDTH, "ankle_width": ANKLE_WIDTH, "elbow_width": ELBOW_WIDTH}
 PLUG_IN_GAIT = [

@@ -7,11 +7,9 @@ from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc import read_trc
 from gaitval.scaling.landmarks import LANDMARKS
-from gaitval.scaling.marker_names import alike
 from gaitval.scaling.marker_set import MarkerDefinition, MarkerSet
-from gaitval.scaling.marker_sets import builtin_marker_sets, load_marker_set, recognise
-from gaitval.scaling.own_marker_set import problems_of
-from gaitval.scaling.unrecognised import EXAMPLE
+from gaitval.scaling.marker_sets import builtin_marker_sets, load_marker_set, problems_of, recognise
+from gaitval.scaling.unrecognised import EXAMPLE, alike
 from gaitval.session.read import named
 
 TAKEN_OFF = ("Knee.Medial", "Ankle.Medial", "MT2")

@@ -11,8 +11,7 @@ from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import DE_LEVA
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import with_fitted_lengths
-from gaitval.scaling.scaling import build_body, scale_subject
-from gaitval.scaling.stored_measurements import measurements_from
+from gaitval.scaling.scaling import build_body, measurements_from, scale_subject
 
 SHORTER, LIGHTER = 0.012, 0.5  # m and kg
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.artefacts import read_json, write_json, write_text
+from gaitval.artefacts import write_json, write_text
 from gaitval.study import (
     identification_stages,
     learning_stages,
@@ -352,16 +352,6 @@ def test_a_stage_runs_again_after_a_change_of_its_code_and_says_where(folder: Pa
     assert why_run(scale("b"), folder) == reason
     assert run_stage(scale("b"), folder)
     assert why_run(scale("b"), folder) is None
-
-
-def test_a_record_without_code_runs_again_and_says_so(folder: Path, scale) -> None:
-    run_stage(scale("a"), folder)
-    records = read_json(folder / "stages.json")
-    del records["scale"]["code"]
-    write_json(folder / "stages.json", records)
-    assert "did not record the code of scale" in (why_run(scale("a"), folder) or "")
-    assert run_stage(scale("a"), folder)
-    assert why_run(scale("a"), folder) is None
 
 
 def test_what_other_code_began_is_not_resumed(folder: Path, scale) -> None:

@@ -35,7 +35,7 @@ OWN: Final = {
     "gaitval/apps/cohort/process.py:peak_memory": "the system's own file on this process",
     "gaitval/datasets/registry.py:registry": "registry.toml of the package",
     "gaitval/apps/export/mujoco_folder.py:write_mujoco": "a script of the package",
-    "gaitval/apps/export/training_folder.py:write_training": "a script of the package",
+    "gaitval/apps/export/formats.py:write_training": "a script of the package",
     "gaitval/apps/export/walk.py:__init__": "runs without gaitval, on the folder beside it",
     "gaitval/apps/regression/history.py:this_machine": "the system's own file on the processor",
     "gaitval/musculature/paths.py:table": "paths.npz without pickles, passive.json",

@@ -170,21 +170,6 @@ def test_python_says_which_curves_are_no_record():
     assert set(gv.compare(shown, shown).origins) == {None}
 
 
-@pytest.mark.slow
-def test_an_earlier_file_that_judged_a_prediction_is_refused(run):
-    case, folder, _ = run
-    metrics = read_json(folder / "metrics.json")
-    metrics["record"].pop("origins")
-    if case == "absent":
-        return  # no earlier gaitval wrote a file of such a person
-    if case == "expected":  # such a file had no rows of them
-        origins = metrics_from(metrics, "here").origins
-        assert origins["moments"]["left"] == "expected"
-    else:
-        with pytest.raises(ArtefactError, match="judged the walk by what was not recorded"):
-            metrics_from(metrics, "here")
-
-
 def test_origins_follow_the_worst_part():
     person, _ = CASES["mirrored"](load_subject("S05"), None)
     origins = record_origins(person, RecordSettings())

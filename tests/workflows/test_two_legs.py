@@ -19,8 +19,7 @@ from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
 from gaitval.model.urdf import model_hash, read_urdf, write_urdf
 from gaitval.opensim.osim import BODIES, write_osim
-from gaitval.scaling.scaling import measurements_of, scale_subject
-from gaitval.scaling.stored_measurements import measurements_from
+from gaitval.scaling.scaling import measurements_from, measurements_of, scale_subject
 from gaitval.simulation.mujoco_body import mjcf
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Walker, WalkingTask

@@ -1,11 +1,9 @@
 """A walker's recoveries in the quantities in which people's were published, beside two guesses."""
 
-import csv
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -25,6 +23,7 @@ from gaitval.metrics.foot_placement import (
     step_delay,
     steps_to_recover,
 )
+from gaitval.text_tables import shipped_table
 
 SHORTLY: Final = 0.2
 """s after a push in which forces are compared."""
@@ -64,9 +63,7 @@ class Published(NamedTuple):
 @cache
 def published() -> tuple[Published, ...]:
     """All rows, compared or not."""
-    text = resources.files("gaitval.apps.balance").joinpath("recoveries.csv").read_text("utf-8")
-    lines = [line for line in text.splitlines() if not line.startswith("#")]
-    return tuple(_published(row) for row in csv.DictReader(lines))
+    return tuple(map(_published, shipped_table("gaitval.apps.balance", "recoveries.csv").by_name()))
 
 
 def _published(row: Mapping[str, str]) -> Published:
@@ -97,9 +94,9 @@ class Guessed(NamedTuple):
     pendulum: float | None = None
 
 
-def _percentile(values: Iterable[float], share: float = 95.0) -> float | None:
+def _percentile(values: Iterable[float]) -> float | None:
     found = [abs(each) for each in values if math.isfinite(each)]
-    return float(np.percentile(found, share)) if found else None
+    return float(np.percentile(found, 95.0)) if found else None
 
 
 def _mean(values: Iterable[float | None]) -> float | None:

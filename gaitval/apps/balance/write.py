@@ -7,7 +7,6 @@ from gaitval.apps.balance.compared import Pushes
 from gaitval.apps.balance.experiment import TestedWalker
 from gaitval.apps.balance.study import Recoveries
 from gaitval.artefacts import write_json
-from gaitval.build_info import now, source_commit
 from gaitval.missing_extras import raise_named
 
 NAME: Final = "perturb"
@@ -42,7 +41,5 @@ def write_recoveries(found: Recoveries, walker: TestedWalker, folder: Path) -> N
         "drawn": drawn is not None,
         "drawings": {} if drawn is None else {"placement": drawn.placement},
         "data": {} if drawn is None else drawn.tables(),
-        "commit": source_commit(),
-        "written": now(),
     }
     write_page(folder, NAME, "gaitval.apps.balance:perturb.html.j2", context)

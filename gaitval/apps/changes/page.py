@@ -6,7 +6,6 @@ from typing import Any, Final
 from gaitval.apps.changes.change import CHANGED, Change, headline, sentence
 from gaitval.apps.changes.results import ChangeResult
 from gaitval.apps.changes.visits import Visit
-from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES, Side
 from gaitval.metrics.norms import norms_at
 from gaitval.reporting import grids
@@ -51,8 +50,6 @@ def write_change_page(found: Change, result: ChangeResult, folder: Path) -> None
                 f"{each}_{side[0]}" in found.curves for row in layout for each in row
             )
         ],
-        "commit": source_commit(),
-        "written": now(),
     }  # fmt: skip
     write_page(folder, "change", "gaitval.apps.changes:change.html.j2", context)
 

@@ -1,7 +1,5 @@
 """Write what changed: `change.json`, `change.csv`, `change_curves.csv` and a page."""
 
-import csv
-import io
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,6 +14,7 @@ from gaitval.metrics.curve_statistics import ALPHA
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
 from gaitval.metrics.typed import tidy
 from gaitval.missing_extras import raise_named
+from gaitval.text_tables import csv_text
 
 NAME: Final = "change"
 
@@ -133,12 +132,6 @@ def _parameters(found: Change) -> list[dict[str, Any]]:
     return rows
 
 
-def _text(rows: list[list[object]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
-
-
 def _findings_table(found: Change, result: ChangeResult) -> str:
     rows: list[list[object]] = [["curve", "unit", *_OF_A_REGION, "words"]]
     for curve, region in found.findings():
@@ -146,7 +139,7 @@ def _findings_table(found: Change, result: ChangeResult) -> str:
         rows.append([curve.name, curve.unit, *values, sentence(curve, region, found)])
     for row in result.parameters:
         rows.append([row.name, row.unit, None, None, None, row.after - row.before, *[None] * 5])
-    return _text(rows)
+    return csv_text(rows)
 
 
 def _curves_table(result: ChangeResult) -> str:
@@ -160,4 +153,4 @@ def _curves_table(result: ChangeResult) -> str:
             ]
             before, after = curve.before[at], curve.after[at]
             rows.append([name, at, curve.unit, before, after, round(after - before, 6), *rest])
-    return _text(rows)
+    return csv_text(rows)

@@ -10,6 +10,7 @@ from gaitval.artefacts import write_text
 from gaitval.datasets import wbds_archive
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject_file import BUILTIN
+from gaitval.datasets.wbds import CITATION, FURTHER_TRIALS, LICENCE
 from gaitval.errors import ConfigurationError, GaitvalError
 
 PEOPLE_PER_PERSON: Final = 2
@@ -115,7 +116,7 @@ def _builtin_trials(person: str) -> dict[str, str]:
     return {
         trial: name
         for name, (built_in, first) in BUILTIN.items()
-        for trial in (first, *wbds_archive.FURTHER_TRIALS.get(name, ()))
+        for trial in (first, *FURTHER_TRIALS.get(name, ()))
         if built_in == person
     }
 
@@ -148,8 +149,8 @@ def _recorded(data: wbds_archive.Holdings, person: str, trial: str) -> Study | N
         "person": person,
         "trial_name": trial,
         "laboratory": WBDS,
-        "citation": wbds_archive.CITATION,
-        "licence": wbds_archive.LICENCE,
+        "citation": CITATION,
+        "licence": LICENCE,
     }
     # no age is known of some people, and TOML has no word for that
     known = {name: each for name, each in recording.items() if each is not None}

@@ -29,8 +29,6 @@ from gaitval.apps.cohort.statistics import (
     outliers,
 )
 from gaitval.apps.cohort.store import LOG, Store
-from gaitval.artefacts import versions
-from gaitval.build_info import now, source_commit
 from gaitval.reporting.page import write_html
 
 PAGE: Final = "cohort"
@@ -65,9 +63,6 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
     return {
         "title": _title(folder.resolve().name),
         "version": __version__,
-        "software": versions(),
-        "commit": source_commit(),
-        "written": now(),
         "total": len(studies),
         "finished": len(done),
         "records": records_of(done).nunique(),

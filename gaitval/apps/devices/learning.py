@@ -45,9 +45,9 @@ None until one has ended.
 """
 
 
-def varied(device: Device, random: np.random.Generator, spread: float = SPREAD) -> Device:
-    """A device whose masses, spring stiffness and damping differ by a factor within `spread`."""
-    mass, stiffness, damping = 1.0 + spread * random.uniform(-1.0, 1.0, 3)
+def varied(device: Device, random: np.random.Generator) -> Device:
+    """A device whose masses, spring stiffness and damping differ by a factor within `SPREAD`."""
+    mass, stiffness, damping = 1.0 + SPREAD * random.uniform(-1.0, 1.0, 3)
     hinges = []
     for hinge in device.hinges:
         changed: dict[str, object] = {"damping": damping * hinge.damping}

@@ -1,7 +1,5 @@
 """The report of devices on a person: without and with, side by side."""
 
-import csv
-import io
 import shutil
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -38,6 +36,7 @@ from gaitval.quantities.metabolic_cost import LEFT_OUT
 from gaitval.reporting.drawing import link, new_figure, svg
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS
+from gaitval.text_tables import csv_text
 
 TEMPLATE: Final = "gaitval.apps.devices:device.html.j2"
 LINES: Final = {
@@ -162,14 +161,13 @@ def strap_loads(outcome: DeviceOutcome) -> list[dict[str, Any]]:
 
 def _table(outcomes: Sequence[DeviceOutcome]) -> str:
     """All figures as CSV: assumption, side, quantity, value."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["assumption", "side", "quantity", "value"])
-    for outcome in outcomes:
-        for side in SIDES:
-            for name, value in figures_of(outcome, side).items():
-                writer.writerow([outcome.assumption, side, name, f"{value:.6g}"])
-    return text.getvalue()
+    rows = [
+        [outcome.assumption, side, name, f"{value:.6g}"]
+        for outcome in outcomes
+        for side in SIDES
+        for name, value in figures_of(outcome, side).items()
+    ]
+    return csv_text([["assumption", "side", "quantity", "value"], *rows])
 
 
 def write_report(

@@ -4,8 +4,6 @@ A figure of a device is neither better nor worse than another, so a change in ei
 counts.
 """
 
-import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
+from gaitval.text_tables import csv_text
 
 if TYPE_CHECKING:
     from gaitval.apps.devices.search import SearchResult
@@ -247,9 +246,7 @@ def table(
 def write_table(path: Path, results: Mapping[str, Sequence[DeviceFigure]]) -> None:
     """Write results side by side as CSV."""
     columns, rows = table(results)
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([columns, *rows])
-    write_text(path, text.getvalue())
+    write_text(path, csv_text([columns, *rows]))
 
 
 def write_side_by_side(

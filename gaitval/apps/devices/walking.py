@@ -579,12 +579,9 @@ def walk_with(
     mu: Array,
     start_phase: float = 0.0,
     cycles: float,
-    push: tuple[float, float, float] | None = None,
 ) -> DeviceWalk:
     """Walk in an `environment`; arguments as of `policy.rollouts.record_rollout`."""
-    rollout = record_rollout(
-        environment, policy, mu=mu, start_phase=start_phase, cycles=cycles, push=push
-    )
+    rollout = record_rollout(environment, policy, mu=mu, start_phase=start_phase, cycles=cycles)
     walker = environment.walker
     log = at_states(walker.logged())
     names = tuple(fit.name for fit in walker.fitted)

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
@@ -11,15 +12,26 @@ from gaitval.apps.export.crate import write_crate
 from gaitval.apps.export.locohub import write_locohub
 from gaitval.apps.export.mujoco_folder import write_mujoco
 from gaitval.apps.export.opensim_folder import write_opensim
-from gaitval.apps.export.training_folder import write_training
 from gaitval.apps.export.urdf_folder import write_urdf_folder
 from gaitval.apps.export.walked import ExportedWalk
+from gaitval.artefacts import write_text
 from gaitval.errors import ArtefactError, ConfigurationError
 
 BUNDLE: Final = "bundle"
 _Notify = Callable[[str], None]
 _Writer = Callable[[Path, ExportedWalk], list[Path]]
 """Writes files into a folder, which it makes; returns their paths. Raises ArtefactError."""
+
+
+def write_training(folder: Path, walked: ExportedWalk) -> list[Path]:
+    """Write `walker/`, which `gaitval/Walker-v0` takes, and `train.py`; returns the paths of all
+    files. Raises ArtefactError.
+    """
+    walker, script = folder / "walker", folder / "train.py"
+    walked.stored.save(walker)
+    write_text(script, files("gaitval.apps.export").joinpath("train.py").read_text("utf-8"))
+    return [*sorted(path for path in walker.rglob("*") if path.is_file()), script]
+
 
 FORMATS: Final[dict[str, _Writer]] = {
     "mujoco": write_mujoco,

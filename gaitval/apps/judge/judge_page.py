@@ -12,7 +12,6 @@ from gaitval.apps.judge.judge import Judgement
 from gaitval.apps.judge.markers import by_marker
 from gaitval.apps.judge.results import JudgeResult
 from gaitval.arrays import Array
-from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES
 from gaitval.metrics.norms import Norm
 from gaitval.metrics.tolerances import Verdict
@@ -63,8 +62,6 @@ def _context(found: Judgement, result: JudgeResult) -> dict[str, Any]:
         else [],
         "panels": _drawings(found),
         "reduced": found.request.reduced,
-        "commit": source_commit(),
-        "written": now(),
     }
 
 

@@ -1,16 +1,15 @@
 """Joint moments against the published bands of healthy people at the same walking speed."""
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from typing import Final
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
+from gaitval.text_tables import shipped_table
 
 GROUPS: Final = (
     ("very slow", 0.227),
@@ -65,10 +64,8 @@ class Band:
 @cache
 def bands() -> Mapping[tuple[str, str], Band]:
     """Bands by group of speed and curve without side; see `schwartz2008.csv`."""
-    text = resources.files("gaitval.apps.judge").joinpath("schwartz2008.csv").read_text("utf-8")
-    lines = [line for line in text.splitlines() if not line.startswith("#")]
     rows: dict[tuple[str, str, str], Array] = {}
-    for row in csv.reader(lines[1:]):
+    for _, row in shipped_table("gaitval.apps.judge", "schwartz2008.csv").rows:
         values = np.array(row[3:], dtype=float)
         rows[row[0], row[1], row[2]] = np.interp(np.arange(101), PERCENT, values)
     return {

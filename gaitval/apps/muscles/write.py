@@ -9,7 +9,6 @@ import pandas as pd
 
 from gaitval.apps.muscles.sharing import MuscleSettings, SharedMotions
 from gaitval.artefacts import versions, write_json
-from gaitval.build_info import now, source_commit
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.importing.write import write_table
@@ -73,9 +72,6 @@ def write_muscles(
             "cost": cost,
             "left_out": LEFT_OUT,
             "model_titles": {**TITLES, JOINTS: "Joints alone"},
-            "versions": versions(),
-            "commit": source_commit(),
-            "written": now(),
         }
         write_page(folder, PAGE, "gaitval.apps.muscles:muscles.html.j2", context)
         written += [folder / f"{PAGE}.html", folder / f"{PAGE}.pdf"]

@@ -1,7 +1,5 @@
 """All people of a table of strides: subjects, table for `gaitval cohort`, walks."""
 
-import csv
-import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -17,6 +15,7 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.plain_numbers import plain_float
+from gaitval.text_tables import csv_text
 
 
 def found_patients(
@@ -81,9 +80,7 @@ def written(found: Sequence[Patient], out: Path) -> Path:
     """Write subjects, what was estimated of them (of amputees the ankles' moments, too) and whose
     row it rests on, and the table of the cohort; returns its path.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["name", "subject", "record.use", "scaling.symmetric"])
+    rows = [["name", "subject", "record.use", "scaling.symmetric"]]
     for each in found:
         name = each.subject.identifier
         write_text(out / "subjects" / f"{name}.toml", each.subject.to_toml())
@@ -98,8 +95,8 @@ def written(found: Sequence[Patient], out: Path) -> Path:
             }
         write_json(out / "subjects" / f"{name}.json", about)
         two = person.amputation is not None or person.legs is not None
-        writer.writerow([name, f"subjects/{name}.toml", "kinematics", str(not two).lower()])
-    write_text(out / "table.csv", text.getvalue())
+        rows.append([name, f"subjects/{name}.toml", "kinematics", str(not two).lower()])
+    write_text(out / "table.csv", csv_text(rows))
     return out / "table.csv"
 
 

@@ -18,7 +18,6 @@ from gaitval.apps.patients import estimates
 from gaitval.apps.patients.estimates import EstimatedValue
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike, smoothed
 from gaitval.apps.patients.people import PersonRow, person_of
-from gaitval.apps.patients.prosthesis import with_prosthesis
 from gaitval.apps.patients.rolling_foot import STANCE_BIAS, RolledFeet, feet
 from gaitval.apps.patients.sound_side import expected_of, later_of_prosthesis
 from gaitval.apps.patients.strides import PersonStrides
@@ -31,8 +30,16 @@ from gaitval.errors import SubjectError
 from gaitval.gait.record import FittedCurve, PeriodicCurve, periodic_through
 from gaitval.gait.sampling import SAMPLES
 from gaitval.scaling.anthropometry import ADULT_YEARS, mass_fractions
+from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.tape import measure_by_tape
+
+SHANK: Final = 1.9
+"""kg: a microprocessor knee of 1.24 kg (C-Leg 4, maker's data sheet, from memory) with pylon,
+adapters and cover."""
+FOOT: Final = 0.9
+"""kg: a carbon foot with its shell, 0.4 to 0.6 kg by makers' data sheets (from memory), in a
+shoe."""
 
 EXPECTED: Final = ("subtalar_angle",)
 """Angles that the model has and a stride has not: the mean of the built-in people."""
@@ -303,3 +310,25 @@ def _lengths(height: float, mass: float, leg: EstimatedValue, person: PersonRow)
 def two_sided(person: PersonRow) -> bool:
     """Whether the body of a `person` has two different legs."""
     return person.amputation is not None or person.legs is not None
+
+
+def with_prosthesis(
+    measured: Measurements, side: Side, mass: float, fractions: Mapping[str, float]
+) -> Measurements:
+    """`measured` with the shank and foot of an above-knee prosthesis on a `side`. `mass` kg is that
+    of the body with the prosthesis; `fractions` are of each segment of a sound body's mass,
+    `anthropometry.mass_fractions`.
+
+    The sound leg's masses are given too, since a mass that is known of one side only is that of
+    both: its shares of the body that the person would be with two sound legs.
+    """
+    whole = (mass - SHANK - FOOT) / (1.0 - fractions["shank"] - fractions["foot"])
+    legs = {
+        each: replace(
+            getattr(measured, each),
+            shank_mass=SHANK if each == side else fractions["shank"] * whole,
+            foot_mass=FOOT if each == side else fractions["foot"] * whole,
+        )
+        for each in SIDES
+    }
+    return replace(measured, right=legs["right"], left=legs["left"], symmetric=False)

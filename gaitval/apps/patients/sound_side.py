@@ -17,14 +17,13 @@ They are of one laboratory's treadmill at 0.8 m/s and of above-knee amputees, an
 nobody else.
 """
 
-import csv
 from functools import cache
-from importlib import resources
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.text_tables import shipped_table
 
 TABLE: Final = "sound_sides.csv"
 PROSTHETIC_TABLE: Final = "prosthetic_sides.csv"
@@ -114,5 +113,4 @@ def _table() -> dict[str, tuple[float, float]]:
 @cache
 def rows_of(table: str) -> tuple[dict[str, str], ...]:
     """The rows of a `table` that comes with this package, without its head of comments."""
-    text = resources.files("gaitval.apps.patients").joinpath(table).read_text("utf-8")
-    return tuple(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    return tuple(shipped_table("gaitval.apps.patients", table).by_name())

@@ -77,10 +77,9 @@ def store_baseline(folder: Path, target: Path, identifier: str | None = None) ->
     _check_subject(folder, identifier)
     # all that may be refused is read before anything is written
     walked = [records[name].code for name in WALKING if name in records]
-    known = [code for code in walked if code is not None]
     with writing_whole(target) as new:
         copy_files(folder, new, STORED_FILES)
-        seal(new, code=by_folder(known) if len(known) == len(walked) else None)
+        seal(new, code=by_folder(walked))
 
 
 def _check_unchanged(folder: Path, records: Mapping[str, Record]) -> None:

@@ -10,7 +10,6 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
-from gaitval.apps.regression.csv_text import csv_text
 from gaitval.apps.regression.pair_grids import pair_grids
 from gaitval.apps.regression.quantity_tables import (
     FIGURE_COLUMNS,
@@ -20,12 +19,10 @@ from gaitval.apps.regression.quantity_tables import (
     figure_tables,
     quantities_of,
 )
-from gaitval.apps.regression.regression import Row
+from gaitval.apps.regression.regression import Row, shown
 from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
 from gaitval.arrays import Array
-from gaitval.artefacts import versions as versions_of_here
 from gaitval.artefacts import write_text
-from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import is_judged, measure_origin
@@ -38,6 +35,7 @@ from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import write_page
 from gaitval.reporting.style import WIDTH
+from gaitval.text_tables import csv_text
 
 CURVES: Final[tuple[tuple[Kind, str], ...]] = (
     *(("angles", name) for name in ("hip_flexion", "knee_angle", "ankle_angle")),
@@ -87,9 +85,6 @@ def write_comparison(
         "gaitval.apps.regression:comparison.html.j2",
         {
             "name": name,
-            "software": versions_of_here(),
-            "commit": source_commit(),
-            "written": now(),
             "walks": [_overview(walk, label) for walk, label in zip(walks, labels, strict=True)],
             "group_names": [row.group for row in group_rows(walks[0].metrics)],
             "group_units": [row.unit for row in group_rows(walks[0].metrics)],
@@ -264,13 +259,13 @@ def _worst(walk: StoredWalk, better: Mapping[str, str]) -> dict[str, str]:
     for row in walk.metrics.measures:
         if is_judged(row.origin):
             found.setdefault(row.measure, []).append(row.value)
-    shown = {}
+    texts = {}
     for name, values in found.items():
         worst = max if better[name] == "lower" else min
         known = [value for value in values if value is not None]
         whole = len(known) == len(values)
-        shown[name] = number(worst(known) if whole else None, DIGITS.get(UNITS[name], 2))
-    return shown
+        texts[name] = number(worst(known) if whole else None, DIGITS.get(UNITS[name], 2))
+    return texts
 
 
 def _versions(versions: Versions) -> dict[str, Any]:
@@ -309,8 +304,8 @@ def _moved(subject: str, row: Row) -> dict[str, Any]:
         "subject": subject,
         "measure": row.measure.replace("_", " "),
         "target": target_text(row.target),
-        "before": _value(row.baseline),
-        "now": _value(row.current),
+        "before": shown(row.baseline),
+        "now": shown(row.current),
         "unit": row.unit,
         "margin": f"{row.margin:g}",
         "grown": "" if grown is None or math.isinf(grown) else number(grown, 1),
@@ -324,16 +319,12 @@ def _flip(subject: str, flip: Flip) -> dict[str, Any]:
         "title": flip.title,
         "target": target_text(flip.target),
         "decides": flip.decides,
-        "before": _value(flip.before),
-        "now": _value(flip.now),
+        "before": shown(flip.before),
+        "now": shown(flip.now),
         "limit": f"{SIGNS[flip.limit]} {flip.tolerance:g}",
         "unit": "" if flip.unit == "1" else flip.unit,
         "kept": flip.kept,
     }
-
-
-def _value(value: float | None) -> str:
-    return "not measured" if value is None else f"{value:.4g}".replace("-", "−")
 
 
 def _strips(versions: Versions) -> str:

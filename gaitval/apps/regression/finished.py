@@ -33,12 +33,12 @@ class Record(OpenResult):
     ----------
     inputs : of files and settings.
     outputs : of files; None while the stage has not ended.
-    code : of sources; None in records of an earlier gaitval.
+    code : of sources.
     """
 
     inputs: dict[str, str]
     outputs: dict[str, str] | None
-    code: dict[str, str] | None = None
+    code: dict[str, str]
 
 
 def read_records(folder: Path) -> dict[str, Record]:

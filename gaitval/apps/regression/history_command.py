@@ -74,7 +74,8 @@ def history(
 
 def _print_steps(steps: "Sequence[FoundStep]") -> None:
     """Print the commits at which a figure took a step, if there are any."""
-    from gaitval.apps.regression.history_page import short, shown
+    from gaitval.apps.regression.history_page import short
+    from gaitval.apps.regression.regression import shown
 
     if not steps:
         return

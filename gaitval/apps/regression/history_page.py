@@ -11,14 +11,15 @@ from matplotlib.axes import Axes
 
 from gaitval.apps.regression import change_points
 from gaitval.apps.regression.change_points import CHANCE, LEAST, SIDE
-from gaitval.apps.regression.csv_text import csv_text
 from gaitval.apps.regression.history import UNKNOWN, Check, Key, series_of
 from gaitval.apps.regression.history import CheckedFigure as Value
+from gaitval.apps.regression.regression import shown
 from gaitval.artefacts import write_text
 from gaitval.metrics.verdicts import target_text
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import RECORD_SHADE
 from gaitval.reporting.page import write_page
+from gaitval.text_tables import csv_text
 
 COLUMNS: Final = 3
 PANELS: Final = 9
@@ -199,11 +200,6 @@ def _step_row(step: FoundStep) -> dict[str, Any]:
         "chance": _chance(step),
         "change": step.change,
     }
-
-
-def shown(value: float | None) -> str:
-    """A mean (`value`) before or after a step."""
-    return "not measured" if value is None else f"{value:.4g}".replace("-", "−")
 
 
 def _chance(step: FoundStep) -> str:

@@ -198,3 +198,8 @@ def _kind(row: Row) -> str:
 
 def _text(value: float | None, unit: str) -> str:
     return "not measured" if value is None else f"{value:.4g}{unit_text(unit)}"
+
+
+def shown(value: float | None) -> str:
+    """A measure (`value`) on a page or in a table."""
+    return "not measured" if value is None else f"{value:.4g}".replace("-", "−")

@@ -61,7 +61,7 @@ _WORLD: Final = 2
 """Third number of the seed, so that a harsh person's draws are not a plain one's."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Faults:
     """What is wrong in one harsh record; right, left where there are two.
 
@@ -71,7 +71,8 @@ class Faults:
     thigh_by_hip, thigh_by_knee, shank_by_knee, foot_by_ankle : shares of a joint's excursion by
         which skin turns further than its bone.
     hip, knee, ankle : shares of a joint's own excursion that are seen too much, if by joint.
-    thigh_by_load : rad a body weight.
+    thigh_by_load, shank_by_load : rad a body weight.
+    wobble : rad, of the thigh's skin at heel strike; it decays.
     late : by which skin follows its bone, share of the cycle.
     belt, clock : shares by which speed and stride time are reported too large.
     pelvis : rad, too far forward, of the pelvis' axes.
@@ -81,39 +82,43 @@ class Faults:
     thigh_mass, shank_mass : factors. trunk : (2,) m, forward, up.
     arms : factor on their swing.
     left_leg : m, by which the left leg is longer than the right one.
+    longer : the segment that it is longer in; None if thigh and shank are in proportion.
     left_hip : (2,) m, forward and up, of the left hip alone.
     plate_gain : factors on the forces.
     """
 
-    skin: Literal["segments", "joints"]
+    skin: Literal["segments", "joints"] = "segments"
     thigh_by_hip: tuple[float, float]
-    thigh_by_knee: tuple[float, float]
+    thigh_by_knee: tuple[float, float] = (0.0, 0.0)
     shank_by_knee: tuple[float, float]
     foot_by_ankle: tuple[float, float]
-    hip: tuple[float, float]
-    knee: tuple[float, float]
-    ankle: tuple[float, float]
-    thigh_by_load: tuple[float, float]
-    late: float
+    hip: tuple[float, float] = (0.0, 0.0)
+    knee: tuple[float, float] = (0.0, 0.0)
+    ankle: tuple[float, float] = (0.0, 0.0)
+    thigh_by_load: tuple[float, float] = (0.0, 0.0)
+    shank_by_load: tuple[float, float] = (0.0, 0.0)
+    wobble: tuple[float, float] = (0.0, 0.0)
+    late: float = 0.0
     belt: float
-    clock: float
+    clock: float = 0.0
     pelvis: float
     axes: tuple[tuple[float, ...], tuple[float, ...]]
-    knee_axis: tuple[float, float]
-    ankle_axis: tuple[float, float]
+    knee_axis: tuple[float, float] = (0.0, 0.0)
+    ankle_axis: tuple[float, float] = (0.0, 0.0)
     sole: tuple[float, ...]
     thigh_mass: float
-    shank_mass: float
+    shank_mass: float = 1.0
     trunk: tuple[float, float]
     arms: float
     left_leg: float
-    left_hip: tuple[float, float]
-    plate_gain: tuple[float, float]
+    longer: Literal["thigh", "shank"] | None = None
+    left_hip: tuple[float, float] = (0.0, 0.0)
+    plate_gain: tuple[float, float] = (1.0, 1.0)
 
     def body(self, model: BodyModel, contact: ContactSettings) -> tuple[BodyModel, ContactSettings]:
         """The body that walks, and the ground under it; see `person.Another`."""
         # Left thigh and shank grow by what right ones shrink.
-        left = 0.5 * self.left_leg / model.leg_length
+        left = 0.0 if self.longer else 0.5 * self.left_leg / model.leg_length
         model, contact = extended_body(model, contact, np.array([*self.sole, left]))
         return _heavier(model, self), contact
 
@@ -200,7 +205,9 @@ def drawn_faults(random: np.random.Generator, left_leg: float | None = None) -> 
 
 
 def _heavier(model: BodyModel, faults: Faults) -> BodyModel:
-    """The body with another distribution of the same mass, and its left hip elsewhere."""
+    """The body with another distribution of the same mass, its left hip elsewhere, and a segment
+    of the left leg longer.
+    """
     factors = {"thigh": faults.thigh_mass, "shank": faults.shank_mass}
     added = sum(
         (factors[each.kind] - 1.0) * each.mass for each in model.segments if each.kind in factors
@@ -215,6 +222,10 @@ def _heavier(model: BodyModel, faults: Faults) -> BodyModel:
             centre = centre + np.array([faults.trunk[0], 0.0, faults.trunk[1]])
         if segment.name == "thigh_l":
             joint = joint + np.array([faults.left_hip[0], 0.0, faults.left_hip[1]])
+        # A segment is as long as its lower joint is below its upper one.
+        if faults.longer and segment.kind == {"thigh": "shank", "shank": "foot"}[faults.longer]:
+            more = 0.5 * faults.left_leg * (-1.0 if segment.side == "left" else 1.0)
+            joint = joint + np.array([0.0, 0.0, more])
         return replace(
             segment, joint_position=joint, mass=factor * segment.mass,
             centre_of_mass=centre, inertia=factor * segment.inertia,
@@ -239,6 +250,7 @@ def seen_through_skin(curves: Curves, faults: Faults) -> Curves:
     show them, and plates of another gain, by `faults`.
     """
     found = Curves(dict(curves.angles), dict(curves.moments), dict(curves.forces))
+    phase = np.linspace(0.0, 1.0, 101)
     for i, side in enumerate(SIDES):
         s = side[0]
         true = {name: curves.angles[f"{name}_{s}"] for name in
@@ -252,7 +264,9 @@ def seen_through_skin(curves: Curves, faults: Faults) -> Curves:
         # By how much each cluster is turned further forward than its bone, below its upper joint.
         thigh, shank, foot = (np.full_like(hip, each) for each in faults.axes[i])
         wrong = {"hip_flexion": 0.0 * hip, "knee_angle": 0.0 * hip, "ankle_angle": 0.0 * hip}
-        thigh = thigh + faults.thigh_by_load[i] * load
+        wobble = np.exp(-phase / 0.06) * np.sin(2.0 * np.pi * phase / 0.09)
+        thigh = thigh + faults.thigh_by_load[i] * load + faults.wobble[i] * wobble
+        shank = shank + faults.shank_by_load[i] * load
         if faults.skin == "segments":
             thigh = thigh + faults.thigh_by_hip[i] * hip + faults.thigh_by_knee[i] * knee
             shank = shank - faults.shank_by_knee[i] * knee
@@ -303,12 +317,34 @@ def harsh_person(
     random = np.random.default_rng([seed, number, _WORLD])
     truth = drawn_parameters(prior_sd(person), random)
     faults = drawn_faults(random, left_leg)
-    task, walk = walked(number, seed, person, truth, policy, configuration, random, another=faults)
+    return seen_with(
+        faults, number, seed, truth, person, person, policy, configuration, random, world="H"
+    )
+
+
+def seen_with(
+    faults: Faults,
+    number: int,
+    seed: int,
+    truth: Array,
+    person: Subject,
+    walker: Subject,
+    policy: Policy,
+    configuration: Configuration,
+    random: np.random.Generator,
+    *,
+    world: str,
+) -> HarshPerson:
+    """Who walks as `walker` with the body `truth` (14,) about `person`, and is recorded with
+    `faults`; the subject's name begins with the letter of the `world`. Other parameters as for
+    `harsh_person`, whose draws `random` goes on with; raises as it.
+    """
+    task, walk = walked(number, seed, walker, truth, policy, configuration, random, another=faults)
     curves, values = seen(walk, task, truth[0])
     # The segments' axes give most of the offsets here, and the rest errs as in the plain world.
     noise = configuration.noise.model_copy(update={"angle_offset": _OWN_OFFSET})
     noisy = with_errors(seen_through_skin(curves, faults), values["left_phase"], noise, random)
     values["walking_speed_m_s"] *= 1.0 + faults.belt
     values["stride_time_s"] *= 1.0 + faults.clock
-    subject = as_subject(f"H{seed}_{number:03d}", person, noisy, values)
+    subject = as_subject(f"{world}{seed}_{number:03d}", person, noisy, values)
     return HarshPerson(subject, truth, faults)

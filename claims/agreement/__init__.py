@@ -1,1 +1,0 @@
-"""gaitval beside other programs, on the same input."""

@@ -1,0 +1,83 @@
+"""Tables as text: read as whatever program wrote them, with notes at the top, separators and the
+comma as a point; and written.
+"""
+
+import csv
+import io
+import re
+from collections.abc import Iterable
+from importlib import resources
+from itertools import dropwhile
+from typing import Final, NamedTuple
+
+_DECIMAL: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
+"""A number with a comma for the point."""
+
+
+class TextTable(NamedTuple):
+    """A table: the names of its columns, and the cells of each row with the number of its line."""
+
+    names: list[str]
+    rows: list[tuple[int, list[str]]]
+
+    def by_name(self) -> list[dict[str, str]]:
+        """The rows, each cell by the name of its column."""
+        return [dict(zip(self.names, cells, strict=True)) for _, cells in self.rows]
+
+
+def separator_of(header: str) -> str:
+    """What separates the columns of a table by its `header`: a comma, semicolons or tabs, as
+    spreadsheets of many countries write it; with these a comma may be the decimal point.
+    """
+    return max("\t;,", key=header.count)  # of none, the first
+
+
+def text_table(lines: list[str]) -> TextTable:
+    """The table in `lines`. Notes before its header, which begin with `#`, and lines without
+    anything are passed over. Of a table with semicolons or tabs, numbers with a comma for the point
+    are given with the point. Raises csv.Error where quotation marks do not close.
+    """
+    kept = list(dropwhile(_is_note, lines))
+    separator = separator_of(kept[0]) if kept else ","
+    reader = csv.reader(kept, delimiter=separator)
+    names = next(reader, [])
+    before = len(lines) - len(kept)
+    rows = [(before + reader.line_num, cells) for cells in reader if cells]
+    if separator != ",":
+        rows = [(line, [_with_point(cell) for cell in cells]) for line, cells in rows]
+    return TextTable(names, rows)
+
+
+def shipped_table(package: str, file: str) -> TextTable:
+    """A table that comes with a `package` of gaitval."""
+    text = resources.files(package).joinpath(file).read_text("utf-8")
+    return text_table(text.splitlines())
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """CSV of `rows`, the first of which has the names of the columns, with an empty cell for None.
+    Text that a spreadsheet would take for a formula starts with an apostrophe, because names in it
+    may come from outside.
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(map(_cell, row) for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: object) -> object:
+    if not isinstance(value, str) or not value.startswith(tuple("=+-@\t\r\n")):
+        return value
+    try:
+        float(value)
+    except ValueError:
+        return f"'{value}"
+    return value
+
+
+def _is_note(line: str) -> bool:
+    # a spreadsheet puts in quotes what has a separator in it
+    return line.lstrip('"').startswith("#")
+
+
+def _with_point(cell: str) -> str:
+    return cell.replace(",", ".") if _DECIMAL.fullmatch(cell) else cell

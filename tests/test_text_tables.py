@@ -1,0 +1,28 @@
+"""Tables as text: whoever wrote them, and what is written."""
+
+import pytest
+
+from gaitval.text_tables import csv_text, text_table
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_notes_quotes_and_empty_lines_are_passed_over(separator):
+    note = f'"# made by{separator} somebody"' if separator == ";" else "# made by somebody"
+    lines = [note, separator.join(("name", "mass")), "", separator.join(("Anna", "61.5"))]
+    assert text_table(lines) == (["name", "mass"], [(4, ["Anna", "61.5"])])
+
+
+def test_a_comma_is_the_point_where_it_does_not_separate():
+    _, rows = text_table(["name;mass;note", "Anna;61,5;left, then right", "Bob;-1,5e-3;1.5"])
+    assert [cells for _, cells in rows] == [
+        ["Anna", "61.5", "left, then right"],
+        ["Bob", "-1.5e-3", "1.5"],
+    ]
+
+
+def test_a_row_that_is_empty_but_for_separators_is_there():
+    assert text_table(["a,b", "1,2", ",", "3,4"]).rows[1] == (3, ["", ""])
+
+
+def test_text_that_would_be_a_formula_is_written_as_text():
+    assert csv_text([["a", "b"], ["=1+1", -1.5], ["-1.5", None]]) == "a,b\n'=1+1,-1.5\n-1.5,\n"
