@@ -3,7 +3,7 @@
     python -m experiments.forces_elsewhere ../public          # the files
     python -m experiments.forces_elsewhere ../public --check  # fails if they are others
 
-How forces and angles of people of five other laboratories differ from what the built-in people
+How forces and angles of people of six other laboratories differ from what the built-in people
 have one expect, each at the own contacts; and angles, moments and forces of the same people for a
 regression. Reads the recordings of `claims.elsewhere`, with plates. Of all together, every
 laboratory as heavy as another, the second moment of the first is kept in its `COMPONENTS` largest
@@ -26,13 +26,13 @@ from gaitval.prediction.force_split import STORE, UNIT
 FILE = Path(gaitval.prediction.__file__).parent / STORE
 ALL = FILE.with_name(laboratories.STORE)
 COMPONENTS = 20
-"""Of 34. What is left out is less than the roughness that is added."""
+"""Of 68. What is left out is less than the roughness that is added."""
 SOURCE = (
-    "Pooled statistics of gait of 17 people of five laboratories (Arnold 2013; "
+    "Pooled statistics of gait of 34 people of six laboratories (Arnold 2013; "
     "Gait2354 and Rajagopal 2016 of OpenSim; McGill and Shriners, Montreal; Plug-in Gait samples "
-    "of BTKData), computed by experiments/forces_elsewhere.py. No recording is kept. Licences: of "
-    "Montreal's MIT, of BTKData BSD-3-Clause; the others name none, and nothing of theirs but this "
-    "pool is here."
+    "of BTKData; Basel), computed by experiments/forces_elsewhere.py. No recording is kept. "
+    "Licences: of Montreal's MIT, of BTKData BSD-3-Clause; Basel's lie in a repository of programs "
+    "under GPL-3.0, the others name none, and nothing of theirs but this pool is here."
 )
 
 

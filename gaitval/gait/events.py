@@ -49,18 +49,23 @@ after a toe-off; so how much of a swing must be visible at the ends of the trial
 LANDING_CUTOFF_HZ: Final = 12.0
 """Low-pass of the markers with which a landing that was found is timed: `FOOT_CUTOFF_HZ` smooths
 the sudden end of its fall into the slow time after it, so that the fastest fall comes late."""
+FOREFOOT_CUTOFF_HZ: Final = 18.0
+"""The same of the forefoot, which comes down faster."""
 STOP_AFTER_SINK: Final = 0.009
 """s from the fastest sinking of the middle of the foot to the sharpest stop of the heel
-(`_timed_landing`); mean of six laboratories, each as heavy, as the next one."""
-LANDS_BEFORE: Final = 0.0065
-"""s from the load on a plate to the middle of both."""
+(`_timed_landing`); mean of six laboratories, each as heavy."""
+SLAP_AFTER_SINK: Final = 0.0085
+"""s from it to the fastest sinking of the forefoot; mean of seven laboratories, as the next one."""
+LANDS_BEFORE: Final = 0.005
+"""s from the load on a plate to the mean of the three."""
 LARGEST_STOP: Final = 0.025
-"""s from where the sinking says up to which the stop of the heel counts: beyond it, it is another
-one. Convention."""
+"""s from where the sinking of the middle says up to which the other two count: beyond it, they are
+others. Convention."""
 LANDING_ERROR: Final = 0.015
 """s within which 19 of 20 landings by markers are of those on plates, whose laboratory is left out
-of the two means above (`python -m claims elsewhere.strikes`): 85 landings in six laboratories. By
-the sinking of the foot alone it was 0.019, at `FOOT_CUTOFF_HZ` 0.028."""
+of the means above (`python -m claims elsewhere.strikes`): 133 landings in seven laboratories. By
+the first two alone 0.017, by the sinking of the middle 0.019, at `FOOT_CUTOFF_HZ` 0.028. Plates on
+which load rises fast show a landing later (docs/notebook/estimate.md)."""
 NEAR_LANDING: Final = 0.06
 """s within which the faster path falls fastest, of where the slower one does."""
 EDGE_SECONDS: Final = 0.1
@@ -220,8 +225,11 @@ def _foot_events(
     cutoff = min(LANDING_CUTOFF_HZ, 0.4 * rate)
     pair = np.stack([both[:, 0], middle], axis=1)
     low_heel, low = low_pass(pair, rate=rate, cutoff_hz=cutoff).T
-    sunk = [_timed_landing(low_heel, low, each, rate) for each in heel_first if each is not None]
-    timed = dict(zip((each for each in heel_first if each is not None), sunk, strict=True))
+    cutoff = min(FOREFOOT_CUTOFF_HZ, 0.4 * rate)
+    toes = low_pass(both[:, 1:], rate=rate, cutoff_hz=cutoff)[:, 0]
+    sinking_at = [each for each in heel_first if each is not None]
+    sunk = [_timed_landing(low_heel, low, toes, each, rate) for each in sinking_at]
+    timed = dict(zip(sinking_at, sunk, strict=True))
     for sinking, swing in zip(heel_first, swings, strict=True):
         agreed = _agreed(others["heel_strike"], *swing, rate)
         at = None if sinking is None else timed[sinking]
@@ -241,23 +249,29 @@ def _foot_events(
     ]
 
 
-def _timed_landing(heel: Array, middle: Array, sink: int, rate: float) -> float:
+def _timed_landing(heel: Array, middle: Array, front: Array, sink: int, rate: float) -> float:
     """The frame near `sink` at which a foot lands, by the heights (T,) of its heel and of the
-    middle of heel and forefoot, low-passed at `LANDING_CUTOFF_HZ`.
+    middle of heel and forefoot, low-passed at `LANDING_CUTOFF_HZ`, and of the forefoot (`front`),
+    at `FOREFOOT_CUTOFF_HZ`.
 
-    Half by where the middle sinks fastest (O'Connor et al. 2007) and half by where the heel stops
-    most sharply, its largest acceleration upwards (Hreljac & Marshall 2000, J Biomech 33:783).
-    Where one is early in a laboratory's shoes and markers the other is late.
+    The mean of three: where the middle sinks fastest (O'Connor et al. 2007), where the heel stops
+    most sharply, its largest acceleration upwards (Hreljac & Marshall 2000, J Biomech 33:783), and
+    where the forefoot sinks fastest. Where one is early in a laboratory's shoes and markers another
+    is late.
     """
-    speed, near = np.gradient(middle) * rate, max(1, round(NEAR_LANDING * rate))
-    begin = max(1, sink - near)
-    lowest = begin + int(np.argmin(speed[begin : min(sink + near + 1, len(speed) - 1)]))
-    sinks = _vertex(speed, lowest)
-    slows = np.gradient(np.gradient(heel)) * rate**2
-    begin = max(1, round(sinks) - near)
-    sharpest = begin + int(np.argmax(slows[begin : min(round(sinks) + near + 1, len(slows) - 1)]))
-    beyond = (_vertex(-slows, sharpest) - sinks) / rate - STOP_AFTER_SINK
-    later = 0.5 * float(np.clip(beyond, -LARGEST_STOP, LARGEST_STOP)) - LANDS_BEFORE
+    near = max(1, round(NEAR_LANDING * rate))
+
+    def least(values: Array, at: float) -> float:
+        begin, end = max(1, round(at) - near), min(round(at) + near + 1, len(values) - 1)
+        return _vertex(values, begin + int(np.argmin(values[begin:end])))
+
+    sinks = least(np.gradient(middle), sink)
+    others = (
+        (-np.gradient(np.gradient(heel)), STOP_AFTER_SINK),
+        (np.gradient(front), SLAP_AFTER_SINK),
+    )
+    beyond = [(least(values, sinks) - sinks) / rate - after for values, after in others]
+    later = float(np.clip(beyond, -LARGEST_STOP, LARGEST_STOP).sum()) / 3.0 - LANDS_BEFORE
     return float(np.clip(sinks + later * rate, 0.0, len(middle) - 1.0))
 
 

@@ -8,9 +8,11 @@ elsewhere. r is what a ridge regression through other people says, of the rest, 
 angles and stride time differ from the expected ones. f is how the dynamic fit of the angles differs
 from e, and s what the same regression says of such fits: so f - s is what mechanics knows of this
 person that the regression does not (a Gaussian process with a mechanical mean: Kennedy & O'Hagan
-2001, J R Stat Soc B 63:425). The one number of a quantity, w, is the one with which other people,
-each estimated from the rest, would have been estimated best (stacking: Wolpert 1992, Neural Netw
-5:241; Breiman 1996, Mach Learn 24:49).
+2001, J R Stat Soc B 63:425). w is what other people, each estimated from the rest, would have been
+estimated best with (stacking: Wolpert 1992, Neural Netw 5:241; Breiman 1996, Mach Learn 24:49). It
+is local in the gait cycle (Cleveland & Devlin 1988, J Am Stat Assoc 83:596: from memory), as
+mechanics knows more where the other foot or the ground does not share the load: of the hip's moment
+much late in swing, and nothing while both feet are on the ground.
 
 The regression is the mean of four that look at different things, because a few people cannot say
 which is best, with as much noise as signal in each. What it knows is of one laboratory: how its
@@ -28,6 +30,7 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 from scipy.stats import t as student
 
 from gaitval.arrays import Array
@@ -45,6 +48,10 @@ from gaitval.prediction.deviations import (
 from gaitval.prediction.laboratories import SHARE, Laboratories, differences, stored
 from gaitval.prediction.worth import MissedPerson, left_over
 
+NEAR: Final = 2.0
+"""Standard deviation, % of the gait cycle, of what counts for w at a phase. Of 1, 2, 3, 4, 7, 10,
+15 and the whole cycle, nine people choose 2 or 3 whoever the tenth is
+(docs/notebook/estimate.md)."""
 NOISE: Final = 1.0
 """Noise of a ridge regression over the signal that its features can explain: as much."""
 BAND: Final = 0.9
@@ -53,14 +60,14 @@ WIDER_ELSEWHERE: Final = np.array([[1.9], [1.6], [1.7], [1.6], [1.3], [1.4], [1.
 """By how much the bands of `KINETICS` are wider for people of another laboratory: recordings of
 others with plates, imported without them, needed it when the total of both feet was shared out by
 the vertical force that is expected."""
-WIDER_WITH_TOTAL: Final = np.array([[1.2], [1.5], [1.5], [1.4], [1.1], [1.0], [0.9]])
+WIDER_WITH_TOTAL: Final = np.array([[1.2], [1.5], [1.3], [1.4], [1.2], [1.1], [1.0]])
 """The same, of people whose markers say the total (`python -m claims elsewhere.laboratories`)."""
 
-OFFSETS: Final = {"hip_flexion": 0.007, "knee_angle": -0.003}
+OFFSETS: Final = {"hip_flexion": 0.005, "knee_angle": -0.001}
 """Arms of the vertical force, m, that moments (flexion positive) of people whom `gaitval import`
 read have beside those that are estimated: about other hip centres and on other plates than those of
-the built-in people. Mean of five laboratories, each as heavy (standard deviation between them 0.009
-and 0.010): `python -m claims elsewhere.laboratories`. Without what people of all laboratories say
+the built-in people. Mean of six laboratories, each as heavy (standard deviation between them 0.007
+both): `python -m claims elsewhere.laboratories`. Without what people of all laboratories say
 of moments they were 0.029 and -0.015.
 """
 
@@ -115,7 +122,7 @@ class Estimate:
     kinetics : (2, 7, n) `KINETICS`.
     expected : (2, 7, n) of anybody at this speed.
     half_width : (7, n) of the band of `BAND`, by how far the estimates of others are off.
-    weights : (7,) w.
+    weights : (7, n) w.
     regressed, own : (2, 7, n) l + r, and f - s.
     looked_at_angles : whether the regression was used.
     left_over : (7,) share of the error that one more recording would leave, as
@@ -306,14 +313,16 @@ def _with_ankles(
 
 
 def _weights(remains: Sequence[Array], own: Sequence[Array], errors: Sequence[Array]) -> Array:
-    """(7,) w in 0 to 1, least squares of what remains by mechanics' own part; each person's
-    squared error counts against that of the expectation.
+    """(7, n) w in 0 to 1, least squares of what remains by mechanics' own part `NEAR` each phase;
+    each person's squared error counts against that of the expectation.
     """
-    upper = sum(
-        np.mean(r * f, axis=(0, 2)) / e for r, f, e in zip(remains, own, errors, strict=True)
+    upper, lower = (
+        sum(np.mean(a * f, axis=0) / e[:, None] for a, f, e in zip(by, own, errors, strict=True))
+        for by in (remains, own)
     )
-    lower = sum(np.mean(f * f, axis=(0, 2)) / e for f, e in zip(own, errors, strict=True))
-    return np.asarray(np.clip(upper / lower, 0.0, 1.0))  # fmt: skip
+    near = NEAR * remains[0].shape[-1] / 100.0
+    upper, lower = (gaussian_filter1d(each, near, axis=1, mode="wrap") for each in (upper, lower))
+    return np.asarray(np.clip(upper / np.maximum(lower, 1e-30), 0.0, 1.0))
 
 
 def estimate(
@@ -338,7 +347,11 @@ def estimate(
         own.append(parts.own)
         errors.append(np.mean(truth.kinetics**2, axis=(0, 2)))
     weights = _weights(remains, own, errors)
-    missed = [r - weights[:, None] * f for r, f in zip(remains, own, strict=True)]
+    # what is missed of a person is so with the weight that the others choose
+    missed = []
+    for i, (left, mechanics) in enumerate(zip(remains, own, strict=True)):
+        others = [[*each[:i], *each[i + 1 :]] for each in (remains, own, errors)]
+        missed.append(left - _weights(*others) * mechanics)
     # With few people the band is wider than the normal distribution's, by Student's t. What was
     # missed is of people who were left out, so it has the error of the others' mean in it.
     seen = [
@@ -350,7 +363,7 @@ def estimate(
     half_width = half_width if angles else WIDER_ELSEWHERE * half_width
     of = deviation(trial, people)
     parts = _parts(of, trial, people, trial.person, angles, known)
-    kinetics = of.usual + parts.regressed + weights[:, None] * parts.own
+    kinetics = of.usual + parts.regressed + weights * parts.own
     kinetics[:, -1] = np.maximum(kinetics[:, -1], 0.0)  # the ground does not pull
     more = left_over(seen, len(FORCES))
     return Estimate(kinetics, of.usual, half_width, weights, *parts, angles, more)

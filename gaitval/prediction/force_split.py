@@ -17,7 +17,7 @@ Its covariance is the mean of two:
 
 * how forces and angles of the built-in people differ from what the others are expected to do, each
   at the own contacts;
-* how those of people of five other laboratories differ from it (`STORE`, pooled): shod or
+* how those of people of six other laboratories differ from it (`STORE`, pooled): shod or
   barefoot, on a belt or over ground, adults and children. The forces of the built-in people alone
   begin to rise alike.
 

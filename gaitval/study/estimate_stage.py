@@ -216,7 +216,7 @@ def _seen(found: Estimate, record: GaitRecord, subject: Subject, forces: Array |
         more["total"] = np.ones(len(KINETICS))  # known, if less exactly than by a plate
         if not found.looked_at_angles:
             wide = wide / WIDER_ELSEWHERE * WIDER_WITH_TOTAL
-    kinetics = kinetics + weights[:, None] * found.own
+    kinetics = kinetics + weights * found.own
     return replace(found, kinetics=kinetics, weights=weights, half_width=wide, left_over=more)
 
 
@@ -281,7 +281,7 @@ def write(run: Run) -> Estimate:
         "rows": [
             (
                 _title(kind, name),
-                found.weights[i],
+                float(np.mean(found.weights[i])),
                 _scale(kind) * typical[i],
                 _UNITS[kind],
                 share[i],
@@ -311,7 +311,7 @@ def mechanics_share(found: Estimate) -> Array:
     """(7,) share of mechanics in how an estimate differs from what is expected of anybody, in
     squares; the rest is what other people say of such a person.
     """
-    own = np.mean(np.square(found.weights[:, None] * found.own), axis=(0, 2))
+    own = np.mean(np.square(found.weights * found.own), axis=(0, 2))
     others = np.mean(np.square(found.regressed), axis=(0, 2))
     return np.asarray(own / np.maximum(own + others, 1e-12))
 

@@ -199,16 +199,28 @@ def test_events_in_a_gap_are_not_made_up() -> None:
     assert len(of(events, "right", "heel_strike")) == len(strikes("right", 6.0)) - 1
 
 
-@pytest.mark.parametrize(("stop", "later"), [(0.019, 0.005), (0.009, 0.0), (0.055, 0.0125)])
-def test_a_foot_lands_between_its_fastest_fall_and_the_heel_s_stop(
-    stop: float, later: float
+@pytest.mark.parametrize(
+    ("stop", "slap", "later"),
+    [
+        (0.018, 0.0085, 0.003),
+        (0.009, 0.0085, 0.0),
+        (0.055, 0.0085, 0.025 / 3.0),
+        (0.009, 0.0205, 0.004),
+        (0.009, -0.05, -0.025 / 3.0),
+    ],
+)
+def test_a_foot_lands_in_the_mean_of_its_fall_the_heel_s_stop_and_the_forefoot_s_fall(
+    stop: float, slap: float, later: float
 ) -> None:
-    """The middle falls fastest at 1 s, the heel's acceleration is largest `stop` later."""
+    """The middle falls fastest at 1 s, the heel's acceleration is largest `stop` later, and the
+    forefoot falls fastest `slap` later.
+    """
     rate, time = 500.0, np.arange(1000) / 500.0
     middle = -0.02 * np.tanh((time - 1.0) / 0.05)
     slows = np.exp(-0.5 * ((time - 1.0 - stop) / 0.01) ** 2)
     heel = np.cumsum(np.cumsum(slows)) / rate**2
-    found = _timed_landing(heel, middle, 505, rate) / rate
+    front = -0.02 * np.tanh((time - 1.0 - slap) / 0.05)
+    found = _timed_landing(heel, middle, front, 505, rate) / rate
     assert found == pytest.approx(1.0 + later - LANDS_BEFORE, abs=0.002)
 
 

@@ -150,7 +150,7 @@ def test_the_ten_are_estimated_better_than_expected_and_within_the_bands():
 def test_without_angles_it_is_expectation_ankle_and_mechanics():
     trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
     found = estimate(trial, people, angles=False)
-    whole = found.expected + found.weights[:, None] * trial.fit
+    whole = found.expected + found.weights * trial.fit
     ankle = KINETICS.index(("moments", "ankle_angle"))
     whole[:, ankle] += (
         0.5 * ankle_moment(trial.ankle_angles, trial.gait.speed, {trial.person}).change

@@ -279,7 +279,9 @@ def test_where_the_total_is_known_mechanics_adds_nothing_to_forces(
     none, wide = np.zeros_like(expected), np.ones((len(KINETICS), SAMPLES))
     bare, found = (
         _seen(
-            Estimate(expected, expected, wide, np.full(7, share), none, none + 0.1, False, {}),
+            Estimate(
+                expected, expected, wide, np.full_like(wide, share), none, none + 0.1, False, {}
+            ),
             usual,
             subject,
             None,
