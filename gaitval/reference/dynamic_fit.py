@@ -389,7 +389,7 @@ def _hold_unrecorded(
         weights[:, row] = 1.0 / (size * mass)
     # Friction turns a foot back by as much as it is loaded: the same turning weighs the same.
     free = FOOT + FOOT_NUMBERS * i + 7
-    turning = wanted.record.free_moment * np.maximum(load, LEAST_LOAD)
+    turning = np.where(load > LEAST_LOAD, 0.125 * wanted.record.free_moment * load, np.inf)
     weights[:, free] = 1.0 / (turning * mass * GRAVITY)
 
 

@@ -87,6 +87,28 @@ def _work(spheres: int) -> _Work:
 
 
 @njit_borrowing
+def _twist(tree: Tree, work: _Work, start: int, stop: int) -> float:
+    """N m²/s."""
+    frames = work.segments.frames
+    zero = 0.0 * frames.origin[0, 0]
+    load, x, y, u, v, turned = zero, zero, zero, zero, zero, zero
+    for n in range(start, stop):
+        s = tree.sphere_segment[n]
+        r, w, o = work.contact.place[n], frames.angular[s], frames.linear[s]
+        f = work.contact.force[n, 2]
+        p0, p1 = frames.origin[s, 0] + r[0], frames.origin[s, 1] + r[1]
+        v0 = o[0] + w[1] * r[2] - w[2] * r[1]
+        v1 = o[1] + w[2] * r[0] - w[0] * r[2]
+        load += f
+        x += f * p0
+        y += f * p1
+        u += f * v0
+        v += f * v1
+        turned += f * (p0 * v1 - p1 * v0)
+    return turned - (x * v - y * u) * load / (load * load + _LIGHT * _LIGHT)
+
+
+@njit_borrowing
 def _instant(tree: Tree, law: ContactLaw, lag: Array, work: _Work, out: Array) -> None:
     """The terms of the laws at one instant, or in lanes at eight. The `inputs` (93,) of `work` are
     the coordinates (31) with the pelvis' Cardan angles first, their rates, their second rates; into
@@ -117,10 +139,7 @@ def _instant(tree: Tree, law: ContactLaw, lag: Array, work: _Work, out: Array) -
         first = FOOT + FOOT_NUMBERS * side
         for i in range(6):
             out[first + i] = work.feet[side, i]
-        # The centre of pressure is (-My, Mx) / Fz, and the free moment what it leaves of Mz.
-        f0, f1, f2 = out[first], out[first + 1], out[first + 2]
-        along = -out[first + 4] * f1 - out[first + 3] * f0
-        out[first + 7] = out[first + 5] - along * f2 / (f2 * f2 + _LIGHT * _LIGHT)
+        out[first + 7] = _twist(tree, work, side * spheres, (side + 1) * spheres)
         # The lowest point, with `where`, because in lanes each of the eight has its own.
         out[first + 6] = np.inf
         for n in range(side * spheres, (side + 1) * spheres):
