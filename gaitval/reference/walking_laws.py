@@ -37,8 +37,10 @@ POWER = slice(TRUNK.stop, TRUNK.stop + 2)
 
 FOOT = POWER.stop
 """First of the eight numbers of each foot: force N (3), moment Nm about the world origin (3),
-height of the lowest point of the sole m, and free moment Nm about the vertical through its centre
-of pressure."""
+height of the lowest point of the sole m, and twist N m²/s: the sum of d x v over its spheres, each
+weighted with the normal force on it, where d is its place from the centre of pressure and v its
+slip. While friction grows with slip, the free moment is -μ / vt times the twist. Where a foot slides
+it is not any more: a foot that turns faster meets no more friction, but it does turn faster."""
 
 FOOT_NUMBERS = 8
 OUTPUTS = FOOT + 2 * FOOT_NUMBERS
@@ -54,8 +56,8 @@ _TORSO = SEGMENTS.index("torso")
 _ANKLES = np.array([COORDINATES.index(f"ankle_angle_{side}") for side in "rl"])
 
 _LIGHT = 20.0
-"""N, vertical force below which a foot's centre of pressure fades to the origin: the free moment of
-a foot that carries nothing is that about the origin, which is nothing, too."""
+"""N, vertical force below which a foot's centre of pressure fades to the origin: the twist of a foot
+that carries nothing is that about the origin, which is nothing, too."""
 
 _NO_LAG = np.zeros(2)
 """The plain contact law, which the simulation's approaches as its step becomes smaller."""
@@ -88,14 +90,16 @@ def _work(spheres: int) -> _Work:
 
 @njit_borrowing
 def _twist(tree: Tree, work: _Work, start: int, stop: int) -> float:
-    """N m²/s."""
-    frames = work.segments.frames
-    zero = 0.0 * frames.origin[0, 0]
-    load, x, y, u, v, turned = zero, zero, zero, zero, zero, zero
+    """N m²/s, the twist of the foot whose spheres are those from `start` to before `stop`, see
+    `FOOT`.
+    """
+    frames, contact = work.segments.frames, work.contact
+    none = 0.0 * frames.origin[0, 0]
+    load, x, y, u, v, turned = none, none, none, none, none, none
     for n in range(start, stop):
         s = tree.sphere_segment[n]
-        r, w, o = work.contact.place[n], frames.angular[s], frames.linear[s]
-        f = work.contact.force[n, 2]
+        r, w, o = contact.place[n], frames.angular[s], frames.linear[s]
+        f = contact.force[n, 2]
         p0, p1 = frames.origin[s, 0] + r[0], frames.origin[s, 1] + r[1]
         v0 = o[0] + w[1] * r[2] - w[2] * r[1]
         v1 = o[1] + w[2] * r[0] - w[0] * r[2]
@@ -105,6 +109,7 @@ def _twist(tree: Tree, work: _Work, start: int, stop: int) -> float:
         u += f * v0
         v += f * v1
         turned += f * (p0 * v1 - p1 * v0)
+    # About the world's origin first, then about the centre of pressure, (x, y) / load.
     return turned - (x * v - y * u) * load / (load * load + _LIGHT * _LIGHT)
 
 
@@ -206,7 +211,7 @@ def walking_laws(tree: Tree, law: ContactLaw, inputs: Array, slope: Array | None
     Returns
     -------
     (T, 52) generalised forces, `TRUNK`, `POWER`, and eight numbers for each foot from `FOOT` on: Nm
-        and N, rad, W, N, Nm, m and Nm.
+        and N, rad, W, N, Nm, m and N m²/s.
     """
     found, inputs = np.zeros((len(inputs), OUTPUTS)), np.ascontiguousarray(inputs)
     spheres = len(tree.sphere_segment)
