@@ -39,8 +39,8 @@ FOOT = POWER.stop
 """First of the eight numbers of each foot: force N (3), moment Nm about the world origin (3),
 height of the lowest point of the sole m, and twist N m²/s: the sum of d x v over its spheres, each
 weighted with the normal force on it, where d is its place from the centre of pressure and v its
-slip. While friction grows with slip, the free moment is -μ / vt times the twist. Where a foot slides
-it is not any more: a foot that turns faster meets no more friction, but it does turn faster."""
+slip. While friction grows with slip, the free moment is -μ / vt times the twist. Beyond vt friction
+grows no more: a foot that turns faster has more twist, but no larger free moment."""
 
 FOOT_NUMBERS = 8
 OUTPUTS = FOOT + 2 * FOOT_NUMBERS
@@ -56,8 +56,8 @@ _TORSO = SEGMENTS.index("torso")
 _ANKLES = np.array([COORDINATES.index(f"ankle_angle_{side}") for side in "rl"])
 
 _LIGHT = 20.0
-"""N, vertical force below which a foot's centre of pressure fades to the origin: the twist of a foot
-that carries nothing is that about the origin, which is nothing, too."""
+"""N, vertical force below which a foot's centre of pressure fades to the origin: the twist of what
+carries nothing is that about the origin, which is nothing, too."""
 
 _NO_LAG = np.zeros(2)
 """The plain contact law, which the simulation's approaches as its step becomes smaller."""

@@ -52,10 +52,10 @@ MUJOCO_STEPS = 4
 
 MOVED = 3.0
 """Mass that a foot's contact is taken to move, over that of foot and toes. The ground's forces lag
-behind the law by `contact.forces`' a steps, which is in inverse proportion to it; they chatter where
-it is 4 + 2/a times what the contact does move, and a foot cannot move without itself and its toes.
-With 2 a fast walk's forces were 1.9 % of body weight (RMS) from the law, with 3 1.3; with 4 1.0, and
-from 6 on they chatter."""
+behind the law by the a of `contact.forces` in steps, which is in inverse proportion to this mass.
+They chatter where it is 4 + 2/a times what the contact does move, and a foot cannot move without
+itself and its toes. With 2, forces of a fast walk were 1.9 % of body weight (RMS) from it, with
+3 they are 1.3; from 4.5 to 5.5 on, by person, they chatter."""
 
 
 @dataclass(frozen=True)
