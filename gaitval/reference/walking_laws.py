@@ -110,7 +110,8 @@ def _twist(tree: Tree, work: _Work, start: int, stop: int) -> float:
         v += f * v1
         turned += f * (p0 * v1 - p1 * v0)
     # About the world's origin first, then about the centre of pressure, (x, y) / load.
-    return turned - (x * v - y * u) * load / (load * load + _LIGHT * _LIGHT)
+    twist: float = turned - (x * v - y * u) * load / (load * load + _LIGHT * _LIGHT)
+    return twist
 
 
 @njit_borrowing
