@@ -40,7 +40,7 @@ KINEMATIC_ACCURACY: Final = RecordAccuracy(
     forward_force=0.0045,
     sideways_force=0.0035,
     vertical_force=0.015,
-    free_moment=0.004,
+    twist=5e-4,
     hip_centre=0.0,
 )
 """A third of the error of the expected forces and half of that of the moments: the forces that the
@@ -58,7 +58,7 @@ PREDICTED_ACCURACY: Final = RecordAccuracy(
     forward_force=0.0035,
     sideways_force=0.0025,
     vertical_force=0.006,
-    free_moment=0.004,
+    twist=5e-4,
 )
 """Of a record that is predicted from other trials: a quarter to a half of the prediction's own
 errors near a walked speed, in all that the walk is compared in, so that the fit adds the same share

@@ -57,7 +57,7 @@ ON_A_SLOPE: Final = RecordAccuracy(
     forward_force=0.03,
     sideways_force=0.008,
     vertical_force=0.04,
-    free_moment=0.004,
+    twist=5e-4,
     ankle_power=np.inf,
     hip_centre=0.0,
 )

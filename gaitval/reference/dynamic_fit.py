@@ -90,8 +90,7 @@ _NEAR_GAIN = 1e-3
 MOST_DAMPING = 1e4
 
 LEAST_LOAD = 0.3
-"""BW that a foot carries at least where its free moment is weighed against its load: a foot that
-carries less is landing or leaving."""
+"""BW that a foot carries from where on it should not twist: with less it is landing or leaving."""
 
 LEAST_POWER = 0.03
 """W/kg, root mean square of an ankle's power below which its share says nothing: that of people who
@@ -167,7 +166,7 @@ INFERENCE = Accuracy(
         forward_force=0.010,
         sideways_force=0.0075,
         vertical_force=0.010,
-        free_moment=np.inf,
+        twist=np.inf,
         hip_centre=0.0,
         ankle_power=np.inf,
     ),
@@ -388,9 +387,9 @@ def _hold_unrecorded(
         target[:, row] = mass * moment
         weights[:, row] = 1.0 / (size * mass)
     # Friction turns a foot back by as much as it is loaded: the same turning weighs the same.
-    free = FOOT + FOOT_NUMBERS * i + 7
-    turning = wanted.record.free_moment * np.maximum(load, LEAST_LOAD)
-    weights[:, free] = 1.0 / (turning * mass * GRAVITY)
+    held = load > LEAST_LOAD
+    twist = FOOT + FOOT_NUMBERS * i + 7
+    weights[held, twist] = 1.0 / (wanted.record.twist * load[held] * mass * GRAVITY)
 
 
 def fit_problem(

@@ -37,8 +37,10 @@ POWER = slice(TRUNK.stop, TRUNK.stop + 2)
 
 FOOT = POWER.stop
 """First of the eight numbers of each foot: force N (3), moment Nm about the world origin (3),
-height of the lowest point of the sole m, and free moment Nm about the vertical through its centre
-of pressure."""
+height of the lowest point of the sole m, and twist N m²/s: the sum of d x v over its spheres, each
+weighted with the normal force on it, where d is its place from the centre of pressure and v its
+slip. While friction grows with slip, the free moment is -μ / vt times the twist. Beyond vt friction
+grows no more: a foot that turns faster has more twist, but no larger free moment."""
 
 FOOT_NUMBERS = 8
 OUTPUTS = FOOT + 2 * FOOT_NUMBERS
@@ -54,8 +56,8 @@ _TORSO = SEGMENTS.index("torso")
 _ANKLES = np.array([COORDINATES.index(f"ankle_angle_{side}") for side in "rl"])
 
 _LIGHT = 20.0
-"""N, vertical force below which a foot's centre of pressure fades to the origin: the free moment of
-a foot that carries nothing is that about the origin, which is nothing, too."""
+"""N, vertical force below which a foot's centre of pressure fades to the origin: the twist of what
+carries nothing is that about the origin, which is nothing, too."""
 
 _NO_LAG = np.zeros(2)
 """The plain contact law, which the simulation's approaches as its step becomes smaller."""
@@ -84,6 +86,32 @@ def _work(spheres: int) -> _Work:
     one = _Work(empty_dynamics(), contact_workspace(spheres), *(np.empty(each) for each in sizes))
     work: _Work = with_lanes(one)
     return work
+
+
+@njit_borrowing
+def _twist(tree: Tree, work: _Work, start: int, stop: int) -> float:
+    """N m²/s, the twist of the foot whose spheres are those from `start` to before `stop`, see
+    `FOOT`.
+    """
+    frames, contact = work.segments.frames, work.contact
+    none = 0.0 * frames.origin[0, 0]
+    load, x, y, u, v, turned = none, none, none, none, none, none
+    for n in range(start, stop):
+        s = tree.sphere_segment[n]
+        r, w, o = contact.place[n], frames.angular[s], frames.linear[s]
+        f = contact.force[n, 2]
+        p0, p1 = frames.origin[s, 0] + r[0], frames.origin[s, 1] + r[1]
+        v0 = o[0] + w[1] * r[2] - w[2] * r[1]
+        v1 = o[1] + w[2] * r[0] - w[0] * r[2]
+        load += f
+        x += f * p0
+        y += f * p1
+        u += f * v0
+        v += f * v1
+        turned += f * (p0 * v1 - p1 * v0)
+    # About the world's origin first, then about the centre of pressure, (x, y) / load.
+    twist: float = turned - (x * v - y * u) * load / (load * load + _LIGHT * _LIGHT)
+    return twist
 
 
 @njit_borrowing
@@ -117,10 +145,7 @@ def _instant(tree: Tree, law: ContactLaw, lag: Array, work: _Work, out: Array) -
         first = FOOT + FOOT_NUMBERS * side
         for i in range(6):
             out[first + i] = work.feet[side, i]
-        # The centre of pressure is (-My, Mx) / Fz, and the free moment what it leaves of Mz.
-        f0, f1, f2 = out[first], out[first + 1], out[first + 2]
-        along = -out[first + 4] * f1 - out[first + 3] * f0
-        out[first + 7] = out[first + 5] - along * f2 / (f2 * f2 + _LIGHT * _LIGHT)
+        out[first + 7] = _twist(tree, work, side * spheres, (side + 1) * spheres)
         # The lowest point, with `where`, because in lanes each of the eight has its own.
         out[first + 6] = np.inf
         for n in range(side * spheres, (side + 1) * spheres):
@@ -187,7 +212,7 @@ def walking_laws(tree: Tree, law: ContactLaw, inputs: Array, slope: Array | None
     Returns
     -------
     (T, 52) generalised forces, `TRUNK`, `POWER`, and eight numbers for each foot from `FOOT` on: Nm
-        and N, rad, W, N, Nm, m and Nm.
+        and N, rad, W, N, Nm, m and N m²/s.
     """
     found, inputs = np.zeros((len(inputs), OUTPUTS)), np.ascontiguousarray(inputs)
     spheres = len(tree.sphere_segment)

@@ -30,7 +30,7 @@ from gaitval.model.tree import tree_arrays
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.servo import reference_tables, servo_stiffness
-from gaitval.simulation.walker import Trajectory, Walker
+from gaitval.simulation.walker import MOVED, Trajectory, Walker
 
 NO_OFFSET, NO_FORCE = np.zeros(25), np.zeros(6)
 
@@ -378,6 +378,26 @@ def test_recorded_forces_tend_to_the_published_law_as_the_step_shrinks(task):
     assert distances[0] < 0.1
     assert distances[1] < 0.55 * distances[0]
     assert distances[2] < 0.55 * distances[1]
+
+
+@pytest.mark.parametrize("stiffness", [0.1, 1.0, 10.0, 1000.0])
+def test_a_contact_that_moves_its_foot_alone_does_not_chatter(stiffness):
+    """A foot of mass m on friction -k v, implicit for a mass of M m: b = h k / m is the
+    `stiffness`, a = b / M. Its velocity and the last step's force, over m / h, follow a linear map,
+    which shrinks them as long as M < 4 + 2 / a."""
+
+    def largest(assumed):
+        a = stiffness / assumed
+        now, before = 1.0 / (1.0 + a), a / (1.0 + a)
+        force = np.array([-now * stiffness, before])
+        return np.abs(np.linalg.eigvals([np.array([1.0, 0.0]) + force, force])).max()
+
+    assert largest(MOVED) < 1.0
+    # M < 4 + 2 M / b: solved for M, which is any mass where friction is soft
+    limit = 4.0 / (1.0 - 2.0 / stiffness) if stiffness > 2.0 else np.inf
+    assert 0.76 * limit > MOVED
+    if np.isfinite(limit):
+        assert largest(0.99 * limit) < 1.0 < largest(1.01 * limit)
 
 
 # ---- The servo. ----

@@ -60,7 +60,7 @@ _OWN_KINETICS: Final = RecordAccuracy(
     forward_force=0.02,
     sideways_force=0.015,
     vertical_force=0.05,
-    free_moment=0.004,
+    twist=5e-4,
     hip_centre=0.0,
 )
 """Moments and forces are those that this body needs for its motion, within the scatter between
