@@ -65,7 +65,9 @@ def test_the_three_tables_have_the_same_rows() -> None:
     rows = checklist(read_metrics(STORED), BESIDE)
     found = tables(rows)
     read = list(csv.reader(io.StringIO(found["checklist.csv"])))
-    assert [tuple(row) for row in read[1:]] == [tuple(row) for row in rows]
+    # A spreadsheet would take "= 0 walks" for a formula.
+    guarded = [tuple(f"'{c}" if c.startswith("=") else c for c in row) for row in rows]
+    assert [tuple(row) for row in read[1:]] == guarded
     assert found["checklist.md"].count("\n") == len(rows) + 2
     assert found["checklist.tex"].count(r"\\") == len(rows) + 1
     assert r"V\&V 40" in found["checklist.tex"]
