@@ -33,12 +33,12 @@ class RecordAccuracy(NamedTuple):
     forward_force: float = 0.0068
     sideways_force: float = 0.005
     vertical_force: float = 0.0095
-    twist: float = 2.5e-4
+    twist: float = 1.9e-4
     """m²/s, of a loaded foot's twist (`walking_laws.FOOT`) from none, for each body weight that it
-    carries: that of a foot which turns at 2 to 3 degrees/s, for a free moment of 2e-3 BW m. Of 1 to
-    3e-3 fits of nine people choose that for the tenth in nine of ten cases. The free moment itself
-    was held before: friction that slides gives no more of it, so a foot of S06 spun on its ball by
-    200 degrees/s at no cost (docs/notebook/decisions.md)."""
+    carries: that of a foot which turns at 2 to 3 degrees/s, with which friction gives a free moment
+    of 2e-3 BW m. Of 1 to 3e-3 fits of nine people choose that for the tenth in nine of ten cases.
+    The free moment itself was held before: friction that slides gives no more of it, so a foot of
+    S06 spun on its ball by 200 degrees/s at no cost (docs/notebook/decisions.md)."""
     flexion_moments: float | None = None
     """Of hip and knee in the sagittal plane, where it is not that of the ankle (`moment`)."""
     hip_centre: float = 0.02
