@@ -240,8 +240,8 @@ def test_the_smooth_contact_has_opensims_own_constants() -> None:
 
 
 def test_friction_and_damping_are_predsims() -> None:
-    """Falisse et al. (2022), D'Hondt et al.: 0.8 and 0.8 and 0.5, and 0.085 instead of 0.2 m/s; 0.1 Nms/rad.
-    Stiffness and dissipation are those of Moco's 2-D walking example."""
+    """Falisse et al. (2022), D'Hondt et al.: 0.8 and 0.8 and 0.5, but 0.085 instead of 0.2 m/s;
+    0.1 Nms/rad. Stiffness and dissipation are those of Moco's 2-D walking example."""
     assert (NOMINAL_FRICTION, NOMINAL_DAMPING) == (0.8, 0.1)
     found = ContactSettings()
     assert found.dynamic_to_static * NOMINAL_FRICTION == 0.8
