@@ -1,5 +1,7 @@
 """Tables as text: whoever wrote them, and what is written."""
 
+import csv
+
 import pytest
 
 from gaitval.text_tables import csv_text, text_table
@@ -10,6 +12,27 @@ def test_notes_quotes_and_empty_lines_are_passed_over(separator):
     note = f'"# made by{separator} somebody"' if separator == ";" else "# made by somebody"
     lines = [note, separator.join(("name", "mass")), "", separator.join(("Anna", "61.5"))]
     assert text_table(lines) == (["name", "mass"], [(4, ["Anna", "61.5"])])
+
+
+def test_empty_lines_before_the_header_are_passed_over():
+    assert text_table(["", "# note", " ", "a,b", "1,2"]) == (["a", "b"], [(5, ["1", "2"])])
+    assert text_table(["", " "]) == ([], [])
+
+
+@pytest.mark.parametrize(
+    ("lines", "why"),
+    [
+        (["a,b", '1,"2', "3,4"], "unexpected end"),  # or the last row would be part of a cell
+        (["a,b,a ", "1,2,3"], "column a is there twice"),
+    ],
+)
+def test_what_would_lose_values_is_refused(lines, why):
+    with pytest.raises(csv.Error, match=why):
+        text_table(lines)
+
+
+def test_columns_without_a_name_are_no_columns_that_are_there_twice():
+    assert text_table(["a,,", "1,2,3"]).rows == [(2, ["1", "2", "3"])]
 
 
 def test_a_comma_is_the_point_where_it_does_not_separate():
