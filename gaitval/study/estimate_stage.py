@@ -5,6 +5,7 @@ A study of a person whose moments and forces it did not know makes it before and
 `gaitval estimate` makes it of a finished run.
 """
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -138,9 +139,12 @@ def keep_insoles(run: Run, insoles: InsoleForces) -> None:
 
 
 def _walk_of(subject: Subject) -> str:
-    """A hash of the recorded walk of a `subject`, and of the mass that forces are divided by."""
-    names = {"mass_kg", "trial", "walking_speed_m_s", "stride_time_s", "left_phase", "gait"}
-    return value_hash(subject.model_dump(mode="json", include=names))
+    """A hash of the recorded walk of a `subject`, and of the mass that forces are divided by; with
+    the digits of its file, so that it is that of the subject read from there, too.
+    """
+    stored = tomllib.loads(subject.to_toml())
+    names = ("mass_kg", "trial", "walking_speed_m_s", "stride_time_s", "left_phase", "gait")
+    return value_hash({name: stored.get(name) for name in names})
 
 
 def kept_insoles(run: Run) -> InsoleForces | None:
