@@ -65,11 +65,14 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
     may come from outside.
     """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(map(_cell, row) for row in rows)
+    csv.writer(text, lineterminator="\n").writerows(map(no_formula, row) for row in rows)
     return text.getvalue()
 
 
-def _cell(value: object) -> object:
+def no_formula(value: object) -> object:
+    """A cell's `value`, with an apostrophe before text that a spreadsheet would take for a formula;
+    numbers are none, written as text either.
+    """
     if not isinstance(value, str) or not value.startswith(tuple("=+-@\t\r\n")):
         return value
     try:

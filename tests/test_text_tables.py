@@ -2,8 +2,10 @@
 
 import csv
 
+import pandas as pd
 import pytest
 
+from gaitval.apps.cohort.results import write_tables
 from gaitval.text_tables import csv_text, text_table
 
 
@@ -49,3 +51,10 @@ def test_a_row_that_is_empty_but_for_separators_is_there():
 
 def test_text_that_would_be_a_formula_is_written_as_text():
     assert csv_text([["a", "b"], ["=1+1", -1.5], ["-1.5", None]]) == "a,b\n'=1+1,-1.5\n-1.5,\n"
+
+
+def test_the_tables_of_a_cohort_are_written_likewise(tmp_path):
+    """What a cohort's table says of a person comes from outside, too."""
+    table = pd.DataFrame({"who": ["=1+1", None], "angle": [-1.5, float("nan")]})
+    path, _ = write_tables(tmp_path, {"studies": table})
+    assert path.read_text() == "who,angle\n'=1+1,-1.5\n,\n"
