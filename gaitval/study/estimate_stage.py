@@ -167,8 +167,9 @@ def kept_insoles(run: Run) -> InsoleForces | None:
         ) from None
     if walk != _walk_of(run.subject):
         run.observer.say(
-            f"{path}: not used. These insoles ({kept.source}) were given for another recording "
-            "than the one that is in this folder now. Give this walk's with "
+            f"{path}: not used. These insoles ({kept.source}) were given "
+            + ("for another recording than" if walk else "to an earlier gaitval, perhaps not for")
+            + " the one that is in this folder now. Give this walk's with "
             "`gaitval estimate --insoles`, or delete the file."
         )
         return None
