@@ -5,7 +5,6 @@ A study of a person whose moments and forces it did not know makes it before and
 `gaitval estimate` makes it of a finished run.
 """
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -14,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json, value_hash, write_json, write_text
+from gaitval.artefacts import parse_toml, read_json, value_hash, write_json, write_text
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
@@ -142,7 +141,7 @@ def _walk_of(subject: Subject) -> str:
     """A hash of the recorded walk of a `subject`, and of the mass that forces are divided by; with
     the digits of its file, so that it is that of the subject read from there, too.
     """
-    stored = tomllib.loads(subject.to_toml())
+    stored = parse_toml(subject.to_toml(), subject.identifier, ArtefactError)
     names = ("mass_kg", "trial", "walking_speed_m_s", "stride_time_s", "left_phase", "gait")
     return value_hash({name: stored.get(name) for name in names})
 
