@@ -5,6 +5,7 @@ comma as a point; and written.
 import csv
 import io
 import re
+from collections import Counter
 from collections.abc import Iterable
 from importlib import resources
 from itertools import dropwhile
@@ -35,12 +36,16 @@ def separator_of(header: str) -> str:
 def text_table(lines: list[str]) -> TextTable:
     """The table in `lines`. Notes before its header, which begin with `#`, and lines without
     anything are passed over. Of a table with semicolons or tabs, numbers with a comma for the point
-    are given with the point. Raises csv.Error where quotation marks do not close.
+    are given with the point. Raises csv.Error where quotation marks do not close, which would take
+    all that follows for one cell, or where a column is there twice.
     """
     kept = list(dropwhile(_is_note, lines))
     separator = separator_of(kept[0]) if kept else ","
-    reader = csv.reader(kept, delimiter=separator)
+    reader = csv.reader(kept, delimiter=separator, strict=True)
     names = next(reader, [])
+    counts = Counter(map(str.strip, names))
+    if twice := [name for name, count in counts.items() if name and count > 1]:
+        raise csv.Error(f"column {twice[0]} is there twice")
     before = len(lines) - len(kept)
     rows = [(before + reader.line_num, cells) for cells in reader if cells]
     if separator != ",":
@@ -60,11 +65,14 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
     may come from outside.
     """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(map(_cell, row) for row in rows)
+    csv.writer(text, lineterminator="\n").writerows(map(no_formula, row) for row in rows)
     return text.getvalue()
 
 
-def _cell(value: object) -> object:
+def no_formula(value: object) -> object:
+    """A cell's `value`, with an apostrophe before text that a spreadsheet would take for a formula;
+    numbers are none, written as text either.
+    """
     if not isinstance(value, str) or not value.startswith(tuple("=+-@\t\r\n")):
         return value
     try:
@@ -76,7 +84,7 @@ def _cell(value: object) -> object:
 
 def _is_note(line: str) -> bool:
     # a spreadsheet puts in quotes what has a separator in it
-    return line.lstrip('"').startswith("#")
+    return not line.strip() or line.lstrip('"').startswith("#")
 
 
 def _with_point(cell: str) -> str:

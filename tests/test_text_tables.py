@@ -1,7 +1,11 @@
 """Tables as text: whoever wrote them, and what is written."""
 
+import csv
+
+import pandas as pd
 import pytest
 
+from gaitval.apps.cohort.results import write_tables
 from gaitval.text_tables import csv_text, text_table
 
 
@@ -10,6 +14,27 @@ def test_notes_quotes_and_empty_lines_are_passed_over(separator):
     note = f'"# made by{separator} somebody"' if separator == ";" else "# made by somebody"
     lines = [note, separator.join(("name", "mass")), "", separator.join(("Anna", "61.5"))]
     assert text_table(lines) == (["name", "mass"], [(4, ["Anna", "61.5"])])
+
+
+def test_empty_lines_before_the_header_are_passed_over():
+    assert text_table(["", "# note", " ", "a,b", "1,2"]) == (["a", "b"], [(5, ["1", "2"])])
+    assert text_table(["", " "]) == ([], [])
+
+
+@pytest.mark.parametrize(
+    ("lines", "why"),
+    [
+        (["a,b", '1,"2', "3,4"], "unexpected end"),  # or the last row would be part of a cell
+        (["a,b,a ", "1,2,3"], "column a is there twice"),
+    ],
+)
+def test_what_would_lose_values_is_refused(lines, why):
+    with pytest.raises(csv.Error, match=why):
+        text_table(lines)
+
+
+def test_columns_without_a_name_are_no_columns_that_are_there_twice():
+    assert text_table(["a,,", "1,2,3"]).rows == [(2, ["1", "2", "3"])]
 
 
 def test_a_comma_is_the_point_where_it_does_not_separate():
@@ -26,3 +51,10 @@ def test_a_row_that_is_empty_but_for_separators_is_there():
 
 def test_text_that_would_be_a_formula_is_written_as_text():
     assert csv_text([["a", "b"], ["=1+1", -1.5], ["-1.5", None]]) == "a,b\n'=1+1,-1.5\n-1.5,\n"
+
+
+def test_the_tables_of_a_cohort_are_written_likewise(tmp_path):
+    """What a cohort's table says of a person comes from outside, too."""
+    table = pd.DataFrame({"who": ["=1+1", None], "angle": [-1.5, float("nan")]})
+    path, _ = write_tables(tmp_path, {"studies": table})
+    assert path.read_text() == "who,angle\n'=1+1,-1.5\n,\n"

@@ -6,8 +6,8 @@ names and signs are those of `gaitval.gait.record.GaitRecord`. The names may end
 the table that an import writes. Other columns are left alone.
 """
 
+import csv
 import difflib
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final, Literal
@@ -229,8 +229,6 @@ def _csv(path: Path) -> pd.DataFrame:
                 f"header has {len(names)}. Export it with one header and a value for each column "
                 "in every row."
             )
-    if twice := [name for name, count in Counter(names).items() if name and count > 1]:
-        raise RecordError(f"{path}: column {twice[0]} is there twice. Give each curve once.")
     return pd.DataFrame([dict(zip(names, cells, strict=False)) for _, cells in rows], columns=names)
 
 
@@ -247,7 +245,11 @@ def _unread(path: Path, error: Exception) -> str:
         return "cannot be read as Parquet; it is damaged, or something else. Export it again."
     if isinstance(error, UnicodeDecodeError):
         return "cannot be read as CSV: it is not UTF-8 text. Export it as CSV in UTF-8."
-    return "cannot be read as CSV. Export it again, with a header and the same columns in each row."
+    why = f" ({error})" if isinstance(error, csv.Error) else ""
+    return (
+        f"cannot be read as CSV{why}. Export it again, with a header and the same columns in each "
+        "row."
+    )
 
 
 def _of_kind(

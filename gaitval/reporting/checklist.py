@@ -45,7 +45,9 @@ def checklist(metrics: Metrics, beside: Mapping[str, str]) -> list[ChecklistRow]
             place = f"{METRICS}#/tolerances ({row['limit_id']})"
             if verdict is not None:
                 value = verdict.value_text().replace("-", "−")
-                found.append(ChecklistRow(*start, value, verdict.limit_text(), place))
+                # a spreadsheet takes what begins with = for a formula
+                bound = verdict.limit_text().removeprefix("= ")
+                found.append(ChecklistRow(*start, value, bound, place))
                 continue
             row = {"not_done": "this run does not judge it"}
         if "not_done" in row:

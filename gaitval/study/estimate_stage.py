@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json, value_hash, write_json, write_text
+from gaitval.artefacts import parse_toml, read_json, value_hash, write_json, write_text
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
@@ -138,9 +138,12 @@ def keep_insoles(run: Run, insoles: InsoleForces) -> None:
 
 
 def _walk_of(subject: Subject) -> str:
-    """A hash of the recorded walk of a `subject`, and of the mass that forces are divided by."""
-    names = {"mass_kg", "trial", "walking_speed_m_s", "stride_time_s", "left_phase", "gait"}
-    return value_hash(subject.model_dump(mode="json", include=names))
+    """A hash of the recorded walk of a `subject`, and of the mass that forces are divided by; with
+    the digits of its file, so that it is that of the subject read from there, too.
+    """
+    stored = parse_toml(subject.to_toml(), subject.identifier, ArtefactError)
+    names = ("mass_kg", "trial", "walking_speed_m_s", "stride_time_s", "left_phase", "gait")
+    return value_hash({name: stored.get(name) for name in names})
 
 
 def kept_insoles(run: Run) -> InsoleForces | None:
@@ -163,8 +166,9 @@ def kept_insoles(run: Run) -> InsoleForces | None:
         ) from None
     if walk != _walk_of(run.subject):
         run.observer.say(
-            f"{path}: not used. These insoles ({kept.source}) were given for another recording "
-            "than the one that is in this folder now. Give this walk's with "
+            f"{path}: not used. These insoles ({kept.source}) were given "
+            + ("for another recording than" if walk else "to an earlier gaitval, perhaps not for")
+            + " the one that is in this folder now. Give this walk's with "
             "`gaitval estimate --insoles`, or delete the file."
         )
         return None

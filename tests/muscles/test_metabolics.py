@@ -6,14 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from html_page import only_html, without_figures
 from known_walk import loaded_walk
 
+from gaitval.apps.muscles.sharing import MuscleSettings, SharedMotions
+from gaitval.apps.muscles.write import write_muscles
 from gaitval.musculature.forces import change_limits, rate
 from gaitval.musculature.gait import muscles_of
 from gaitval.musculature.leg_metabolics import excitations, fibre_states, fibres_of, muscle_rates
 from gaitval.musculature.metabolics import DENSITY, MODELS, REST, Fibres, FibreStates, slow_shares
 from gaitval.musculature.paths import table
 from gaitval.quantities.metabolic_cost import JOINTS, MODEL, PEOPLE, joint_rate, metabolic_cost
+from gaitval.quantities.metabolic_rate import expected_rate
 
 STATES = Path(__file__).parent / "metabolic_states.csv"
 """Random states of 60 muscles, and what the functions of 3dpredictsim (Falisse 2019, MIT, commit
@@ -235,3 +239,19 @@ def _probed(opensim):
                     }
                 )
     return rows
+
+
+def test_the_page_of_a_walk_says_what_it_costs(motion, found, tmp_path, monkeypatch):
+    """Every sentence of the page is made, that of a walk whose speed is not known, too."""
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    for speed, expected in ((1.34, True), (None, False)):
+        walk = replace(motion, speed=speed)
+        cost = metabolic_cost([walk], found)
+        shared = SharedMotions(found)
+        write_muscles(tmp_path / str(speed), shared, MuscleSettings(), walk, cost)
+        text = (tmp_path / str(speed) / "muscles.html").read_text(encoding="utf-8")
+        low, high = cost.band()
+        assert f"90 %: {low:.1f} to {high:.1f} W/kg" in text
+        sentence = f"At 1.34 m/s on the level, {expected_rate(1.34):.1f} W/kg are expected."
+        assert (sentence in text) is expected

@@ -162,6 +162,14 @@ def test_insoles_of_another_recording_are_not_used_and_that_is_said(tmp_path, ot
         assert word in message
 
 
+def test_insoles_are_of_the_same_walk_when_its_subject_is_read_from_a_file(tmp_path):
+    """Whose numbers have fewer digits than those of a subject that was just made."""
+    made = run_of(tmp_path, mass_kg=71.123456789)
+    keep_insoles(made, INSOLES)
+    made.subject.save(tmp_path / "subject.toml")
+    assert kept_insoles(run_of(tmp_path, subject=tmp_path / "subject.toml")) is not None
+
+
 def test_insoles_that_do_not_say_of_which_walk_are_not_used(tmp_path):
     """As an earlier gaitval kept them."""
     run = run_of(tmp_path)
@@ -171,7 +179,7 @@ def test_insoles_that_do_not_say_of_which_walk_are_not_used(tmp_path):
     del kept["of_walk"]
     path.write_text(json.dumps(kept), encoding="utf-8")
     assert kept_insoles(run) is None
-    assert run.observer.said
+    assert "to an earlier gaitval, perhaps not for the one" in run.observer.said[0]
 
 
 @pytest.mark.parametrize("kept", ["[]", "{}", '{"source": "walk.csv", "vertical": 1}'])

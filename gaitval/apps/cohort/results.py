@@ -16,6 +16,7 @@ import pandas as pd
 from gaitval.apps.cohort.store import Store
 from gaitval.apps.cohort.task import summary_of
 from gaitval.artefacts import replacing
+from gaitval.text_tables import no_formula
 
 TABLES: Final = ("studies", "measures", "groups", "parameters", "limits", "devices")
 
@@ -86,7 +87,7 @@ def write_tables(folder: Path, tables: Mapping[str, pd.DataFrame]) -> list[Path]
             path = folder / f"{name}.{kind}"
             with replacing(path) as temporary:
                 if kind == "csv":
-                    table.to_csv(temporary, index=False)
+                    table.map(no_formula).to_csv(temporary, index=False)
                 else:
                     table.to_parquet(temporary, index=False)
             written.append(path)
