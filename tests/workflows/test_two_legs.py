@@ -22,7 +22,7 @@ from gaitval.opensim.osim import BODIES, write_osim
 from gaitval.scaling.scaling import measurements_from, measurements_of, scale_subject
 from gaitval.simulation.mujoco_body import mjcf
 from gaitval.simulation.skeleton import HumanSkeleton
-from gaitval.simulation.walker import Walker, WalkingTask
+from gaitval.simulation.walker import MOVED, Walker, WalkingTask
 
 REPORTS = Path(__file__).parents[2] / "reports"
 SHORTER, LIGHTER = 0.02, 0.5  # m and kg
@@ -164,7 +164,7 @@ def test_each_foots_contact_lags_by_its_own_mass(task, model):
     walker = Walker(task_of(replace(model, segments=tuple(feet)), task, np.zeros(31)))
     masses = np.array([model[f"foot_{s}"].mass for s in "rl"]) * [1.0, 2.0]
     masses += [model[f"toes_{s}"].mass for s in "rl"]
-    np.testing.assert_allclose(walker.lag, walker.physics_step / (2.0 * masses), rtol=1e-15)
+    np.testing.assert_allclose(walker.lag, walker.physics_step / (MOVED * masses), rtol=1e-15)
 
 
 @pytest.mark.parametrize("identifier", BUILTIN)
