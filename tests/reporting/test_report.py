@@ -237,6 +237,27 @@ def test_a_fall_is_called_a_fall(run_folder, tmp_path, monkeypatch, language, fe
     assert (word("The walker falls there.", language) in page) is fell
 
 
+def test_what_one_repeat_did_to_many_values_is_said_once(run_folder, tmp_path, monkeypatch):
+    """A repeated walk that fell kept no limit; of two values each is still named."""
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    shutil.copytree(run_folder, tmp_path, dirs_exist_ok=True)
+    stored = read_json(tmp_path / "metrics.json")
+    close = {"close": True, "kept": 7, "repeats": 8, "low": 0.1, "high": 0.2}
+    counts = {"sagittal-angles": 6, "frontal-moments": 2}
+    of = {name: [] for name in counts}
+    for row in stored["tolerances"]:
+        if row["id"] in of:
+            of[row["id"]].append(row)
+            row |= {"passed": True, "failed_by": [], "spread": close}
+    assert {name: len(rows) for name, rows in of.items()} == counts
+    write_json(tmp_path / "metrics.json", stored)
+    write_report(tmp_path)
+    text = both_pages(tmp_path)
+    assert text.count("6 of 6; passes, but not in every repeated walk.") == 1
+    assert text.count("7 of 8 walks; passes, but not in every repeated walk.") == 2
+
+
 def test_a_person_among_the_controls_is_named_so_and_the_worse_side_comes_first(whole, metrics):
     text = " ".join(whole.text.split())
     profiles = metrics["curve_statistics"]["profiles"]
