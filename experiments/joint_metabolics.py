@@ -18,6 +18,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from gaitval.arrays import Array
+from gaitval.metrics.comparison import rms
 from gaitval.musculature.metabolics import REST
 from gaitval.quantities.metabolic_rate import CONCENTRIC, ECCENTRIC, expected_rate
 
@@ -82,7 +83,7 @@ def main() -> None:
     names, seen, wanted = conditions(given.curves, given.parameters)
     numbers = found_numbers(seen, wanted)
     left = predicted(seen, numbers) - wanted
-    print(f"heat {numbers[0]:.3f} W/Nm, returned {numbers[1]:.3f}; RMS {_rms(left):.3f} W/kg")
+    print(f"heat {numbers[0]:.3f} W/Nm, returned {numbers[1]:.3f}; RMS {rms(left):.3f} W/kg")
     out = []
     for i, name in enumerate(names):
         others = np.arange(len(names)) != i
@@ -92,11 +93,7 @@ def main() -> None:
             f"{name}: expected {wanted[i] + REST:.2f} W/kg, off {left[i]:+.2f}, "
             f"left out {out[-1]:+.2f}"
         )
-    print(f"left out: RMS {_rms(np.array(out)):.3f} W/kg, median {np.median(np.abs(out)):.3f}")
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+    print(f"left out: RMS {rms(np.array(out)):.3f} W/kg, median {np.median(np.abs(out)):.3f}")
 
 
 if __name__ == "__main__":

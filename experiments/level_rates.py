@@ -18,15 +18,16 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from claims.metabolic import ABOUT
+from claims.slopes import OXYGEN
 from gaitval.arrays import Array
+from gaitval.metrics.comparison import rms
 from gaitval.quantities.metabolic_cost import MODEL, PEOPLE
 from gaitval.quantities.metabolic_rate import expected_rate
 
 SPEEDS: Final = {"C02": 0.75, "C14": 1.0, "C03": 1.25, "C15": 1.5, "C04": 1.75}
-NEAR: Final = 0.13
-"""m/s, by which a walk may be slower or faster than those it is held against."""
-OXYGEN: Final = 20.9 / 60.0
-"""W/kg for each ml a minute and kg, on a mixed diet mostly of carbohydrate."""
+PER_OXYGEN: Final = OXYGEN / 60.0
+"""W/kg for each ml a minute and kg."""
 REST: Final = 3.5
 """ml a minute and kg."""
 
@@ -40,14 +41,18 @@ class MeasuredWalk(NamedTuple):
     rate: float
 
 
+def _sports_medicine(at: MeasuredWalk) -> float:
+    return PER_OXYGEN * (REST + 6.0 * at.speed)
+
+
 EQUATIONS: Final[dict[str, Callable[[MeasuredWalk], float]]] = {
     "load carriage (Looney 2019)": lambda at: expected_rate(at.speed),
-    "sports medicine (ACSM)": lambda at: OXYGEN * (3.5 + 6.0 * at.speed),
-    "mean of both": lambda at: 0.5 * (expected_rate(at.speed) + OXYGEN * (3.5 + 6.0 * at.speed)),
+    "sports medicine (ACSM)": _sports_medicine,
+    "mean of both": lambda at: 0.5 * (expected_rate(at.speed) + _sports_medicine(at)),
     "Pandolf 1977": lambda at: 1.5 + 1.5 * at.speed**2,
     # Its coefficients as a public program has them.
     "stature (Ludlow and Weyand 2016)": lambda at: (
-        OXYGEN * (REST + 3.85 + 5.97 * at.speed**2 / at.stature)
+        PER_OXYGEN * (REST + 3.85 + 5.97 * at.speed**2 / at.stature)
     ),
 }
 
@@ -104,7 +109,7 @@ def _inside(walked: list[MeasuredWalk], run: str) -> list[bool]:
     rates = [
         at.rate * expected / expected_rate(at.speed)
         for at in walked
-        if abs(at.speed - cost.speed) < NEAR
+        if abs(at.speed - cost.speed) < ABOUT
     ]
     return [low <= rate <= high for rate in rates]
 
@@ -131,10 +136,10 @@ def main() -> None:
             low, high = interval(some, own)
             print(
                 f"  {name}: mean {own.mean():+.1f} % ({low:.1f} to {high:.1f}), of means at the "
-                f"speeds {means.round(1)}, RMS {np.sqrt(np.mean(means**2)):.1f}"
+                f"speeds {means.round(1)}, RMS {rms(means):.1f}"
             )
     off = np.array([at.rate / expected_rate(at.speed) - 1.0 for at in walked])
-    print(f"people about the first: SD {np.sqrt(np.mean(off**2)):.3f} (in use {PEOPLE}, {MODEL})")
+    print(f"people about the first: SD {rms(off):.3f} (in use {PEOPLE}, {MODEL})")
     inside = [each for run in given.runs for each in _inside(walked, run)]
     if inside:
         print(f"people inside the bands of walks: {100 * np.mean(inside):.1f} % of {len(inside)}")

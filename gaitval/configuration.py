@@ -155,8 +155,8 @@ class ContactSettings(Section):
     """Contact of the foot spheres with the ground (`gaitval.contact`).
 
     Hunt-Crossley: friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5), but with
-    less slip than its 0.2 m/s, with which a loaded foot crept at 10 cm/s (0.085: the most with
-    which none of ten people's creeps at 4); stiffness and dissipation as in the
+    less slip than its 0.2 m/s, with which a loaded foot crept at 10 cm/s (with 0.085 none of ten
+    people's does at 4); stiffness and dissipation as in the
     Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with PredSim's 1 MPa the foot sinks in by 12 mm,
     more than the foot clearance of the recorded swing.
     """

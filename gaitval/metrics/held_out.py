@@ -20,6 +20,7 @@ from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.record import GaitRecord
+from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.predicted_results import PredictedCurves, PredictionBand, StatisticalCurves
@@ -73,11 +74,7 @@ class HeldOut(NamedTuple):
         """Mean over the recorded curves of one of `GROUPS`; None without any."""
         kind, names = GROUPS[group]
         found = [self.errors[kind, each] for each in sided(names) if (kind, each) in self.errors]
-        return float(np.mean([_rms(each) for each in found])) if found else None
-
-
-def _rms(error: Array) -> float:
-    return float(np.sqrt(np.mean(error**2)))
+        return float(np.mean([rms(each) for each in found])) if found else None
 
 
 def prediction_errors(

@@ -7,6 +7,7 @@ import tomllib
 from decimal import Decimal
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import pikepdf
 import pytest
@@ -215,6 +216,14 @@ def test_a_changed_source_is_noticed(folder: Path, page: Sheet) -> None:
     assert str(sources.value(cell)) != shown
 
 
+def copied(folder: Path, to: Path) -> dict[str, Any]:
+    """The stored metrics of a run, whose files that a report needs are put into another folder."""
+    for name in ("subject.toml", "metrics.json"):
+        (to / name).write_bytes((folder / name).read_bytes())
+    found: dict[str, Any] = read_json(to / "metrics.json")
+    return found
+
+
 @pytest.mark.parametrize("kept", [False, True])
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_sheet_says_what_failed_and_that_nothing_did(
@@ -222,9 +231,7 @@ def test_the_sheet_says_what_failed_and_that_nothing_did(
 ) -> None:
     only_html(monkeypatch)
     without_figures(monkeypatch)
-    for name in ("subject.toml", "metrics.json"):
-        (tmp_path / name).write_bytes((folder / name).read_bytes())
-    stored = read_json(tmp_path / "metrics.json")
+    stored = copied(folder, tmp_path)
     for row in stored["tolerances"]:
         row["passed"] |= kept
     write_json(tmp_path / "metrics.json", stored)
@@ -250,9 +257,7 @@ def test_what_is_not_judged_has_not_the_colour_of_what_passed(
 ) -> None:
     only_html(monkeypatch)
     without_figures(monkeypatch)
-    for name in ("subject.toml", "metrics.json"):
-        (tmp_path / name).write_bytes((folder / name).read_bytes())
-    stored = read_json(tmp_path / "metrics.json")
+    stored = copied(folder, tmp_path)
     for row in stored["tolerances"]:
         row["passed"] = True
     write_json(tmp_path / "metrics.json", stored)
