@@ -184,7 +184,10 @@ def imported(public: Path) -> list[ImportedElsewhere]:
 
 def apart(found: Sequence[ImportedElsewhere]) -> list[Array]:
     """(2, s) of each, `force_split.difference` from what is expected."""
-    return [difference(each.full.record(), _expected(each.known)) for each in found]
+    return [
+        difference(each.full.record(), _expected(each.known), each.known.leg_length_m)
+        for each in found
+    ]
 
 
 def pooled(found: Sequence[ImportedElsewhere], differences: Sequence[Array]) -> Array:

@@ -4,10 +4,13 @@ What is expected of anybody is moved to what markers measure, each foot by what 
 together. So the total (the motion of the centre of mass, by Newton's law), which alone says nothing
 of how two feet share it, says most of it through other people. Forces are the mean of a Gaussian
 process (Rasmussen & Williams 2006, Gaussian processes for machine learning, chapters 2 and 5: from
-memory) of both feet's forces and the shapes of both legs' angles at contacts. Three things are
-measurements of it, so that none is averaged with the others afterwards:
+memory) of both feet's forces, the shapes of both legs' angles at contacts, and the walk's rhythm,
+speed and size. Four things are measurements of it, so that none is averaged with the others
+afterwards:
 
 * the shapes of the angles, with as much noise as signal;
+* stride time, speed and leg length, likewise: children and fast walkers of other laboratories load
+  their feet otherwise than a line through the built-in adults has it;
 * the landings of both feet, which markers say to `LANDING_ERROR`. Who lands later than markers say
   has forces and angles that are later there;
 * the total of both forces, with the noise that makes it likeliest, and as late as forces are
@@ -38,6 +41,7 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.dimensionless import speed_unit, time_unit
 from gaitval.gait.events import LANDING_ERROR
 from gaitval.gait.plate_contacts import USUAL_DELAY
 from gaitval.gait.record import GaitRecord
@@ -48,7 +52,7 @@ from gaitval.prediction.seen import PHASES, contacts, knows_total, stance_curves
 
 STORE: Final = "forces_elsewhere.json"
 UNIT: Final = 1e-4
-"""Of the whole numbers in `STORE`, body weights."""
+"""Of the whole numbers in `STORE`: body weights, rad, and as `_walk` has them."""
 CONTACT_TIMES: Final = np.concatenate(
     [np.arange(16) / 16, 1.0 + np.arange(28) / 28, 2.0 + np.arange(16) / 15]
 )
@@ -58,11 +62,16 @@ ANGLE_TIMES: Final = np.concatenate([np.arange(24) / 8, 3.0 + np.arange(8) / 8])
 """(k,) instants of a cycle at which `SAGITTAL` angles are looked at, as `CONTACT_TIMES`; at 4 the
 own foot lands again."""
 _OF_FORCES: Final = 3 * len(CONTACT_TIMES)
-"""Numbers of a leg that are of its force; the others are of its angles."""
-ANGLE_NOISE: Final = 0.04
-"""Noise of each direction of the angles' shapes, of the variance of all: about as much as the
-signal has in one of the 27 people. Convention; with half or twice of it forces of laboratories that
-are left out are as near within 1 %."""
+_OF_ANGLES: Final = len(SAGITTAL) * len(ANGLE_TIMES)
+_OF_WALK: Final = 3
+"""Numbers of a leg that are of its force, then of its angles, then of the walk."""
+SEEN_NOISE: Final = 0.04
+"""Noise of each direction of the angles' shapes, and of the walk's numbers, of the variance of all:
+about as much as the signal has in one of the 27 people. Convention; with half or twice of it forces
+of laboratories that are left out are as near within 3 %."""
+FARTHEST: Final = 3.0
+"""Standard deviations beyond which a number of the walk counts as no farther: what forces do there,
+nobody who is known has shown. None of the 44 people whose forces are learned from is there."""
 LANDING_SPREAD: Final = LANDING_ERROR / 1.96
 """Standard deviation of a landing by markers, s."""
 ELSEWHERE: Final = 0.5
@@ -133,21 +142,39 @@ def angles_at_contacts(record: GaitRecord) -> Array:
     return np.array(found)
 
 
-def _legs(forces: Array, angles: Array) -> Array:
-    """(2, s) numbers of both legs, of `forces` (2, m, 3) and `angles` (2, k, 3)."""
-    return np.concatenate([forces.reshape(2, -1), angles.reshape(2, -1)], axis=1)
+@cache
+def _typical() -> tuple[float, float]:
+    """Mean speed, in units of the leg, and leg length, m, of the built-in people."""
+    people = builtin_subjects()
+    speeds = [each.walking_speed_m_s / speed_unit(each.leg_length_m) for each in people]
+    return float(np.mean(speeds)), float(np.mean([each.leg_length_m for each in people]))
 
 
-def difference(record: GaitRecord, expected: GaitRecord) -> Array:
-    """(2, s) by which forces and angles of a `record` differ from what is `expected` of anybody,
-    each at its own contacts: of each leg `_OF_FORCES` numbers of `at_contacts`, then those of
-    `angles_at_contacts`.
+def _walk(record: GaitRecord, expected: GaitRecord, leg_length: float) -> Array:
+    """(3,) by which a `record`, on legs of `leg_length` (m), is another walk: stride time, in units
+    of the leg, less what is `expected` at its speed; speed, likewise, and leg length less the
+    built-in people's means.
+    """
+    speed, length = _typical()
+    longer = (record.stride_time - expected.stride_time) / time_unit(leg_length)
+    return np.array([longer, record.speed / speed_unit(leg_length) - speed, leg_length - length])
+
+
+def _seen(record: GaitRecord, expected: GaitRecord, leg_length: float) -> Array:
+    """(2, s - `_OF_FORCES`) what markers see differ: angles of both legs, and the walk."""
+    angles = angles_at_contacts(record) - angles_at_contacts(expected)
+    walk = np.tile(_walk(record, expected, leg_length), (2, 1))
+    return np.concatenate([angles.reshape(2, -1), walk], axis=1)
+
+
+def difference(record: GaitRecord, expected: GaitRecord, leg_length: float) -> Array:
+    """(2, s) by which a `record`, on legs of `leg_length` (m), differs from what is `expected` of
+    anybody, each at its own contacts: of each leg `_OF_FORCES` numbers of `at_contacts`,
+    `_OF_ANGLES` of `angles_at_contacts`, and `_OF_WALK` of `_walk`, the same of both legs.
     """
     even = replace(expected, left_phase=0.5)
-    return _legs(
-        at_contacts(record) - at_contacts(even),
-        angles_at_contacts(record) - angles_at_contacts(even),
-    )
+    forces = at_contacts(record) - at_contacts(even)
+    return np.concatenate([forces.reshape(2, -1), _seen(record, even, leg_length)], axis=1)
 
 
 def together(differences: Sequence[Array], weights: Iterable[float]) -> Array:
@@ -177,7 +204,10 @@ def _built_in(without: str) -> Array:
     for i, person in enumerate(people):
         trials = [person, *(person.on_trial(each.name) for each in person.trials)]
         others = [*gaits[:i], *gaits[i + 1 :]]
-        found += [difference(each.record(), expected_record(each, others)) for each in trials]
+        found += [
+            difference(each.record(), expected_record(each, others), each.leg_length_m)
+            for each in trials
+        ]
         weights += [1.0 / len(trials)] * len(trials)
     return together(found, weights)
 
@@ -190,7 +220,7 @@ def _rough() -> Array:
     end = np.clip(0.3 + np.minimum(CONTACT_TIMES, 3.0 - CONTACT_TIMES) / 0.15, 0.0, 1.0)
     smooth = np.exp(-0.5 * np.square(apart / ROUGH_OVER)) * np.outer(end, end)
     one = np.einsum("ij,cd->icjd", smooth, np.diag(ROUGH**2)).reshape(_OF_FORCES, -1)
-    return np.kron(np.eye(2), np.pad(one, (0, 3 * len(ANGLE_TIMES))))
+    return np.kron(np.eye(2), np.pad(one, (0, _OF_ANGLES + _OF_WALK)))
 
 
 def covariance(person: str, others: Array | None = None) -> Array:
@@ -226,7 +256,11 @@ def _late(record: GaitRecord, usual: GaitRecord, foot: Side) -> Array:
             )
             force = [np.interp(at, CONTACT_TIMES, each) for each in forces[i].T]
             angles = _shapes(usual, side, np.interp(bent, when, even))
-            found.append(np.append(np.stack(force, axis=1), angles))
+            found.append(
+                np.concatenate(
+                    [np.stack(force, axis=1).ravel(), angles.ravel(), np.zeros(_OF_WALK)]
+                )
+            )
         moved.append(np.concatenate(found))
     return np.asarray(0.5 * (moved[0] - moved[1]))
 
@@ -241,10 +275,16 @@ class _Known(NamedTuple):
 
 
 def _before_total(
-    record: GaitRecord, usual: GaitRecord, spread: Array, *, angles: bool = True
+    record: GaitRecord,
+    usual: GaitRecord,
+    leg_length: float,
+    spread: Array,
+    *,
+    angles: bool = True,
 ) -> _Known:
-    """What landings, and `angles`, of a `record` say of forces that are distributed with the
-    covariance `spread` (2s, 2s) about it; what is expected of anybody is `usual`.
+    """What landings, and `angles` and walk, of a `record` on legs of `leg_length` (m) say of forces
+    that are distributed with the covariance `spread` (2s, 2s) about it; what is expected of anybody
+    is `usual`.
     """
     for foot in SIDES:
         late = _late(record, usual, foot)
@@ -253,14 +293,18 @@ def _before_total(
     forces = spread[np.ix_(is_force, is_force)]
     if not angles:
         return _Known(np.zeros(len(forces)), forces)
-    seen = (angles_at_contacts(record) - angles_at_contacts(usual)).ravel()
     own, both = spread[np.ix_(~is_force, ~is_force)], spread[np.ix_(~is_force, is_force)]
-    # every angle in units of how much people differ in it
-    size = np.sqrt(np.diag(own).reshape(-1, len(SAGITTAL)).mean(axis=0))
-    unit = np.tile(size, len(seen) // len(size))
-    noise = ANGLE_NOISE * len(seen) * np.diag(unit**2)
+    # every angle, and every number of the walk, in units of how much people differ in it
+    by_leg = np.diag(own).reshape(2, -1).mean(axis=0)
+    angle = by_leg[:_OF_ANGLES].reshape(-1, len(SAGITTAL)).mean(axis=0)
+    walk = by_leg[_OF_ANGLES:]
+    of_all = np.append(np.tile(_OF_ANGLES * angle, len(ANGLE_TIMES)), _OF_WALK * walk)
+    noise = 2.0 * SEEN_NOISE * np.diag(np.tile(of_all, 2))
+    seen = _seen(record, usual, leg_length)
+    far = FARTHEST * np.sqrt(walk)
+    seen[:, _OF_ANGLES:] = np.clip(seen[:, _OF_ANGLES:], -far, far)
     weights = np.linalg.solve(own + noise, both)
-    return _Known(weights.T @ seen, forces - both.T @ weights)
+    return _Known(weights.T @ seen.ravel(), forces - both.T @ weights)
 
 
 def with_total(
@@ -268,7 +312,7 @@ def with_total(
 ) -> GaitRecord:
     """The `record` with the forces that are likeliest where their total is what the motion of the
     centre of mass of `subject` needs, if that is known; `others` as `covariance` has them. `angles`
-    are looked at, too, unless the forces of the `record` are by angles.
+    and walk are looked at, too, unless the forces of the `record` are by them.
     """
     total = subject.gait.total_force
     if total is None or not knows_total(subject):
@@ -279,7 +323,8 @@ def with_total(
     needed = np.stack([each.periodic()(when) for each in (total.forward, total.left, total.up)])
     legs = [_leg(record, side) for side in SIDES]
     usual = expected_record(subject, other_people(subject, builtin_subjects()))
-    known = _before_total(record, usual, covariance(subject.person, others), angles=angles)
+    spread = covariance(subject.person, others)
+    known = _before_total(record, usual, subject.leg_length_m, spread, angles=angles)
     moved = _given_total(forces, needed.T, legs, known, record)
     curves = {}
     for side, force in zip(SIDES, moved, strict=True):
