@@ -2,7 +2,7 @@
 
 Each recording is imported without its plates, and estimated from the ten of WBDS with what all
 *other* laboratories of the list differ by from these (`estimate.OFFSETS`,
-`force_split.covariance_elsewhere`) and with bands as wide as those need. A laboratory counts once,
+`force_split.forces_elsewhere`) and with bands as wide as those need. A laboratory counts once,
 however many people it has. Two others of the list are kept for a last test and are not here.
 """
 
@@ -24,6 +24,7 @@ from claims.walking import BASEL
 from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings, load_configuration
 from gaitval.constants import GRAVITY
+from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import GaitvalError
@@ -33,13 +34,21 @@ from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.record import GaitRecord
 from gaitval.prediction.deviations import (
     KINETICS,
+    SAGITTAL,
     kinetics_of,
     learned_from,
     trial_of,
     units,
 )
 from gaitval.prediction.estimate import OFFSETS, WIDER_WITH_TOTAL, estimate
-from gaitval.prediction.force_split import difference, together
+from gaitval.prediction.force_split import (
+    CORNER_HZ,
+    HIGHEST_HZ,
+    NOISE,
+    ForcesElsewhere,
+    difference,
+    together,
+)
 from gaitval.prediction.known import known_record
 from gaitval.prediction.laboratories import Laboratories
 from gaitval.prediction.laboratories import pooled as laboratories_of
@@ -50,6 +59,7 @@ from gaitval.prediction.population import (
     other_people,
     with_others_kinetics,
 )
+from gaitval.prediction.seen import PHASES
 from gaitval.prediction.speed_line import dimensionless_speed
 from gaitval.scaling.scaling import scale_subject
 from gaitval.study.estimate_stage import Elsewhere, of_known, with_kinetics
@@ -198,6 +208,45 @@ def pooled(found: Sequence[ImportedElsewhere], differences: Sequence[Array]) -> 
     return together(differences, [1.0 / names.count(name) for name in names])
 
 
+def later(values: Array, than: Array, stride_time: float) -> float:
+    """s by which periodic `values` (n, k) come later than those of another cycle, `than` (n, k), to
+    half a millisecond.
+    """
+    waves, lags = np.fft.rfft(than, axis=0), np.arange(-0.05, 0.0501, 0.0005)
+    turns = np.arange(len(waves)) / stride_time
+    moved = [
+        np.fft.irfft((waves.T * np.exp(-2j * np.pi * lag * turns)).T, len(than), axis=0)
+        for lag in lags
+    ]
+    return float(lags[np.argmin([np.var(values - each, axis=0).sum() for each in moved])])
+
+
+def total_late(of: ImportedElsewhere) -> float:
+    """s, `force_split.TOTAL_LATE` of one person: of the right cycle, which begins at plates' strike
+    in one import and at markers' in the other.
+    """
+    full, known = of.full.record(), of.known
+    total, time = known.gait.total_force, known.stride_time_s
+    assert total is not None, "an import has it"
+    turns = np.arange(len(PHASES) // 2 + 1) / time
+    gain = np.where(turns <= HIGHEST_HZ, 1.0 / (1.0 + (turns / CORNER_HZ) ** 4), 0.0)
+    own = {"right": PHASES, "left": (PHASES - full.left_phase) % 1.0}
+    plates = np.sum([full.ground_reaction(side, own[side]) for side in SIDES], axis=0)
+    plates = np.fft.irfft((np.fft.rfft(plates, axis=0).T * gain).T, len(PHASES), axis=0)
+    markers = [each.periodic()(PHASES) for each in (total.forward, total.left, total.up)]
+    forces = later(plates / NOISE, np.stack(markers, axis=1) / NOISE, time)
+    begins = {"r": (0.0, 0.0), "l": (full.left_phase, known.left_phase)}
+    seen, beside = (
+        [
+            angles[f"{name}_{side}"](PHASES - begins[side][which])
+            for side in "rl"
+            for name in SAGITTAL
+        ]
+        for which, angles in enumerate((full.angles, known.gait.angles_of_both()))
+    )
+    return forces - later(np.stack(seen, axis=1), np.stack(beside, axis=1), time)
+
+
 def regressed_from(found: Sequence[ImportedElsewhere]) -> Laboratories:
     """What a regression through people of several laboratories has of these, with their plates."""
     unfitted, people = np.zeros((2, len(KINETICS), SAMPLES)), builtin_subjects()
@@ -217,13 +266,10 @@ def _expected(known: Subject) -> GaitRecord:
     return with_kinetics(usual, known, found.expected + found.regressed)
 
 
-def _person(
-    of: ImportedElsewhere, others: Sequence[ImportedElsewhere], differences: Sequence[Array]
-) -> PersonElsewhere:
+def _person(of: ImportedElsewhere, beside: Elsewhere) -> PersonElsewhere:
     people, contact = builtin_subjects(), load_configuration().contact
     full, known = of.full, of.known
     usual = known_record(known, RecordSettings(), people)
-    beside = Elsewhere(pooled(others, differences), regressed_from(others))
     found = of_known(usual, known, scale_subject(known).model, contact, beside)
     one = units(known.leg_length_m)
     vertical = GRAVITY * found.expected[:, VERTICAL]
@@ -241,7 +287,9 @@ def _person(
     )
 
 
-def _by_laboratory(people: Sequence[PersonElsewhere], values: Array) -> Array:
+def _by_laboratory(
+    people: Sequence[PersonElsewhere] | Sequence[ImportedElsewhere], values: Array
+) -> Array:
     """Mean of `values` (people, ...), every laboratory as heavy as another."""
     names = np.array([each.laboratory for each in people])
     return np.mean([values[names == name].mean(axis=0) for name in dict.fromkeys(names)], axis=0)
@@ -306,9 +354,14 @@ def laboratories(given: claims.Given) -> list[Claim]:
     """
     found = imported(given.public)
     people, differ = [], apart(found)
+    late = np.array([total_late(each) for each in found])
     for each in found:
         kept = [i for i, other in enumerate(found) if other.laboratory != each.laboratory]
-        people.append(_person(each, [found[i] for i in kept], [differ[i] for i in kept]))
+        others = [found[i] for i in kept]
+        forces = ForcesElsewhere(
+            pooled(others, [differ[i] for i in kept]), float(_by_laboratory(others, late[kept]))
+        )
+        people.append(_person(each, Elsewhere(forces, regressed_from(others))))
     moved, bands = left_out(people)
     truth, line = (np.array([getattr(each, a) for each in people]) for a in ("truth", "line"))
     scale = np.array([100.0 if kind == "forces" else 1.0 for kind, _ in KINETICS])
@@ -337,6 +390,9 @@ def laboratories(given: claims.Given) -> list[Claim]:
         print(name, {p.laboratory: round(1000 * v) for p, v in zip(people, values, strict=True)})
         mean = 1000.0 * float(_by_laboratory(people, values))
         rows.append(Claim(f"{MOMENTS[name]} of imports: arm beside WBDS's", mean, "mm", count))
+    print("late:", {p.laboratory: round(1000 * s) for p, s in zip(people, late, strict=True)})
+    what = "total force on plates later than by markers, beside the angles"
+    rows.append(Claim(what, 1000.0 * float(_by_laboratory(people, late)), "ms", count))
     missed = np.abs(moved - truth)
     held = np.where(missed > 0.0, missed <= bands[:, None], np.nan)  # without feet in the air
     inside = np.nanmean(held, axis=(1, 2, 3))

@@ -58,9 +58,7 @@ LARGEST_LAG_SECONDS: Final = 0.06
 strikes and of toe-offs: at most 0.03 s in WBDS01 T01 and the walk of Rajagopal et al. 2016."""
 USUAL_DELAY: Final = 0.003
 """s by which forces come later than the motion that markers show, mean of sound recordings of three
-laboratories: soft tissue moves before the bones, and force channels have filters. The total force
-by markers is -1 to 16 ms early in the mean of five laboratories (6 ms;
-docs/notebook/estimate.md)."""
+laboratories: soft tissue moves before the bones, and force channels have filters."""
 
 
 def owners_of(vertical: Array, distances: Array, shared: Flags) -> NDArray[np.int64]:

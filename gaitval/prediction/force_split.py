@@ -13,8 +13,8 @@ afterwards:
   their feet otherwise than a line through the built-in adults has it;
 * the landings of both feet, which markers say to `LANDING_ERROR`. Who lands later than markers say
   has forces and angles that are later there;
-* the total of both forces, with the noise that makes it likeliest, and as late as forces are
-  (`USUAL_DELAY`).
+* the total of both forces, `TOTAL_LATE`, with every noise of `NOISE_SCALES` as likely as it makes
+  the total.
 
 Its covariance is the mean of two:
 
@@ -43,7 +43,6 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.dimensionless import speed_unit, time_unit
 from gaitval.gait.events import LANDING_ERROR
-from gaitval.gait.plate_contacts import USUAL_DELAY
 from gaitval.gait.record import GaitRecord
 from gaitval.prediction.deviations import SAGITTAL
 from gaitval.prediction.normal_form import TO_MIDLINE
@@ -85,15 +84,33 @@ NOISE: Final = np.array([0.009, 0.006, 0.013])
 """Body weights (forward, left, up) by which each harmonic of the total is off in markers of five
 laboratories."""
 NOISE_SCALES: Final = (0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 4.0)
-"""Of which a recording's own noise takes one: the one with which its total is likeliest."""
+"""Of that noise, which a recording may have; what the total says is their mean, each as heavy as it
+makes the total likely."""
 NOISE_SPREAD: Final = 1.2
 """Standard deviation of the logarithm of that scale, before the total is seen. Convention."""
+TOTAL_LATE: Final = 0.004
+"""s by which the total by plates comes later than by markers, beside the angles: mean of six
+laboratories, each as heavy (standard deviation between them 0.006): `python -m claims
+elsewhere.laboratories`."""
 MEAN_NOISE: Final = 0.01
 """Body weights by which the mean is off: that of the mass."""
 HIGHEST_HZ: Final = 8.0
 """Up to which the total is known: the low-pass of the markers."""
 CORNER_HZ: Final = HIGHEST_HZ / (np.sqrt(2.0) - 1.0) ** 0.25
 """At which one of the two passes of that filter has its cut-off (`gait.filters.low_pass`)."""
+
+
+class ForcesElsewhere(NamedTuple):
+    """Of people of other laboratories.
+
+    Attributes
+    ----------
+    spread : (2s, 2s) covariance of how they differ, as `difference` has it.
+    late : s, as `TOTAL_LATE`.
+    """
+
+    spread: Array
+    late: float
 
 
 class _Leg(NamedTuple):
@@ -188,12 +205,12 @@ def together(differences: Sequence[Array], weights: Iterable[float]) -> Array:
 
 
 @cache
-def covariance_elsewhere() -> Array:
-    """(2s, 2s) of people of other laboratories, pooled (experiments/forces_elsewhere.py)."""
+def forces_elsewhere() -> ForcesElsewhere:
+    """Pooled, those that come with the package (experiments/forces_elsewhere.py)."""
     text = (resources.files("gaitval.prediction") / STORE).read_text(encoding="utf-8")
     stored: dict[str, Any] = loads(text)
     shapes = UNIT * np.array(stored["shapes"], float)
-    return np.asarray(shapes.T @ shapes)
+    return ForcesElsewhere(shapes.T @ shapes, TOTAL_LATE)
 
 
 @cache
@@ -223,14 +240,13 @@ def _rough() -> Array:
     return np.kron(np.eye(2), np.pad(one, (0, _OF_ANGLES + _OF_WALK)))
 
 
-def covariance(person: str, others: Array | None = None) -> Array:
+def covariance(person: str, elsewhere: Array) -> Array:
     """(2s, 2s) by which forces and angles of anybody but `person` differ from what is expected;
-    `others` of other laboratories, else those that come with the package.
+    `elsewhere` of people of other laboratories.
     """
-    pooled = covariance_elsewhere() if others is None else others
     known = any(each.person == person for each in builtin_subjects())
     at_home = _built_in(person if known else "")
-    return (1.0 - ELSEWHERE) * at_home + ELSEWHERE * pooled + _rough()
+    return (1.0 - ELSEWHERE) * at_home + ELSEWHERE * elsewhere + _rough()
 
 
 def _late(record: GaitRecord, usual: GaitRecord, foot: Side) -> Array:
@@ -308,22 +324,28 @@ def _before_total(
 
 
 def with_total(
-    record: GaitRecord, subject: Subject, others: Array | None = None, *, angles: bool = True
+    record: GaitRecord,
+    subject: Subject,
+    elsewhere: ForcesElsewhere | None = None,
+    *,
+    angles: bool = True,
 ) -> GaitRecord:
     """The `record` with the forces that are likeliest where their total is what the motion of the
-    centre of mass of `subject` needs, if that is known; `others` as `covariance` has them. `angles`
-    and walk are looked at, too, unless the forces of the `record` are by them.
+    centre of mass of `subject` needs, if that is known; by people `elsewhere`, else those that come
+    with the package. `angles` and walk are looked at, too, unless the forces of the `record` are by
+    them.
     """
     total = subject.gait.total_force
     if total is None or not knows_total(subject):
         return record
     own = {"right": PHASES, "left": (PHASES - record.left_phase) % 1.0}
     forces = np.array([record.ground_reaction(side, own[side]) for side in SIDES])
-    when = (PHASES - USUAL_DELAY / record.stride_time) % 1.0
+    others = forces_elsewhere() if elsewhere is None else elsewhere
+    when = (PHASES - others.late / record.stride_time) % 1.0
     needed = np.stack([each.periodic()(when) for each in (total.forward, total.left, total.up)])
     legs = [_leg(record, side) for side in SIDES]
     usual = expected_record(subject, other_people(subject, builtin_subjects()))
-    spread = covariance(subject.person, others)
+    spread = covariance(subject.person, others.spread)
     known = _before_total(record, usual, subject.leg_length_m, spread, angles=angles)
     moved = _given_total(forces, needed.T, legs, known, record)
     curves = {}
@@ -374,22 +396,20 @@ def _given_total(
     saw = np.concatenate(seen)
     common = known.spread @ saw.T
     still = np.concatenate(lacks) - saw @ known.mean
-    weights = _likeliest(saw @ common, np.concatenate(noise), still)
+    weights = _by_likelihood(saw @ common, np.concatenate(noise), still)
     moved = forces + flat @ (known.mean + common @ weights)
     moved[..., 2] = np.maximum(moved[..., 2], 0.0)
     return np.asarray(moved)
 
 
-def _likeliest(signal: Array, noise: Array, lacks: Array) -> Array:
+def _by_likelihood(signal: Array, noise: Array, lacks: Array) -> Array:
     """(k,) C⁻¹ y of what is lacking, y (k,), with C = `signal` (k, k) + the variances `noise` (k,)
-    times the square of the scale of `NOISE_SCALES` that y is likeliest with.
+    times the square of a scale: the mean of `NOISE_SCALES`, each as heavy as it makes y likely.
     """
-    best, found = -np.inf, lacks
+    solved, likely = [], []
     for scale in NOISE_SCALES:
         inside = signal + np.diag(scale**2 * noise)
-        solved: Array = np.linalg.solve(inside, lacks).astype(float)
-        likely = -0.5 * float(np.linalg.slogdet(inside)[1] + lacks @ solved)
-        likely -= 0.5 * (np.log(scale) / NOISE_SPREAD) ** 2
-        if likely > best:
-            best, found = likely, solved
-    return found
+        solved.append(np.linalg.solve(inside, lacks))
+        fits = -0.5 * float(np.linalg.slogdet(inside)[1] + lacks @ solved[-1])
+        likely.append(fits - 0.5 * (np.log(scale) / NOISE_SPREAD) ** 2)
+    return np.asarray(np.average(solved, axis=0, weights=np.exp(np.array(likely) - max(likely))))

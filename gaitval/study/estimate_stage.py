@@ -44,7 +44,7 @@ from gaitval.prediction.estimate import (
     about_imported_joints,
     estimate,
 )
-from gaitval.prediction.force_split import with_total
+from gaitval.prediction.force_split import ForcesElsewhere, with_total
 from gaitval.prediction.insoles import with_insoles
 from gaitval.prediction.known import KINEMATIC_ACCURACY, KnownRecord, is_predicted
 from gaitval.prediction.laboratories import Laboratories
@@ -94,11 +94,11 @@ _COLOURS: Final = {"right": "#0072b2", "left": "#d55e00"}
 
 
 class Elsewhere(NamedTuple):
-    """Of other laboratories than the built-in people's: how forces and angles differ
-    (`force_split.covariance`), and what a regression has of their people.
+    """Of other laboratories than the built-in people's: what is known of their forces, and what a
+    regression has of their people.
     """
 
-    forces: Array
+    forces: ForcesElsewhere
     people: Laboratories
 
 
@@ -208,7 +208,9 @@ def of_known(
     return found if own is record else _seen(found, record, subject, forces)
 
 
-def _seen(found: Estimate, record: GaitRecord, subject: Subject, forces: Array | None) -> Estimate:
+def _seen(
+    found: Estimate, record: GaitRecord, subject: Subject, forces: ForcesElsewhere | None
+) -> Estimate:
     """The estimate with what markers say of the forces in what is expected and regressed."""
     there = with_kinetics(record, subject, found.expected + found.regressed)
     there = at_own_contacts(there, subject)

@@ -9,6 +9,7 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.stored_gait import StanceFraction
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.record import FittedCurve, Force, GaitRecord, PeriodicCurve, periodic_through
 from gaitval.prediction.deviations import KINETICS, SAGITTAL, kinetics_of
 from gaitval.prediction.estimate import WIDER_ELSEWHERE, WIDER_WITH_TOTAL, Estimate
@@ -19,12 +20,14 @@ from gaitval.prediction.force_split import (
     LANDING_SPREAD,
     NOISE,
     _before_total,
+    _by_likelihood,
     _late,
-    _likeliest,
+    _typical,
     angles_at_contacts,
     at_contacts,
     covariance,
-    covariance_elsewhere,
+    difference,
+    forces_elsewhere,
     with_total,
 )
 from gaitval.prediction.normal_form import SAMPLES, normal_form
@@ -174,15 +177,13 @@ def forces_through(total: np.ndarray) -> Force:
     )
 
 
-def test_forces_come_later_than_the_motion_says(
-    usual: GaitRecord, known: Subject, monkeypatch
-) -> None:
+def test_forces_come_later_than_the_motion_says(usual: GaitRecord, known: Subject) -> None:
     record = at_own_contacts(usual, known)
     early = forces_through(total_of(record, 0.02 / record.stride_time))
     off = []
-    for delay in (0.02, 0.0):
-        monkeypatch.setattr("gaitval.prediction.force_split.USUAL_DELAY", delay)
-        found = with_total(record, moved(known, early), angles=False)
+    for late in (0.02, 0.0):
+        elsewhere = forces_elsewhere()._replace(late=late)
+        found = with_total(record, moved(known, early), elsewhere, angles=False)
         off.append(np.std(total_of(found) - total_of(record)))
     assert off[0] < 0.5 * off[1]
 
@@ -197,24 +198,52 @@ def test_angles_say_of_forces_what_people_s_say(usual: GaitRecord, known: Subjec
     bent = 0.1 * np.sin(2.0 * np.pi * PHASE)
     knee = periodic_through((expected.angles["knee_angle_r"](PHASE) + bent), 20)
     record = replace(expected, angles={**expected.angles, "knee_angle_r": knee})
+    legs = known.leg_length_m
     shape = (angles_at_contacts(record) - angles_at_contacts(expected)).reshape(2, -1)
+    shape = np.pad(shape, ((0, 0), (0, 3)))  # the walk is as others'
     push = np.zeros((2, _OF_FORCES))
     push[1, 5] = 0.2  # of the other foot
     one = np.concatenate([push, shape], axis=1).ravel()
-    others = np.outer(one, one)
-    found = _before_total(record, expected, others)
+    every = 1e-8 * np.eye(one.size)  # nobody is quite alike
+    others = np.outer(one, one) + every
+    found = _before_total(record, expected, legs, others)
     most = int(np.argmax(found.mean))
     assert most == _OF_FORCES + 5
     assert found.mean[most] == pytest.approx(0.2, rel=0.2)
     assert found.spread[most, most] < 0.3 * 0.2**2
-    none = _before_total(record, expected, others, angles=False)
+    none = _before_total(record, expected, legs, others, angles=False)
     assert not none.mean.any()
     assert none.spread[most, most] > 0.9 * 0.2**2
     # nor does it where they do not
     apart = np.concatenate([push, 0.0 * shape], axis=1).ravel()
     alone = np.concatenate([0.0 * push, shape], axis=1).ravel()
-    neither = _before_total(record, expected, np.outer(apart, apart) + np.outer(alone, alone))
+    spread = np.outer(apart, apart) + np.outer(alone, alone) + every
+    neither = _before_total(record, expected, legs, spread)
     assert abs(neither.mean[most]) < 0.02
+
+
+def test_rhythm_speed_and_size_say_of_forces_what_people_s_say(known: Subject) -> None:
+    """Where people with longer legs push more, who has longer legs pushes more; far beyond all
+    people no more than at the end of what is known of them.
+    """
+    expected, (speed, usual_legs) = expected_of(known), _typical()
+
+    def walk(longer: float) -> tuple[GaitRecord, float]:
+        legs = usual_legs + longer
+        return replace(expected, speed=speed * speed_unit(legs)), legs
+
+    differs = difference(walk(0.1)[0], expected, walk(0.1)[1])[:, _OF_FORCES:]
+    assert differs == pytest.approx(np.tile([0.0] * (differs.shape[1] - 1) + [0.1], (2, 1)))
+    people = np.pad(differs, ((0, 0), (_OF_FORCES, 0)))
+    people[0, 5] = 0.02  # up, of the right foot
+    spread = np.outer(people, people) + 1e-8 * np.eye(people.size)
+    pushes = []
+    for longer in (0.1, -0.1, 0.3, 3.0):
+        record, legs = walk(longer)
+        found = _before_total(record, expected, legs, spread)
+        pushes.append(float(found.mean[5]))
+    assert pushes[0] == pytest.approx(0.02, rel=0.3)
+    assert pushes[1:] == pytest.approx([-pushes[0], 3.0 * pushes[0], 3.0 * pushes[0]])
 
 
 def test_who_lands_later_than_markers_say_is_loaded_later(
@@ -245,7 +274,7 @@ def test_the_total_says_how_people_s_feet_share_it(usual: GaitRecord, known: Sub
     knowledge of how people share it out, forces are 0.78 as far off as what is expected.
     """
     record = at_own_contacts(usual, known)
-    values, directions = np.linalg.eigh(covariance(known.person))
+    values, directions = np.linalg.eigh(covariance(known.person, forces_elsewhere().spread))
     rng = np.random.default_rng(84)
     errors = []
     for _ in range(4):
@@ -299,7 +328,7 @@ def test_where_the_total_is_known_mechanics_adds_nothing_to_forces(
 
 
 def test_other_laboratories_right_and_left_differ_alike() -> None:
-    pooled = covariance_elsewhere()
+    pooled = forces_elsewhere().spread
     half = len(pooled) // 2
     assert pooled[:half, :half] == pytest.approx(pooled[half:, half:], abs=2e-5)
     # up, in early stance, by more than the unit of the file and less than half a body weight
@@ -308,8 +337,8 @@ def test_other_laboratories_right_and_left_differ_alike() -> None:
 
 def test_a_total_that_nobody_s_forces_give_is_trusted_less() -> None:
     signal, noise = np.diag([1.0, 0.0, 0.0, 0.0]), np.full(4, 0.01)
-    quiet = _likeliest(signal, noise, np.array([1.0, 0.1, -0.1, 0.1]))
-    loud = _likeliest(signal, noise, np.array([1.0, 0.5, -0.5, 0.5]))
+    quiet = _by_likelihood(signal, noise, np.array([1.0, 0.1, -0.1, 0.1]))
+    loud = _by_likelihood(signal, noise, np.array([1.0, 0.5, -0.5, 0.5]))
     assert quiet[0] > 0.9 > loud[0]
 
 
