@@ -67,7 +67,7 @@ _OF_WALK: Final = 3
 SEEN_NOISE: Final = 0.04
 """Noise of each direction of the angles' shapes, and of the walk's numbers, of the variance of all:
 about as much as the signal has in one of the 27 people. Convention; with half or twice of it forces
-of laboratories that are left out are as near within 3 %."""
+of laboratories that are left out are as near within 4 %."""
 FARTHEST: Final = 3.0
 """Standard deviations beyond which a number of the walk counts as no farther: what forces do there,
 nobody who is known has shown. None of the 44 people whose forces are learned from is there."""
