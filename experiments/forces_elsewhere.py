@@ -3,7 +3,7 @@
     python -m experiments.forces_elsewhere ../public          # the files
     python -m experiments.forces_elsewhere ../public --check  # fails if they are others
 
-How forces and angles of people of six other laboratories differ from what the built-in people
+How forces, angles and walk of people of six other laboratories differ from what the built-in people
 have one expect, each at the own contacts; and angles, moments and forces of the same people for a
 regression. Reads the recordings of `claims.elsewhere`, with plates. Of all together, every
 laboratory as heavy as another, the second moment of the first is kept in its `COMPONENTS` largest
