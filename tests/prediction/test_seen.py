@@ -340,6 +340,12 @@ def test_a_total_that_nobody_s_forces_give_is_trusted_less() -> None:
     quiet = _by_likelihood(signal, noise, np.array([1.0, 0.1, -0.1, 0.1]))
     loud = _by_likelihood(signal, noise, np.array([1.0, 0.5, -0.5, 0.5]))
     assert quiet[0] > 0.9 > loud[0]
+    # and no total is near one that is trusted otherwise
+    between = [
+        _by_likelihood(signal, noise, np.array([1.0, x, -x, x]))[0]
+        for x in np.linspace(0.1, 0.5, 41)
+    ]
+    assert -0.02 < np.diff(between).min() < np.diff(between).max() <= 0.0
 
 
 def test_a_walk_the_other_way_round_is_the_mirror_image(usual: GaitRecord, known: Subject) -> None:
