@@ -15,7 +15,7 @@ import pytest
 from gaitval import file_gate
 from gaitval.apps.cohort.store import Store
 from gaitval.apps.cohort.table import read_table
-from gaitval.apps.judge.opensim.fields import read_document
+from gaitval.scaling.opensim.fields import read_document
 from gaitval.apps.patients.people import read_people
 from gaitval.apps.patients.strides import read_strides
 from gaitval.apps.regression import history

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 from motion_files import forces, trc
 
-from gaitval.apps.judge.opensim.fields import number
+from gaitval.scaling.opensim.fields import number
 from gaitval.errors import GaitvalError
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.text_cells import positive
@@ -81,7 +81,7 @@ def test_a_number_of_a_urdf() -> None:
     "path",
     sorted(
         path
-        for folder in ("gaitval/mocap", "gaitval/mocap", "gaitval/apps/judge/opensim")
+        for folder in ("gaitval/mocap", "gaitval/mocap", "gaitval/scaling/opensim")
         for path in (Path(__file__).parents[1] / folder).glob("*.py")
     ),
     ids=lambda path: path.name,

@@ -9,8 +9,8 @@ standing the pelvis is tilted forward and the hips are flexed by the same angle.
 shows stays neutral: toes in line with the foot, trunk upright, arms hanging.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass, replace
 from typing import Final, Unpack
 
 import numpy as np
@@ -45,6 +45,11 @@ LARGEST_HIP_ANGLE: Final = 10.0
 """Degrees from the neutral pose, in standing."""
 
 _UP: Final = np.array([0.0, 0.0, 1.0])
+
+GIVEN_WEIGHT: Final = 100.0
+"""Of a joint centre that is given, beside a landmark. A shank is not turned against the thigh in
+the model, so the foot turns both, and beside a knee's lateral marker of the same weight its centre
+would be 9 mm off (OpenCap's Subject4, whose tibiae are turned outwards by 18 degrees)."""
 
 ELBOW_HALF_WIDTH: Final = 0.045
 """m, distance of the marker on the lateral epicondyle of the elbow from the joint centre if the
@@ -102,7 +107,7 @@ def place_markers(
     standing: Mapping[str, Place],
     marker_set: MarkerSet,
     *,
-    hip_centres: Mapping[str, Array] | None = None,
+    centres: Mapping[str, Array] | None = None,
     **widths: Unpack[Widths],
 ) -> MarkerPlacement:
     """Find the standing pose of a model and place all markers on it.
@@ -114,7 +119,7 @@ def place_markers(
     standing : (3,) m, position of each marker of the set in standing (a mean over frames),
         project axes, floor at z = 0; a marker that was not seen is left out or NaN.
     marker_set : which segment each marker is on, and which landmark.
-    hip_centres, widths : m, as for `joint_centres.measure`.
+    centres, widths : m, as for `joint_centres.measure`.
 
     Raises
     ------
@@ -126,7 +131,9 @@ def place_markers(
         for name, place in standing.items()
         if np.isfinite(place).all()
     }
-    points = locate(marker_set.on_landmarks(seen), hip_centres=hip_centres, **widths)
+    landmarks = marker_set.on_landmarks(seen)
+    points = locate(landmarks, centres=centres, **widths)
+    across = points if not centres else locate(landmarks, **widths)
     _check_sides(marker_set, seen, points)
     raised = not arms_hang(points)
     if raised:
@@ -136,7 +143,10 @@ def place_markers(
             for name in points
             if name[2:] in ("Elbow", "Elbow.Centre", "Wrist.Centre")
         }
-    anatomy = _anatomy(model, measured, points)
+    anatomy = [
+        replace(each, weight=GIVEN_WEIGHT) if each.name in _legs_of(centres) else each
+        for each in _anatomy(model, measured, points, across)
+    ]
     fit, frames = _pose(model, anatomy, points)
     markers, moved = [], []
     for name, definition in marker_set.markers.items():
@@ -244,7 +254,7 @@ def _to_the_shoulders(
 ) -> dict[str, Array]:
     """Vectors from the shoulders of raised arms to those of the model, for each side, (3,) m."""
     # Without the arms, whose raised shoulders would lift the trunk.
-    anatomy = _anatomy(model, measured, points)
+    anatomy = _anatomy(model, measured, points, points)
     _, frames = _pose(model, [m for m in anatomy if "arm" not in m.segment], points)
     return {
         side: frames[SEGMENTS.index(f"upper_arm_{side.lower()}"), :3, 3]
@@ -254,9 +264,14 @@ def _to_the_shoulders(
 
 
 def _anatomy(
-    model: BodyModel, measured: Measurements, points: Mapping[str, Array]
+    model: BodyModel,
+    measured: Measurements,
+    points: Mapping[str, Array],
+    by_landmarks: Mapping[str, Array],
 ) -> list[ModelMarker]:
-    """Positions of the landmarks and joint centres in the model."""
+    """Positions of the landmarks and joint centres in the model; the knees' axes go through the
+    centres `by_landmarks`, also where others are given.
+    """
     frame, hips = _pelvis(points), _middle_hip(points)
     places = {
         name: ("pelvis", (points[name] - hips) @ frame)
@@ -270,11 +285,10 @@ def _anatomy(
         medial = np.array([0.0, sign, 0.0])
         mirror = np.array([1.0, sign, 1.0])
         knee = model[f"shank_{end}"].joint_position
-        half = float(np.linalg.norm(points[f"{side}.Knee"] - points[f"{side}.Knee.Centre"]))
         places |= {
             f"{side}.Hip.Centre": (f"thigh_{end}", np.zeros(3)),
             f"{side}.Knee.Centre": (f"shank_{end}", np.zeros(3)),
-            f"{side}.Knee": (f"thigh_{end}", knee - half * medial),
+            f"{side}.Knee": (f"thigh_{end}", knee + _from_knee(points, by_landmarks, side)),
             f"{side}.Ankle.Centre": (f"foot_{end}", np.zeros(3)),
             f"{side}.Heel": (f"foot_{end}", mirror * heel),
             f"{side}.MT1": (f"foot_{end}", mirror * heads[0]),
@@ -285,6 +299,33 @@ def _anatomy(
     return [
         ModelMarker(name, segment, np.asarray(place)) for name, (segment, place) in places.items()
     ]
+
+
+def _legs_of(centres: Mapping[str, Array] | None) -> Set[str]:
+    """The given centres that have more weight than landmarks: of whole legs. Hips alone are held by
+    the spines.
+    """
+    legs = any(".Hip." not in name for name in centres or ())
+    return (centres or {}).keys() if legs else frozenset()
+
+
+def _from_knee(
+    points: Mapping[str, Array], by_landmarks: Mapping[str, Array], side: str
+) -> Array:
+    """(3,) m, the lateral marker of a knee from its centre, in the thigh: the line from the marker
+    through the centre `by_landmarks` goes straight to the side.
+    """
+    lateral, centre = points[f"{side}.Knee"], points[f"{side}.Knee.Centre"]
+    inwards = np.array([0.0, 1.0 if side == "R" else -1.0, 0.0])
+    own = by_landmarks[f"{side}.Knee.Centre"]
+    if own is centre or np.array_equal(own, centre):
+        return -float(np.linalg.norm(lateral - centre)) * inwards
+    up = points[f"{side}.Hip.Centre"] - centre
+    up /= np.linalg.norm(up)
+    left = (own - lateral) * inwards[1]
+    left -= (left @ up) * up
+    left /= np.linalg.norm(left)
+    return (lateral - centre) @ np.column_stack([np.cross(left, up), left, up])
 
 
 def _arm(

@@ -368,12 +368,13 @@ class _Chain:
         request = self.found.request
         places = {name: place + change.places.get(name, 0.0) for name, place in self.places.items()}
         landmarks = self.set.on_landmarks({name: at.tolist() for name, at in places.items()})
-        hips = dict(change.hips) or None
-        measured = measure(landmarks, **request.widths, hip_centres=hips)
+        hips = {f"{side}.Hip.Centre": at for side, at in change.hips.items()}
+        centres = (dict(self.found.body.centres) | hips) or None
+        measured = measure(landmarks, **request.widths, centres=centres)
         self.measured = replace(measured, symmetric=self.found.body.chosen.symmetric)
         scaled = build_body(request, self.measured)
         placed = place_markers(
-            scaled.model, self.measured, places, self.set, **request.widths, hip_centres=hips
+            scaled.model, self.measured, places, self.set, **request.widths, centres=centres
         )
         return scaled.model, placed.markers, placed.standing
 

@@ -1,7 +1,7 @@
 """Scale the body of the person by the standing and walking trials."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final, NamedTuple
 
@@ -21,7 +21,7 @@ from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel
 from gaitval.model.ground import Ground
 from gaitval.model.markers import ModelMarker
-from gaitval.scaling.joint_centres import measure, unused_widths
+from gaitval.scaling.joint_centres import FUNCTIONAL, measure, unused_widths
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.markers.spines import SPINES
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
@@ -47,6 +47,7 @@ class FittedBody:
     fit : the joint fit.
     factors : of the marker pairs, relative to the mean body of this stature.
     paired : the body scaled by these factors, with its markers, for comparison.
+    centres : (3,) m in standing, joint centres that the body was given.
     walking : the walking trials with the labels of the standing one.
     warnings : warnings about the labels of each walking trial, and in the first about lengths.
     """
@@ -60,6 +61,7 @@ class FittedBody:
     paired: tuple[BodyModel, MarkerPlacement]
     walking: tuple[Recording, ...]
     warnings: tuple[tuple[QualityFlag, ...], ...]
+    centres: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def model(self) -> BodyModel:
@@ -74,6 +76,9 @@ class FittedBody:
 
 HIP_LENGTHS: Final = ("hip_half_width", "hip_forward", "hip_up")
 """Lengths of the joint fit that say where the hips are in the pelvis."""
+GIVEN_SD: Final = 0.0001
+"""m, of the place of a leg's marker beside joint centres that are given: they are where they are
+beside the markers of the standing trial, and a fit that moves these moves them by 10 mm or more."""
 TISSUE_OVER_RESIDUAL: Final = 2.5
 """Soft tissue, 10 mm, over the 4 mm that a fit to the walk leaves of ten children (McGill)."""
 
@@ -84,17 +89,20 @@ def scale_body(
     session: SessionRecordings,
     notify: Notify = silent,
     *,
-    hip_centres: Mapping[str, Array] | None = None,
+    centres: Mapping[str, Array] | None = None,
+    centres_source: str = FUNCTIONAL,
     symmetric: bool = True,
 ) -> FittedBody:
     """Scale the body by the standing trial of `session`, then fit it to both trials: each
     measurement replaces a guess of the one before.
 
     `request` has mass, stature and widths, `processing` the filter of the walk; `notify` is called
-    with each decision. `hip_centres` (3,) m in standing replace the regression of sides ("R", "L").
-    `symmetric` is that of the configuration's `scaling`. Raises ScalingError or RecordError.
+    with each decision. `centres` (3,) m in standing ("R.Hip.Centre") of this source replace those
+    by landmarks. `symmetric` is that of the configuration's `scaling`. Raises ScalingError or RecordError.
     """
-    stood = _by_standing(request, session, notify, hip_centres, symmetric=symmetric)
+    stood = _by_standing(
+        request, session, notify, centres, centres_source=centres_source, symmetric=symmetric
+    )
     odd = list(stood.odd)
     model, placement = stood.scaled.model, stood.placement
     checked = []
@@ -133,6 +141,7 @@ def scale_body(
             for number, (_, warnings) in enumerate(checked)
         ),
         paired=paired,
+        centres=centres or {},
     )
 
 
@@ -150,8 +159,9 @@ def _by_standing(
     request: Request,
     session: SessionRecordings,
     notify: Notify,
-    hip_centres: Mapping[str, Array] | None,
+    centres: Mapping[str, Array] | None,
     *,
+    centres_source: str,
     symmetric: bool,
 ) -> _Standing:
     """The body by the landmarks of the standing trial."""
@@ -160,7 +170,9 @@ def _by_standing(
     by_crests = any(warning.check == FROM_CRESTS for _, warning in session.warnings)
     estimated = SPINES if by_crests else ()
     with about_file(str(request.static)):
-        measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
+        measured = measure(
+            on_landmarks, **request.widths, centres=centres, centres_source=centres_source
+        )
         measured = replace(measured, symmetric=symmetric)
         for unused in unused_widths(on_landmarks, request.widths):
             notify("scaling", unused)
@@ -176,7 +188,7 @@ def _by_standing(
         for warning in odd:
             notify("warnings", str(warning))
         placement = place_markers(
-            scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
+            scaled.model, measured, places, marker_set, **request.widths, centres=centres
         )
     return _Standing(places, measured, scaled, odd, placement)
 
@@ -200,17 +212,24 @@ def _fit_to_trials(
         order=processing.filter_order,
     )
     roles = session.marker_set.markers
+    placed = {name: ANATOMICAL_SD for name in names if roles[name].role == "anatomical"}
+    placed |= {name: sd for name, sd in session.placement_sd.items() if name in names}
+    if request.joint_centres == "given":
+        legs = ("pelvis", "thigh", "shank", "foot")
+        placed |= {n: GIVEN_SD for n in names if roles[n].segment.startswith(legs)}
     fitted = partial(
         fit_model,
         model,
         placement.markers,
         stood,
         replace(walking, markers=smooth).columns(names),
-        placement_sd={name: ANATOMICAL_SD for name in names if roles[name].role == "anatomical"}
-        | {name: sd for name, sd in session.placement_sd.items() if name in names},
+        placement_sd=placed,
     )
-    if request.hip_centre in GENERIC:
-        # Who asks for the hips of a model wants those, not what the walk makes of them.
+    # Who asks for the hips of a model, or gives centres, wants those, not what the walk makes of
+    # them.
+    if request.joint_centres == "given":
+        fitted = partial(fitted, length_sd=dict.fromkeys((*HIP_LENGTHS, "thigh", "shank"), 0.0))
+    elif request.hip_centre in GENERIC:
         fitted = partial(fitted, length_sd=dict.fromkeys(HIP_LENGTHS, 0.0))
     fit, tissue = fitted(), SOFT_TISSUE_SD
     # Without a standing trial, only the walk can show that its markers move less than skin does.

@@ -14,7 +14,7 @@ from gaitval.apps.export.mujoco_folder import muscle_xml
 from gaitval.apps.export.opensim_folder import FILES, LOADED_N, foot_forces, write_opensim
 from gaitval.apps.export.virtual_markers import JOINT_CENTRES
 from gaitval.apps.export.walked import ExportedWalk
-from gaitval.apps.judge.opensim.model_file import read_model
+from gaitval.scaling.opensim.model_file import read_model
 from gaitval.coordinates import ACTUATED
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.force_plates import UNLOADED_N

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.placing import Motion
+from gaitval.scaling.opensim.model import OsimModel
+from gaitval.scaling.opensim.placing import Motion
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.coordinates import RANGES

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.model import OpenSimBody
+from gaitval.scaling.opensim.model import OpenSimBody
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.metrics.tolerances import Measure, measured

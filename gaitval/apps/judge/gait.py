@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.apps.judge.loads import Loads
-from gaitval.apps.judge.opensim.placing import Motion, at_times, centre_of_mass, place
+from gaitval.scaling.opensim.placing import Motion, at_times, centre_of_mass, place
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings

@@ -23,9 +23,9 @@ from gaitval.apps.judge.moments import (
     unit_of_moments,
 )
 from gaitval.apps.judge.muscles import JudgedMuscles, judge_muscles
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.model_file import read_model
-from gaitval.apps.judge.opensim.placing import Motion, at_times, motion_of
+from gaitval.scaling.opensim.model import OsimModel
+from gaitval.scaling.opensim.model_file import read_model
+from gaitval.scaling.opensim.placing import Motion, at_times, motion_of
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.residuals import residual_wrench
 from gaitval.apps.judge.skeleton import Skeleton, skeleton

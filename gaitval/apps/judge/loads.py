@@ -6,8 +6,8 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.fields import child, flag, read_document, text
-from gaitval.apps.judge.opensim.model import GROUND
+from gaitval.scaling.opensim.fields import child, flag, read_document, text
+from gaitval.scaling.opensim.model import GROUND
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.coordinates import Side
 from gaitval.errors import RecordError

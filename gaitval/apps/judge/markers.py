@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.fields import child, flag, number, objects, read_document
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.placing import Motion, at_times, marker_places, place
+from gaitval.scaling.opensim.fields import child, flag, number, objects, read_document
+from gaitval.scaling.opensim.model import OsimModel
+from gaitval.scaling.opensim.placing import Motion, at_times, marker_places, place
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.mot import read_storage

@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.placing import place
+from gaitval.scaling.opensim.model import OsimModel
+from gaitval.scaling.opensim.placing import place
 from gaitval.arrays import Array
 
 STEP: Final = 1e-5

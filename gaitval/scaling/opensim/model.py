@@ -15,7 +15,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.functions import CoordinateFunction
+from gaitval.scaling.opensim.functions import CoordinateFunction
 from gaitval.arrays import Array
 
 GROUND: Final = "ground"
