@@ -133,7 +133,10 @@ def place_markers(
     }
     landmarks = marker_set.on_landmarks(seen)
     points = locate(landmarks, centres=centres, **widths)
-    across = points if not centres else locate(landmarks, **widths)
+    hips = {name: at for name, at in (centres or {}).items() if ".Hip." in name}
+    across = points
+    if len(hips) < len(centres or ()):
+        across = locate(landmarks, centres=hips or None, **widths)
     _check_sides(marker_set, seen, points)
     raised = not arms_hang(points)
     if raised:
@@ -309,9 +312,7 @@ def _legs_of(centres: Mapping[str, Array] | None) -> Set[str]:
     return (centres or {}).keys() if legs else frozenset()
 
 
-def _from_knee(
-    points: Mapping[str, Array], by_landmarks: Mapping[str, Array], side: str
-) -> Array:
+def _from_knee(points: Mapping[str, Array], by_landmarks: Mapping[str, Array], side: str) -> Array:
     """(3,) m, the lateral marker of a knee from its centre, in the thigh: the line from the marker
     through the centre `by_landmarks` goes straight to the side.
     """
@@ -325,7 +326,7 @@ def _from_knee(
     left = (own - lateral) * inwards[1]
     left -= (left @ up) * up
     left /= np.linalg.norm(left)
-    return (lateral - centre) @ np.column_stack([np.cross(left, up), left, up])
+    return np.asarray((lateral - centre) @ np.column_stack([np.cross(left, up), left, up]))
 
 
 def _arm(

@@ -310,6 +310,7 @@ class _Chain:
         self.stature = of_stature(found.request.height_m)
         self.places = standing_places(found.session.standing)
         self.windows = [w for side in SIDES if (w := _window(found, side)) is not None]
+        self.given = found.body.centres if found.request.joint_centres == "given" else {}
         self.nothing = _Change("", {}, {}, {})
         model, markers, pose = self.body(self.nothing)
         self.of_marker = {marker.name: marker.segment for marker in markers}
@@ -325,7 +326,11 @@ class _Chain:
         }
         hip = {s: self.stand[SEGMENTS.index(f"thigh_{s}"), :3, 3] for s in "rl"}
         self.nothing = replace(self.nothing, hips={s.upper(): hip[s] for s in "rl"})
-        self.regressed = self.regression(self.places, found.request.hip_regression)
+        self.regressed = (
+            self.nothing.hips
+            if self.given
+            else self.regression(self.places, found.request.hip_regression)
+        )
 
     def regression(self, places: Mapping[str, Array], name: str) -> dict[str, Array]:
         """(3,) m, both hips in standing by the regression of this `name`."""
@@ -339,7 +344,8 @@ class _Chain:
         not.
         """
         hips = dict(change.hips or self.nothing.hips)
-        if change.hips or not change.places or self.found.request.hip_centre == "functional":
+        fixed = self.given or self.found.request.hip_centre == "functional"
+        if change.hips or not change.places or fixed:
             return hips
         places = {name: at + change.places.get(name, 0.0) for name, at in self.places.items()}
         now = self.regression(places, self.found.request.hip_regression)
@@ -349,7 +355,7 @@ class _Chain:
         """What the curves gain with the hips of each regression that was not chosen."""
         found = {}
         for name in REGRESSIONS:
-            if name == self.found.request.hip_regression:
+            if name == self.found.request.hip_regression and not self.given:
                 continue
             there = self.regression(self.places, name)
             hips = {
@@ -369,7 +375,7 @@ class _Chain:
         places = {name: place + change.places.get(name, 0.0) for name, place in self.places.items()}
         landmarks = self.set.on_landmarks({name: at.tolist() for name, at in places.items()})
         hips = {f"{side}.Hip.Centre": at for side, at in change.hips.items()}
-        centres = (dict(self.found.body.centres) | hips) or None
+        centres = {**self.given, **hips} or None
         measured = measure(landmarks, **request.widths, centres=centres)
         self.measured = replace(measured, symmetric=self.found.body.chosen.symmetric)
         scaled = build_body(request, self.measured)

@@ -2,7 +2,7 @@
 
 | points | joints | written by |
 |---|---|---|
-| RFEP, RFEO, RTIO | hip, knee, ankle | Plug-in Gait: the ends of its bones, about which its moments are |
+| RFEP, RFEO, RTIO | hip, knee, ankle | Plug-in Gait, whose moments are about them |
 | RHJC, R_KJC, RAJC_study | hip, knee, ankle | Nexus' other models, Visual3D, OpenSim, OpenCap |
 | RIGHT_HIP | hip | Visual3D, by its pelvis |
 
@@ -54,4 +54,3 @@ def centre_points(names: Sequence[str], points: Array) -> dict[str, CentrePoint]
             if centre not in found and np.isfinite(points[:, column]).all(axis=1).any():
                 found[centre] = CentrePoint(source, points[:, column])
     return found
-

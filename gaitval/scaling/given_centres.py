@@ -1,5 +1,5 @@
-"""Hip, knee and ankle centres as somebody else has them: of a scaled OpenSim model, or points that a
-program computed and wrote among the markers.
+"""Hip, knee and ankle centres as somebody else has them: of a scaled OpenSim model, or points that
+a program computed and wrote among the markers.
 
 Both are the same thing: a centre beside markers of the segment above it, in some axes, in a pose or
 in many. The markers are laid on those of the standing trial, rigidly (Kabsch 1976), and the centre
@@ -18,10 +18,12 @@ from gaitval.errors import ScalingError
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.opensim.model import OsimModel
 from gaitval.scaling.opensim.placing import place
-from gaitval.scaling.rigid import FEWEST, superimposed
+from gaitval.scaling.rigid import FEWEST, carried, superimposed
 
-ABOVE: Final = {"Hip": ("pelvis", None), "Knee": ("thigh", "Hip"), "Ankle": ("shank", "Knee")}
+ABOVE: Final = {"Hip": ("pelvis", ""), "Knee": ("thigh", "Hip"), "Ankle": ("shank", "Knee")}
 """Segment above each joint, and the joint at its upper end; a joint comes after that above it."""
+BELOW: Final = {"Hip": "thigh", "Knee": "shank", "Ankle": "foot"}
+"""Segment below each joint."""
 BODIES: Final = {
     "pelvis": ("pelvis",),
     "thigh": ("femur", "thigh"),
@@ -29,7 +31,6 @@ BODIES: Final = {
     "foot": ("talus", "foot", "calcn"),
 }
 """What OpenSim's models call the bones."""
-BELOW: Final = {"Hip": "thigh", "Knee": "shank", "Ankle": "foot"}
 LARGEST_RESIDUAL: Final = 0.030
 """m, RMS over the markers of a segment, from which a model is another person's or not scaled."""
 LEAST_WIDTH: Final = 0.010
@@ -72,8 +73,7 @@ class LaidCentre:
     @property
     def title(self) -> str:
         """Such as "right knee"."""
-        side, joint, _ = self.name.split(".")
-        return f"{'right' if side == 'R' else 'left'} {joint.lower()}"
+        return _title(self.name)
 
 
 def of_recording(recording: Recording, segments: Mapping[str, str]) -> list[GivenCentre]:
@@ -135,12 +135,11 @@ def laid(
     found: dict[str, LaidCentre] = {}
     refused = []
     by_name = {each.name: each for each in given}
-    for each in sorted(given, key=lambda one: [*ABOVE].index(one.name.split(".")[1])):
-        side, joint, _ = each.name.split(".")
+    for each in sorted(given, key=lambda one: _order(one.name)):
         markers = {
             name: (at, standing[name]) for name, at in each.markers.items() if name in standing
         }
-        upper = f"{side}.{ABOVE[joint][1]}.Centre"
+        upper = _upper(each.name)
         if len(markers) < FEWEST and upper in found and each.source == found[upper].source:
             beside = by_name[upper].centre
             if len(beside) == len(each.centre) and len(beside) > 1:
@@ -148,8 +147,8 @@ def laid(
         if len(markers) < FEWEST or _narrow(np.array([at for _, at in markers.values()])):
             shown = ", ".join(each.markers) or "none"
             refused.append(
-                f"{_title(each.name)} of {each.source}: the segment above it needs {FEWEST} markers "
-                f"that are not on a line and that the standing trial has, too; there are {shown}"
+                f"{_title(each.name)} of {each.source}: the segment above it needs {FEWEST} "
+                f"markers, not on a line, that the standing trial has, too; there are {shown}"
             )
             continue
         place_and_residual = _laid(markers, each.centre)
@@ -158,9 +157,48 @@ def laid(
     return list(found.values()), refused
 
 
-def _laid(
-    markers: Mapping[str, tuple[Array, Array]], centre: Array
-) -> tuple[Array, float] | None:
+def with_centres(
+    walking: Recording,
+    segments: Mapping[str, str],
+    standing: Mapping[str, Array],
+    centres: Mapping[str, Array],
+) -> Recording:
+    """A `walking` trial with the `centres` (3,) m of the `standing` trial as markers, each of which
+    goes with the markers of the segment above it; `segments` says which these are.
+    """
+    for name in sorted(centres, key=_order):
+        shape = {
+            marker: standing[marker]
+            for marker, segment in segments.items()
+            if segment == _segment(name) and marker in standing
+        }
+        if len(shape) < FEWEST and _upper(name) in centres:
+            shape[_upper(name)] = centres[_upper(name)]
+        at = carried(walking, shape, {name: centres[name]})[name]
+        walking = walking.with_markers(
+            (*walking.names, name), np.concatenate([walking.markers, at[:, None]], axis=1)
+        )
+    return walking
+
+
+def segment_below(name: str) -> str:
+    """The segment whose frame begins at a centre, such as "shank_r" at "R.Knee.Centre"."""
+    side, joint, _ = name.split(".")
+    return f"{BELOW[joint]}_{side.lower()}"
+
+
+def _order(name: str) -> int:
+    """Hips first, then knees."""
+    return [*ABOVE].index(name.split(".")[1])
+
+
+def _upper(name: str) -> str:
+    """The centre at the upper end of the segment above another."""
+    side, joint, _ = name.split(".")
+    return f"{side}.{ABOVE[joint][1]}.Centre"
+
+
+def _laid(markers: Mapping[str, tuple[Array, Array]], centre: Array) -> tuple[Array, float] | None:
     """Median place (3,) of the `centre` (T, 3) in standing, and RMS residual, m; None without a
     frame that shows it and all of the `markers`, (T, 3) and (3,) in standing.
     """

@@ -98,8 +98,9 @@ def measure(
 
     The position of each landmark in `markers` is (3,) m, x forward, y left, z up, floor at z = 0;
     the person may stand anywhere and face anywhere, and other names than `LANDMARK_NAMES` are
-    ignored. `centres` are as for `locate`, and `centres_source` says whose they are; `widths` across the epicondyles and malleoli,
-    `knee_width`, `ankle_width` and `elbow_width`, m, are for a side without a medial marker.
+    ignored. `centres` are as for `locate`, and `centres_source` says whose they are; `widths`
+    across the epicondyles and malleoli, `knee_width`, `ankle_width` and `elbow_width`, m, are for a
+    side without a medial marker.
 
     Raises ScalingError if markers are missing, not finite, in millimetres, upside down or swapped,
     or a width is missing or implausible; all problems of a kind are listed.
@@ -329,9 +330,9 @@ def _sources(
     if "Ankle" in of:
         sources["shank"] = f"knee {of.get('Knee', 'by markers')}, ankle {of['Ankle']}"
         sources["ankle height"] = f"ankle {of['Ankle']}"
-    known = {name[2:] for name in markers}
-    if "MT1" not in known:
-        other = "fifth" if "MT5" in known else "second"
+    seen_on = {name[2:] for name in markers}
+    if "MT1" not in seen_on:
+        other = "fifth" if "MT5" in seen_on else "second"
         sources["foot"] = f"markers, first metatarsal head from the {other}, ball ratio"
         from gaitval.scaling.foot_shape import MIDFOOT_SOURCE, on_midfoot
 

@@ -91,8 +91,9 @@ class CentreDifference:
 
     def row(self) -> GivenCentreRow:
         """The row of the page."""
+        forward, outwards, up = (1000 * self.difference).tolist()
         return GivenCentreRow(
-            self.title, self.source, *(1000 * self.difference).tolist(), self.flexion, self.abduction
+            self.title, self.source, forward, outwards, up, self.flexion, self.abduction
         )
 
     def record(self) -> dict[str, Any]:
@@ -180,9 +181,7 @@ def beside_given(
         outwards = np.array([1.0, -1.0 if side == "right" else 1.0, 1.0])
         used = request.joint_centres == "given"
         rows.append(
-            CentreDifference(
-                each.source, side, joint, moved * outwards, flexion, abduction, used
-            )
+            CentreDifference(each.source, side, joint, moved * outwards, flexion, abduction, used)
         )
     order = [f"{side} {joint}" for joint in JOINTS for side in SIDES]
     return tuple(sorted(rows, key=lambda row: order.index(row.title)))
@@ -235,4 +234,3 @@ def given_warnings(rows: Sequence[CentreDifference]) -> Iterator[QualityFlag]:
         f"{worst.moments} apart (RMS){more}. Beside results of that program "
         "use --joint-centres given",
     )  # fmt: skip
-

@@ -140,7 +140,7 @@ def read_session(
 
 
 def _points(recordings: Iterable[Recording], marker_set: MarkerSet) -> "tuple[GivenCentre, ...]":
-    """The joint centres in the first of the `recordings` that has any, as its own axes have them."""
+    """The joint centres of the first of the `recordings` that has any, in its own axes."""
     first = next((each for each in recordings if each.centres), None)
     if first is None:
         return ()

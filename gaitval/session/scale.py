@@ -21,6 +21,7 @@ from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel
 from gaitval.model.ground import Ground
 from gaitval.model.markers import ModelMarker
+from gaitval.scaling.given_centres import segment_below, with_centres
 from gaitval.scaling.joint_centres import FUNCTIONAL, measure, unused_widths
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.markers.spines import SPINES
@@ -77,8 +78,10 @@ class FittedBody:
 HIP_LENGTHS: Final = ("hip_half_width", "hip_forward", "hip_up")
 """Lengths of the joint fit that say where the hips are in the pelvis."""
 GIVEN_SD: Final = 0.0001
-"""m, of the place of a leg's marker beside joint centres that are given: they are where they are
-beside the markers of the standing trial, and a fit that moves these moves them by 10 mm or more."""
+"""m, of the place of a given joint centre in the joint."""
+GIVEN_WEIGHT: Final = 20.0
+"""Of a given joint centre in the joint fit, beside a marker. Without it the fit moves the markers,
+and with them the centre, by 10 mm or more."""
 TISSUE_OVER_RESIDUAL: Final = 2.5
 """Soft tissue, 10 mm, over the 4 mm that a fit to the walk leaves of ten children (McGill)."""
 
@@ -98,7 +101,8 @@ def scale_body(
 
     `request` has mass, stature and widths, `processing` the filter of the walk; `notify` is called
     with each decision. `centres` (3,) m in standing ("R.Hip.Centre") of this source replace those
-    by landmarks. `symmetric` is that of the configuration's `scaling`. Raises ScalingError or RecordError.
+    by landmarks. `symmetric` is that of the configuration's `scaling`. Raises ScalingError or
+    RecordError.
     """
     stood = _by_standing(
         request, session, notify, centres, centres_source=centres_source, symmetric=symmetric
@@ -109,7 +113,9 @@ def scale_body(
     for number in range(len(session.walking)):
         with of_trial(number):
             checked.append(_with_right_labels(model, placement, session, number, request, notify))
-    fit = _fit_to_trials(request, processing, session, checked[0][0], model, placement)
+    fit = _fit_to_trials(
+        request, processing, session, checked[0][0], model, placement, centres or {}
+    )
     notify(
         "scaling",
         f"joint fit: marker RMS from {1000 * fit.rms_before:.1f} to {1000 * fit.rms_after:.1f} mm, "
@@ -200,6 +206,7 @@ def _fit_to_trials(
     walking: Recording,
     model: BodyModel,
     placement: MarkerPlacement,
+    centres: Mapping[str, Array],
 ) -> ModelFit:
     """The joint fit of lengths and places of markers to the standing and one `walking` trial."""
     names = [marker.name for marker in placement.markers]
@@ -214,15 +221,25 @@ def _fit_to_trials(
     roles = session.marker_set.markers
     placed = {name: ANATOMICAL_SD for name in names if roles[name].role == "anatomical"}
     placed |= {name: sd for name, sd in session.placement_sd.items() if name in names}
+    markers, walked = placement.markers, replace(walking, markers=smooth)
     if request.joint_centres == "given":
-        legs = ("pelvis", "thigh", "shank", "foot")
-        placed |= {n: GIVEN_SD for n in names if roles[n].segment.startswith(legs)}
+        # A marker in each joint, which goes with those of the segment above.
+        markers += tuple(
+            ModelMarker(name, segment_below(name), np.zeros(3), GIVEN_WEIGHT) for name in centres
+        )
+        there = np.tile(np.array([*centres.values()]), (len(stood), 1, 1))
+        stood = np.concatenate([stood, there], axis=1)
+        walked = with_centres(
+            walked, session.marker_set.segments, standing_places(session.standing), centres
+        )
+        names = [*names, *centres]
+        placed |= dict.fromkeys(centres, GIVEN_SD)
     fitted = partial(
         fit_model,
         model,
-        placement.markers,
+        markers,
         stood,
-        replace(walking, markers=smooth).columns(names),
+        walked.columns(names),
         placement_sd=placed,
     )
     # Who asks for the hips of a model, or gives centres, wants those, not what the walk makes of
@@ -236,7 +253,7 @@ def _fit_to_trials(
     while request.stands_in_walk and TISSUE_OVER_RESIDUAL * fit.measurement_sd < 0.95 * tissue:
         tissue = TISSUE_OVER_RESIDUAL * fit.measurement_sd
         fit = fitted(soft_tissue_sd=tissue)
-    return fit
+    return replace(fit, markers=fit.markers[: len(placement.markers)])
 
 
 def _with_lengths_of(fit: ModelFit, measured: Measurements) -> Measurements:

@@ -17,6 +17,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval.arrays import Array
+from gaitval.errors import ModelError
 from gaitval.scaling.opensim.fields import (
     child,
     flag,
@@ -44,8 +46,6 @@ from gaitval.scaling.opensim.model import (
     OsimModel,
     TransformAxis,
 )
-from gaitval.arrays import Array
-from gaitval.errors import ModelError
 
 OLDEST, BETWEEN, NEWEST = 20000, 30500, 40000
 """Versions of the file: before the first, and between the others, files had other forms."""
