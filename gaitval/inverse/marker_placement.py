@@ -9,7 +9,7 @@ standing the pelvis is tilted forward and the hips are flexed by the same angle.
 shows stays neutral: toes in line with the foot, trunk upright, arms hanging.
 """
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Unpack
 
@@ -133,10 +133,6 @@ def place_markers(
     }
     landmarks = marker_set.on_landmarks(seen)
     points = locate(landmarks, centres=centres, **widths)
-    hips = {name: at for name, at in (centres or {}).items() if ".Hip." in name}
-    across = points
-    if len(hips) < len(centres or ()):
-        across = locate(landmarks, centres=hips or None, **widths)
     _check_sides(marker_set, seen, points)
     raised = not arms_hang(points)
     if raised:
@@ -146,10 +142,11 @@ def place_markers(
             for name in points
             if name[2:] in ("Elbow", "Elbow.Centre", "Wrist.Centre")
         }
-    anatomy = [
-        replace(each, weight=GIVEN_WEIGHT) if each.name in _legs_of(centres) else each
-        for each in _anatomy(model, measured, points, across)
-    ]
+    anatomy = _anatomy(model, measured, points)
+    if any(".Hip." not in name for name in centres or ()):  # hips alone are held by the spines
+        own = points | {name: at for name, at in locate(landmarks, **widths).items() if "." in name}
+        _, by_landmarks = _pose(model, _anatomy(model, measured, own), own)
+        anatomy = _around_given(model, anatomy, points, centres or (), by_landmarks)
     fit, frames = _pose(model, anatomy, points)
     markers, moved = [], []
     for name, definition in marker_set.markers.items():
@@ -257,7 +254,7 @@ def _to_the_shoulders(
 ) -> dict[str, Array]:
     """Vectors from the shoulders of raised arms to those of the model, for each side, (3,) m."""
     # Without the arms, whose raised shoulders would lift the trunk.
-    anatomy = _anatomy(model, measured, points, points)
+    anatomy = _anatomy(model, measured, points)
     _, frames = _pose(model, [m for m in anatomy if "arm" not in m.segment], points)
     return {
         side: frames[SEGMENTS.index(f"upper_arm_{side.lower()}"), :3, 3]
@@ -267,14 +264,9 @@ def _to_the_shoulders(
 
 
 def _anatomy(
-    model: BodyModel,
-    measured: Measurements,
-    points: Mapping[str, Array],
-    by_landmarks: Mapping[str, Array],
+    model: BodyModel, measured: Measurements, points: Mapping[str, Array]
 ) -> list[ModelMarker]:
-    """Positions of the landmarks and joint centres in the model; the knees' axes go through the
-    centres `by_landmarks`, also where others are given.
-    """
+    """Positions of the landmarks and joint centres in the model."""
     frame, hips = _pelvis(points), _middle_hip(points)
     places = {
         name: ("pelvis", (points[name] - hips) @ frame)
@@ -288,10 +280,11 @@ def _anatomy(
         medial = np.array([0.0, sign, 0.0])
         mirror = np.array([1.0, sign, 1.0])
         knee = model[f"shank_{end}"].joint_position
+        half = float(np.linalg.norm(points[f"{side}.Knee"] - points[f"{side}.Knee.Centre"]))
         places |= {
             f"{side}.Hip.Centre": (f"thigh_{end}", np.zeros(3)),
             f"{side}.Knee.Centre": (f"shank_{end}", np.zeros(3)),
-            f"{side}.Knee": (f"thigh_{end}", knee + _from_knee(points, by_landmarks, side)),
+            f"{side}.Knee": (f"thigh_{end}", knee - half * medial),
             f"{side}.Ankle.Centre": (f"foot_{end}", np.zeros(3)),
             f"{side}.Heel": (f"foot_{end}", mirror * heel),
             f"{side}.MT1": (f"foot_{end}", mirror * heads[0]),
@@ -304,29 +297,35 @@ def _anatomy(
     ]
 
 
-def _legs_of(centres: Mapping[str, Array] | None) -> Set[str]:
-    """The given centres that have more weight than landmarks: of whole legs. Hips alone are held by
-    the spines.
+def _around_given(
+    model: BodyModel,
+    anatomy: Sequence[ModelMarker],
+    points: Mapping[str, Array],
+    centres: Collection[str],
+    pose: Array,
+) -> list[ModelMarker]:
+    """The `anatomy` where knees and ankles are among the given `centres`: these weigh most, and the
+    knees' axes stay as they are in the `pose` (14, 4, 4) by landmarks alone.
     """
-    legs = any(".Hip." not in name for name in centres or ())
-    return (centres or {}).keys() if legs else frozenset()
+    changed = {name: replace(_of(anatomy, name), weight=GIVEN_WEIGHT) for name in centres}
+    for side in "RL":
+        if f"{side}.Knee.Centre" not in centres:
+            continue
+        lateral, centre = points[f"{side}.Knee"], points[f"{side}.Knee.Centre"]
+        up = points[f"{side}.Hip.Centre"] - centre
+        up /= np.linalg.norm(up)
+        left = pose[SEGMENTS.index(f"thigh_{side.lower()}"), :3, 1]
+        left = left - (left @ up) * up
+        left /= np.linalg.norm(left)
+        away = (lateral - centre) @ np.column_stack([np.cross(left, up), left, up])
+        knee = model[f"shank_{side.lower()}"].joint_position
+        name = f"{side}.Knee"
+        changed[name] = replace(_of(anatomy, name), position=knee + away, weight=GIVEN_WEIGHT)
+    return [changed.get(each.name, each) for each in anatomy]
 
 
-def _from_knee(points: Mapping[str, Array], by_landmarks: Mapping[str, Array], side: str) -> Array:
-    """(3,) m, the lateral marker of a knee from its centre, in the thigh: the line from the marker
-    through the centre `by_landmarks` goes straight to the side.
-    """
-    lateral, centre = points[f"{side}.Knee"], points[f"{side}.Knee.Centre"]
-    inwards = np.array([0.0, 1.0 if side == "R" else -1.0, 0.0])
-    own = by_landmarks[f"{side}.Knee.Centre"]
-    if own is centre or np.array_equal(own, centre):
-        return -float(np.linalg.norm(lateral - centre)) * inwards
-    up = points[f"{side}.Hip.Centre"] - centre
-    up /= np.linalg.norm(up)
-    left = (own - lateral) * inwards[1]
-    left -= (left @ up) * up
-    left /= np.linalg.norm(left)
-    return np.asarray((lateral - centre) @ np.column_stack([np.cross(left, up), left, up]))
+def _of(anatomy: Sequence[ModelMarker], name: str) -> ModelMarker:
+    return next(each for each in anatomy if each.name == name)
 
 
 def _arm(

@@ -47,12 +47,15 @@ class GivenCentre:
     source : whose it is, for people.
     markers : (T, 3) m, by the names of the marker set.
     centre : (T, 3) m.
+    one_frame : whether all centres of the source are in the same axes, as points of a file are, and
+        not each in those of a body.
     """
 
     name: str
     source: str
     markers: Mapping[str, Array]
     centre: Array
+    one_frame: bool
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,7 @@ def of_recording(recording: Recording, segments: Mapping[str, str]) -> list[Give
                 if segment == _segment(name) and marker in recording.names
             },
             centre=point.places,
+            one_frame=True,
         )
         for name, point in recording.centres.items()
     ]
@@ -113,7 +117,12 @@ def of_model(
     for side in "RL":
         for joint, (segment, _) in ABOVE.items():
             above, below = (_body(model, source, each, side) for each in (segment, BELOW[joint]))
-            end = next(each.child for each in model.joints if each.child.body == below)
+            end = next((each.child for each in model.joints if each.child.body == below), None)
+            if end is None:
+                raise ScalingError(
+                    f"{source}: no joint whose child is {below}, so where it turns is unknown. Give "
+                    "a model whose joints go from the pelvis to the feet."
+                )
             turn, origin = (each[0] for each in poses[below])
             rotation, start = (each[0] for each in poses[above])
             centre = rotation.T @ (turn @ end.origin + origin - start)
@@ -122,7 +131,8 @@ def of_model(
                 for marker in model.markers
                 if marker.body == above and marker.name in names
             }
-            found.append(GivenCentre(f"{side}.{joint}.Centre", source, markers, centre[None]))
+            name = f"{side}.{joint}.Centre"
+            found.append(GivenCentre(name, source, markers, centre[None], one_frame=False))
     return found
 
 
@@ -140,11 +150,9 @@ def laid(
             name: (at, standing[name]) for name, at in each.markers.items() if name in standing
         }
         upper = _upper(each.name)
-        if len(markers) < FEWEST and upper in found and each.source == found[upper].source:
-            beside = by_name[upper].centre
-            if len(beside) == len(each.centre) and len(beside) > 1:
-                markers[upper] = (beside, found[upper].place)
-        if len(markers) < FEWEST or _narrow(np.array([at for _, at in markers.values()])):
+        if len(markers) < FEWEST and each.one_frame and upper in found:
+            markers[upper] = (by_name[upper].centre, found[upper].place)
+        if len(markers) < FEWEST or _on_a_line(markers):
             shown = ", ".join(each.markers) or "none"
             refused.append(
                 f"{_title(each.name)} of {each.source}: the segment above it needs {FEWEST} "
@@ -152,8 +160,12 @@ def laid(
             )
             continue
         place_and_residual = _laid(markers, each.centre)
-        if place_and_residual is not None:
-            found[each.name] = LaidCentre(each.name, each.source, *place_and_residual)
+        if place_and_residual is None:
+            refused.append(
+                f"{_title(each.name)} of {each.source}: no frame shows it and {', '.join(markers)}"
+            )
+            continue
+        found[each.name] = LaidCentre(each.name, each.source, *place_and_residual)
     return list(found.values()), refused
 
 
@@ -170,7 +182,7 @@ def with_centres(
         shape = {
             marker: standing[marker]
             for marker, segment in segments.items()
-            if segment == _segment(name) and marker in standing
+            if segment == _segment(name) and marker in standing and marker in walking.names
         }
         if len(shape) < FEWEST and _upper(name) in centres:
             shape[_upper(name)] = centres[_upper(name)]
@@ -214,10 +226,15 @@ def _laid(markers: Mapping[str, tuple[Array, Array]], centre: Array) -> tuple[Ar
     return np.median(back, axis=0), residual
 
 
-def _narrow(places: Array) -> bool:
-    """Whether points (M, 3) are on a line, or nearly."""
-    widths = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
-    return bool(widths[1] / np.sqrt(len(places)) < LEAST_WIDTH)
+def _on_a_line(markers: Mapping[str, tuple[Array, Array]]) -> bool:
+    """Whether `markers`, (T, 3) and (3,) in standing, are on a line, or nearly, in either."""
+    moving = np.stack([at for at, _ in markers.values()], axis=1)
+    whole = moving[np.isfinite(moving).all(axis=(1, 2))][:1]
+    for places in (np.array([at for _, at in markers.values()]), *whole):
+        widths = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
+        if widths[1] / np.sqrt(len(places)) < LEAST_WIDTH:
+            return True
+    return False
 
 
 def _segment(name: str) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.errors import ScalingError
+from gaitval.errors import ModelError, RecordError, ScalingError
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.inverse.inverse_dynamics import JOINTS
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
@@ -115,17 +115,23 @@ def given_centres(
     """The joint centres that come with the recordings of `session`, in its standing trial: of the
     model of `request`, else of points in the files; none without either.
 
-    `notify` is called with those that cannot be laid there. Raises ModelError if the model cannot
-    be read; ScalingError if it is another person's, or `request` asks for centres and there are
-    none.
+    `notify` is called with those that cannot be laid there, or why a model is not compared. Where
+    `request` asks for the centres, raises ModelError if the model cannot be read; ScalingError if
+    it is another person's, or there are none.
     """
     given: Sequence[GivenCentre] = session.points
-    if request.scaled_model is not None:
-        file = request.scaled_model
-        given = of_model(read_model(file), file.name, session.marker_set.renamed)
-    found, refused = laid(given, standing_places(session.standing))
-    if request.scaled_model is not None:
-        _check_model(request, found, refused)
+    try:
+        if request.scaled_model is not None:
+            file = request.scaled_model
+            given = of_model(read_model(file), file.name, session.marker_set.renamed)
+        found, refused = laid(given, standing_places(session.standing))
+        if request.scaled_model is not None:
+            _check_model(request, found, refused)
+    except (ModelError, RecordError, ScalingError) as error:
+        if request.joint_centres == "given":
+            raise
+        notify("warnings", f"--scaled-model, whose joint centres are not compared: {error}")
+        return ()
     for message in refused:
         notify("scaling", f"not laid on the standing trial: {message}")
     if request.joint_centres == "given" and not found:
