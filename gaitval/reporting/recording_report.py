@@ -197,6 +197,7 @@ class GivenCentreRow(NamedTuple):
     above, and by how much the moments about it differ, Nm/kg (RMS over stance); NaN without.
     """
 
+    side: Side
     joint: str
     source: str
     forward: float

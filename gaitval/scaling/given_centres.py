@@ -120,8 +120,8 @@ def of_model(
             end = next((each.child for each in model.joints if each.child.body == below), None)
             if end is None:
                 raise ScalingError(
-                    f"{source}: no joint whose child is {below}, so where it turns is unknown. Give "
-                    "a model whose joints go from the pelvis to the feet."
+                    f"{source}: no joint has {below} as its child, so where it turns is unknown. "
+                    "Give a model whose joints go from the pelvis to the feet."
                 )
             turn, origin = (each[0] for each in poses[below])
             rotation, start = (each[0] for each in poses[above])

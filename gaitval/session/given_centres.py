@@ -93,7 +93,7 @@ class CentreDifference:
         """The row of the page."""
         forward, outwards, up = (1000 * self.difference).tolist()
         return GivenCentreRow(
-            self.title, self.source, forward, outwards, up, self.flexion, self.abduction
+            self.side, self.joint, self.source, forward, outwards, up, self.flexion, self.abduction
         )
 
     def record(self) -> dict[str, Any]:
@@ -223,20 +223,27 @@ def _moments_about(
 
 
 def given_warnings(rows: Sequence[CentreDifference]) -> Iterator[QualityFlag]:
-    """One warning if a centre that is not used changes a moment by more than `LARGEST_CHANGE`."""
+    """One warning if a centre changes a moment by more than `LARGEST_CHANGE`: one that is not used,
+    or that the body could not take.
+    """
     far = [
         (max(row.flexion, row.abduction), row)
         for row in rows
-        if not row.used and max(row.flexion, row.abduction) > LARGEST_CHANGE
+        if max(row.flexion, row.abduction) > LARGEST_CHANGE
     ]
     if not far:
         return
     most, worst = max(far, key=lambda each: each[0])
     others = [row.title for _, row in far if row is not worst]
     more = f" (so too {', '.join(others)})" if others else ""
+    advice = (
+        "The body cannot take it: its legs are alike (--set scaling.symmetric=false keeps each "
+        "side's own), and its knees are hinges that hyperextend by 5° at most"
+        if worst.used
+        else "Beside results of that program use --joint-centres given"
+    )
     yield QualityFlag(
         CHECK, worst.title, most, LARGEST_CHANGE, "Nm/kg",
         f"the centre of {worst.source} is {worst.away} of ours; about it, in stance, "
-        f"{worst.moments} apart (RMS){more}. Beside results of that program "
-        "use --joint-centres given",
+        f"{worst.moments} apart (RMS){more}. {advice}",
     )  # fmt: skip

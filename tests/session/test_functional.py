@@ -160,7 +160,9 @@ def test_a_leg_that_rests_is_not_found_and_keeps_the_regression(tmp_path):
     assert "turned by 0.0° and 0.0°" in rested.refused
     assert by_name(joints)["left", "hip"].found is not None
     messages = []
-    assert set(chosen_hips(request, joints, lambda *message: messages.append(message))) == {"L"}
+    assert set(chosen_hips(request, joints, lambda *message: messages.append(message))) == {
+        "L.Hip.Centre"
+    }
     assert any(text.startswith("right hip centre: by regression") for _, text in messages)
 
 

@@ -104,7 +104,7 @@ def test_the_rows_are_in_the_record_and_on_the_page(imports):
     assert results[0].source == "own.osim"
     assert results[0].difference_m == shown.given[0].difference.tolist()
     row = shown.given[0].row()
-    assert (row.joint, row.source) == ("right hip", "own.osim")
+    assert (row.side, row.joint, row.source) == ("right", "hip", "own.osim")
     assert row.forward == pytest.approx(1000 * results[0].difference_m[0])
 
 
@@ -138,7 +138,9 @@ def row(flexion, abduction=0.0, *, used=False, side="right"):
 
 
 def test_one_warning_of_the_largest_change_and_none_of_small_ones():
-    assert not [*given_warnings([row(0.09), row(np.nan, np.nan), row(0.3, used=True)])]
+    assert not [*given_warnings([row(0.09), row(np.nan, np.nan)])]
+    (left,) = given_warnings([row(0.3, used=True)])
+    assert "cannot take it" in left.message
     (warning,) = given_warnings([row(0.12), row(0.05, 0.2, side="left")])
     assert warning.where == "left hip"
     assert "13 mm forward, 12 mm inwards" in warning.message
