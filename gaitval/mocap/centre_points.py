@@ -20,7 +20,7 @@ from gaitval.arrays import Array
 
 _PATTERNS: Final = (
     ("Plug-in Gait", re.compile(r"([RL])(FEP|FEO|TIO)")),
-    ("joint-centre points", re.compile(r"(R|L|RIGHT|LEFT)[_. ]?(HJC|KJC|AJC)(?:_STUDY)?")),
+    ("the file's points", re.compile(r"(R|L|RIGHT|LEFT)[_. ]?(HJC|KJC|AJC)(?:_STUDY)?")),
     ("Visual3D", re.compile(r"(RIGHT|LEFT)_(HIP)")),
 )
 """Whose points they are, the first before others, and their names in capitals."""

@@ -147,7 +147,7 @@ def _check_model(request: Request, found: Sequence[LaidCentre], refused: Sequenc
     if not found:
         raise ScalingError(
             f"{request.scaled_model}: its markers are not those of the standing trial. "
-            f"{'; '.join(refused)}. Give the model that was scaled to these markers, with its "
+            f"{'; '.join(refused[:2])}. Give the model that was scaled to these markers, with its "
             "marker set in it."
         )
     worst = max(found, key=lambda each: each.residual)

@@ -1,6 +1,6 @@
 """Scale the body of the person by the standing and walking trials."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final, NamedTuple
@@ -21,7 +21,6 @@ from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel
 from gaitval.model.ground import Ground
 from gaitval.model.markers import ModelMarker
-from gaitval.scaling.given_centres import segment_below, with_centres
 from gaitval.scaling.joint_centres import FUNCTIONAL, measure, unused_widths
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.markers.spines import SPINES
@@ -223,6 +222,8 @@ def _fit_to_trials(
     placed |= {name: sd for name, sd in session.placement_sd.items() if name in names}
     markers, walked = placement.markers, replace(walking, markers=smooth)
     if request.joint_centres == "given":
+        from gaitval.scaling.given_centres import segment_below, with_centres
+
         # A marker in each joint, which goes with those of the segment above.
         markers += tuple(
             ModelMarker(name, segment_below(name), np.zeros(3), GIVEN_WEIGHT) for name in centres
@@ -245,7 +246,7 @@ def _fit_to_trials(
     # Who asks for the hips of a model, or gives centres, wants those, not what the walk makes of
     # them.
     if request.joint_centres == "given":
-        fitted = partial(fitted, length_sd=dict.fromkeys((*HIP_LENGTHS, "thigh", "shank"), 0.0))
+        fitted = partial(fitted, length_sd=dict.fromkeys(_given_lengths(centres), 0.0))
     elif request.hip_centre in GENERIC:
         fitted = partial(fitted, length_sd=dict.fromkeys(HIP_LENGTHS, 0.0))
     fit, tissue = fitted(), SOFT_TISSUE_SD
@@ -254,6 +255,19 @@ def _fit_to_trials(
         tissue = TISSUE_OVER_RESIDUAL * fit.measurement_sd
         fit = fitted(soft_tissue_sd=tissue)
     return replace(fit, markers=fit.markers[: len(placement.markers)])
+
+
+def _given_lengths(centres: Collection[str]) -> tuple[str, ...]:
+    """Lengths of the joint fit that `centres` of both sides determine."""
+    hips, knees, ankles = (
+        all(f"{side}.{joint}.Centre" in centres for side in "RL")
+        for joint in ("Hip", "Knee", "Ankle")
+    )
+    return (
+        *(HIP_LENGTHS if hips else ()),
+        *(("thigh",) if hips and knees else ()),
+        *(("shank",) if knees and ankles else ()),
+    )
 
 
 def _with_lengths_of(fit: ModelFit, measured: Measurements) -> Measurements:

@@ -14,7 +14,7 @@ import numpy as np
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import unusual_build
-from gaitval.errors import RecordError
+from gaitval.errors import NoCycleError, RecordError
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.foot_forces import LIGHTEST, of_weight
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain, told_once
@@ -161,7 +161,12 @@ def work_out_trials(
             noted("trials", f"{request.called(error.trial)} is left out: {error}")
             request = request.without_trial(error.trial)
     walks = _usable_walks(request, processing, known, noted)
-    require_cycles(walks)
+    try:
+        require_cycles(walks)
+    except NoCycleError:  # its page has what is known
+        for warning in _of_given(_beside_given(request, session, body, walks, laid, noted)):
+            noted("warnings", str(warning))
+        raise
     ground = ground_of(request, walks, noted)
     if ground != body.model.ground:
         # what the segments weigh, and so all moments, changes with gravity's direction

@@ -137,9 +137,9 @@ def test_names_of_points():
         }
 
     assert found("RHJC", "L_KJC", "Anna:RAJC", "RHJC_study", "R_HJC_reg") == {
-        "R.Hip.Centre": ("joint-centre points", 0.0),
-        "L.Knee.Centre": ("joint-centre points", 1.0),
-        "R.Ankle.Centre": ("joint-centre points", 2.0),
+        "R.Hip.Centre": ("the file's points", 0.0),
+        "L.Knee.Centre": ("the file's points", 1.0),
+        "R.Ankle.Centre": ("the file's points", 2.0),
     }
     # the moments of Plug-in Gait are about its own
     assert found("LHJC", "LFEP", "LEFT_HIP") == {"L.Hip.Centre": ("Plug-in Gait", 1.0)}
