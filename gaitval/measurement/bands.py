@@ -311,6 +311,7 @@ class _Chain:
         self.places = standing_places(found.session.standing)
         self.windows = [w for side in SIDES if (w := _window(found, side)) is not None]
         self.given = found.body.centres if found.request.joint_centres == "given" else {}
+        self.located = self.moved_given({})
         self.nothing = _Change("", {}, {}, {})
         model, markers, pose = self.body(self.nothing)
         self.of_marker = {marker.name: marker.segment for marker in markers}
@@ -326,11 +327,7 @@ class _Chain:
         }
         hip = {s: self.stand[SEGMENTS.index(f"thigh_{s}"), :3, 3] for s in "rl"}
         self.nothing = replace(self.nothing, hips={s.upper(): hip[s] for s in "rl"})
-        self.regressed = (
-            self.nothing.hips
-            if self.given
-            else self.regression(self.places, found.request.hip_regression)
-        )
+        self.regressed = self.regression(self.places, found.request.hip_regression)
 
     def regression(self, places: Mapping[str, Array], name: str) -> dict[str, Array]:
         """(3,) m, both hips in standing by the regression of this `name`."""
@@ -344,12 +341,19 @@ class _Chain:
         not.
         """
         hips = dict(change.hips or self.nothing.hips)
-        fixed = self.given or self.found.request.hip_centre == "functional"
-        if change.hips or not change.places or fixed:
+        if change.hips or not change.places or self.found.request.hip_centre == "functional":
             return hips
         places = {name: at + change.places.get(name, 0.0) for name, at in self.places.items()}
         now = self.regression(places, self.found.request.hip_regression)
         return {side: at + now[side] - self.regressed[side] for side, at in hips.items()}
+
+    def moved_given(self, moved: Mapping[str, Array]) -> dict[str, Array]:
+        """Where landmarks put the centres that are given: whoever gave them had these, too."""
+        if not self.given:
+            return {}
+        places = {name: at + moved.get(name, 0.0) for name, at in self.places.items()}
+        found = locate(self.set.on_landmarks(places), **self.found.request.widths)
+        return {name: found[name] for name in self.given}
 
     def by_hip(self, base: _BandCurves) -> dict[str, _BandCurves]:
         """What the curves gain with the hips of each regression that was not chosen."""
@@ -359,7 +363,7 @@ class _Chain:
                 continue
             there = self.regression(self.places, name)
             hips = {
-                side: at + there[side] - self.regressed[side]
+                side: at + there[side] - (at if self.given else self.regressed[side])
                 for side, at in self.nothing.hips.items()
             }
             try:
@@ -375,7 +379,9 @@ class _Chain:
         places = {name: place + change.places.get(name, 0.0) for name, place in self.places.items()}
         landmarks = self.set.on_landmarks({name: at.tolist() for name, at in places.items()})
         hips = {f"{side}.Hip.Centre": at for side, at in change.hips.items()}
-        centres = {**self.given, **hips} or None
+        now = self.moved_given(change.places)
+        given = {name: at + now[name] - self.located[name] for name, at in self.given.items()}
+        centres = {**given, **hips} or None
         measured = measure(landmarks, **request.widths, centres=centres)
         self.measured = replace(measured, symmetric=self.found.body.chosen.symmetric)
         scaled = build_body(request, self.measured)
