@@ -117,10 +117,11 @@ def of_model(
     for side in "RL":
         for joint, (segment, _) in ABOVE.items():
             above, below = (_body(model, source, each, side) for each in (segment, BELOW[joint]))
-            end = next((each.child for each in model.joints if each.child.body == below), None)
+            ends = (joint.parent if reverse else joint.child for joint, reverse in model.tree)
+            end = next((each for each in ends if each.body == below), None)
             if end is None:
                 raise ScalingError(
-                    f"{source}: no joint has {below} as its child, so where it turns is unknown. "
+                    f"{source}: no joint leads to {below}, so where it turns is unknown. "
                     "Give a model whose joints go from the pelvis to the feet."
                 )
             turn, origin = (each[0] for each in poses[below])

@@ -80,6 +80,58 @@ def test_a_moved_joint_is_moved_along_the_axes_of_the_segment_above(tmp_path):
         np.testing.assert_allclose(seen, moved[segment], atol=1e-6)
 
 
+def of_simm_s_age(*, reverse=False):
+    """A skeleton as OpenSim 3 wrote it, without turned frames, with a knee that glides."""
+
+    def body(name, parent, at, gliding=False):
+        coordinate = f"{name}_q"
+        slide = "<SimmSpline><x>-1 -0.5 0 0.5 1</x><y>0.02 0.01 -0.006 0.01 0.02</y></SimmSpline>"
+        glides = (
+            f'<TransformAxis name="translation1"><coordinates>{coordinate}</coordinates>'
+            f"<axis>1 0 0</axis><function>{slide}</function></TransformAxis>"
+        )
+        return (
+            f'<Body name="{name}"><mass>5</mass><mass_center>0 0 0</mass_center><Joint>'
+            f'<CustomJoint name="to_{name}"><parent_body>{parent}</parent_body>'
+            f"<location_in_parent>{at}</location_in_parent><location>0 0.01 0</location>"
+            f'<CoordinateSet><objects><Coordinate name="{coordinate}"/></objects></CoordinateSet>'
+            f"<reverse>{str(reverse and name == 'femur_l').lower()}</reverse>"
+            f"<SpatialTransform>{glides if gliding else ''}</SpatialTransform>"
+            "</CustomJoint></Joint></Body>"
+        )
+
+    legs = "".join(
+        body(f"femur_{side}", "pelvis", f"-0.07 -0.06 {out}")
+        + body(f"tibia_{side}", f"femur_{side}", "0 -0.4 0", gliding=True)
+        + body(f"talus_{side}", f"tibia_{side}", "0 -0.43 0")
+        for side, out in (("r", 0.08), ("l", -0.08))
+    )
+    marker = (
+        '<Marker name="r_knee"><body>femur_r</body><location>0.01 -0.41 0.05</location></Marker>'
+    )
+    return (
+        '<OpenSimDocument Version="30000"><Model name="old"><BodySet><objects>'
+        '<Body name="ground"><mass>0</mass><mass_center>0 0 0</mass_center></Body>'
+        f"{body('pelvis', 'ground', '0 1 0')}{legs}</objects></BodySet>"
+        f"<MarkerSet><objects>{marker}</objects></MarkerSet></Model></OpenSimDocument>"
+    )
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_model_of_simm_s_age_whose_knee_glides(tmp_path, reverse):
+    """OpenSim 3 has joints in the bodies; at 0 the knee is 6 mm behind where its frame is."""
+    (tmp_path / "old.osim").write_text(of_simm_s_age(reverse=reverse))
+    given = of_model(read_model(tmp_path / "old.osim"), "old.osim", SET.renamed)
+    centres = {each.name: each.centre[0] for each in given}
+    np.testing.assert_allclose(centres["R.Hip.Centre"], [-0.07, -0.06, 0.08], atol=1e-12)
+    np.testing.assert_allclose(centres["L.Hip.Centre"], [-0.07, -0.06, -0.08], atol=1e-12)
+    np.testing.assert_allclose(centres["R.Knee.Centre"], [-0.006, -0.4, 0.0], atol=1e-12)
+    # In the shank's body, whose joint is 10 mm above its origin.
+    np.testing.assert_allclose(centres["R.Ankle.Centre"], [0.0, -0.43, 0.0], atol=1e-12)
+    knee = next(each for each in given if each.name == "R.Knee.Centre")
+    np.testing.assert_allclose(knee.markers["r_knee"], [[0.01, -0.41, 0.05]])
+
+
 def plug_in_gait_file(folder, ending, *, frames=9):
     """A person with Plug-in Gait's markers who turns and moves, with the ends of the bones as
     points, in mm, and the standing places of the markers.
