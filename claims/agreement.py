@@ -16,10 +16,10 @@ from claims import Claim
 from experiments import opensim_pipeline
 from gaitval.apps.judge.judge import Judgement, judge
 from gaitval.apps.judge.markers import logged_errors
-from gaitval.apps.judge.opensim.placing import marker_places, place
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.metrics.tolerances import evaluate, measured
 from gaitval.mocap.mot import read_storage
+from gaitval.scaling.opensim.placing import marker_places, place
 
 MODELS = ("Rajagopal2016.osim", "RajagopalLaiUhlrich2023.osim")
 MASS, HEIGHT = 85.0668, 1.829

@@ -15,7 +15,6 @@ import pytest
 from gaitval import file_gate
 from gaitval.apps.cohort.store import Store
 from gaitval.apps.cohort.table import read_table
-from gaitval.apps.judge.opensim.fields import read_document
 from gaitval.apps.patients.people import read_people
 from gaitval.apps.patients.strides import read_strides
 from gaitval.apps.regression import history
@@ -40,6 +39,7 @@ from gaitval.model.urdf import read_urdf
 from gaitval.policy.storage import load_policy
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.marker_sets import load_marker_set
+from gaitval.scaling.opensim.fields import read_document
 from gaitval.simulation.rollout import Rollout
 
 ROOT = Path(__file__).parents[1]

@@ -8,13 +8,13 @@ from xml.etree import ElementTree
 import pytest
 from motion_files import forces, trc
 
-from gaitval.apps.judge.opensim.fields import number
 from gaitval.errors import GaitvalError
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.text_cells import positive
 from gaitval.mocap.trc import read_trc
 from gaitval.model.urdf import _number
 from gaitval.plain_numbers import plain_float, plain_int
+from gaitval.scaling.opensim.fields import number
 
 ONLY_PYTHON = ["1_0", "1_0.5", "1e1_0", "\u0661\u0662", "\uff11"]
 
@@ -81,7 +81,7 @@ def test_a_number_of_a_urdf() -> None:
     "path",
     sorted(
         path
-        for folder in ("gaitval/mocap", "gaitval/mocap", "gaitval/apps/judge/opensim")
+        for folder in ("gaitval/mocap", "gaitval/mocap", "gaitval/scaling/opensim")
         for path in (Path(__file__).parents[1] / folder).glob("*.py")
     ),
     ids=lambda path: path.name,

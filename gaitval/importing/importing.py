@@ -82,7 +82,9 @@ def import_files(
     progress = ImportProgress()
     request = request_of(options, out, progress.noting(notify))
     # A typing error leaves no folder behind.
-    check_there([request.static, *(path for name in FILES for path in getattr(request, name))])
+    of_lists = [path for name in FILES for path in getattr(request, name)]
+    model = [] if request.scaled_model is None else [request.scaled_model]
+    check_there([request.static, *of_lists, *model])
     if request.aid is not None and (request.consistent or request.correct):
         raise ConfigurationError(
             f"--{'consistent' if request.consistent else 'correct'} with --aid {request.aid}: what "

@@ -2,10 +2,11 @@
 
 OpenCap: `sessionMetadata.yaml` has mass_kg, height_m and gender_mf; `MarkerData/*.trc` are the
 trials, that whose name has neutral, static or calib is the standing one; `ForceData/NAME.mot` or
-`NAME_forces.mot`, if it is there, has the ground reaction of a trial. Pose2Sim: `Config.toml` has
+`NAME_forces.mot`, if it is there, has the ground reaction of a trial; `OpenSimData/Model/*.osim` is
+the scaled model, whose joint centres are shown beside ours. Pose2Sim: `Config.toml` has
 participant_mass and participant_height; `*/pose-3d/*.trc` are the trials, those with the augmented
-markers (`…LSTM.trc`) before others of one folder; that whose name has static is the standing one. A
-single trial may have its Config.toml beside pose-3d.
+markers (`…LSTM.trc`) before others of one folder; that whose name has static is the standing one;
+`kinematics/*.osim` is the scaled model. A single trial may have its Config.toml beside pose-3d.
 
 Both have markers in m with y up. Layouts are those of stanfordnmbl/opencap-processing and
 perfanalytics/pose2sim on GitHub, looked up in November 2026.
@@ -59,9 +60,19 @@ def _opencap_person(file: Path) -> dict[str, Any]:
             f"of {without.name}; moments need them of every trial. Add {without.stem}.mot, or move "
             "the trial out of MarkerData."
         )
-    return _person(file, mass, height, sex, standing, walking) | (
-        {"forces": [str(path.relative_to(file.parent)) for path in given]} if given else {}
-    )
+    found = _person(file, mass, height, sex, standing, walking)
+    if given:
+        found["forces"] = [str(path.relative_to(file.parent)) for path in given]
+    return found | _scaled_model(file.parent, "OpenSimData/Model")
+
+
+def _scaled_model(folder: Path, models: str) -> dict[str, str]:
+    """The person's scaled model in the folder `models` below a session's `folder`; of OpenCap's two
+    the one with patellae.
+    """
+    files = sorted((folder / models).glob("*.osim"))
+    model = min(files, key=lambda path: "no_patella" in path.stem.lower(), default=None)
+    return {} if model is None else {"scaled_model": str(model.relative_to(folder))}
 
 
 def _forces_of(folder: Path, trial: Path) -> Path | None:
@@ -137,7 +148,8 @@ def _pose2sim_person(file: Path, participant: Path, trials: list[Path]) -> dict[
         )
     at = participant / CONFIG
     standing, walking = _shared_out(at, trials, "pose-3d")
-    return _person(at, mass, height, sex, standing, walking)
+    found = _person(at, mass, height, sex, standing, walking)
+    return found | _scaled_model(participant, "kinematics")
 
 
 def _shared_out(file: Path, trials: list[Path], where: str) -> tuple[Path | None, list[Path]]:

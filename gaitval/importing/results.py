@@ -33,7 +33,7 @@ _MeanAndDeviation = Annotated[list[_Figure], Field(min_length=2, max_length=2)]
 class InputResult(Result):
     """A file that was read."""
 
-    role: Literal["static", "trial", "forces", "functional"]
+    role: Literal["static", "trial", "forces", "functional", "model"]
     name: str
     sha256: Sha256
     size: Count
@@ -190,6 +190,21 @@ class FunctionalResult(Result):
     knee: FunctionalKneeResult | None = None
 
 
+class GivenCentreResult(Result):
+    """A joint centre that came with the recording, beside that of the body."""
+
+    source: str
+    side: Literal["right", "left"]
+    joint: Literal["hip", "knee", "ankle"]
+    difference_m: Point
+    """From ours to it, in the segment above: forward, outwards, up."""
+    flexion_moment_Nm_per_kg: _Figure
+    """RMS over stance, by which the moments about the two differ."""
+    abduction_moment_Nm_per_kg: _Figure
+    used: Flag
+    """Whether the body was given it (`--joint-centres given`)."""
+
+
 class WarningResult(Result):
     """A figure that physics, or everybody's walking, contradicts; see `gait.quality_flags`."""
 
@@ -266,5 +281,6 @@ class ImportResult(Result):
     every curve; older files have none."""
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)
+    given_centres: list[GivenCentreResult] = Field(default_factory=list)
     quantities: dict[str, QuantityResult] = Field(default_factory=dict)
     """What follows from the mean curves (`gaitval.quantities`), by name."""

@@ -84,6 +84,7 @@ def input_files(found: Import) -> list[page.InputFile]:
     files += [("trial", path) for path in request.trials]
     files += [("forces", path) for path in request.forces]
     files += [("functional", path) for path in request.functional]
+    files += [("model", path) for path in (request.scaled_model,) if path is not None]
     return [page.InputFile(role, p.name, file_hash(p), p.stat().st_size) for role, p in files]
 
 
@@ -138,6 +139,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         marker_largest_limit=limits["ik-marker-largest"] / 100,
         scaling_methods=scaling_methods(found),
         functional=[joint.row() for joint in found.functional],
+        given_centres=[centre.row() for centre in found.given],
         weight_ratio=found.weight_ratio,
         segments=found.body.scaled.table,
         angles={name: (c.mean, c.deviation) for name, c in found.angles.items()},

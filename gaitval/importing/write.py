@@ -226,6 +226,7 @@ def _record(found: Import) -> dict[str, Any]:
         "bands_at_once": None if seen is None else seen.at_once(),
         "trials": [_trial_record(walk) for walk in found.trials],
         "functional": [joint.record() for joint in found.functional],
+        "given_centres": [centre.record() for centre in found.given],
     }
 
 

@@ -9,8 +9,8 @@ standing the pelvis is tilted forward and the hips are flexed by the same angle.
 shows stays neutral: toes in line with the foot, trunk upright, arms hanging.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Final, Unpack
 
 import numpy as np
@@ -45,6 +45,11 @@ LARGEST_HIP_ANGLE: Final = 10.0
 """Degrees from the neutral pose, in standing."""
 
 _UP: Final = np.array([0.0, 0.0, 1.0])
+
+GIVEN_WEIGHT: Final = 100.0
+"""Of a joint centre that is given, beside a landmark. A shank is not turned against the thigh in
+the model, so the foot turns both, and beside a knee's lateral marker of the same weight its centre
+would be 9 mm off (OpenCap's Subject4, whose tibiae are turned outwards by 18 degrees)."""
 
 ELBOW_HALF_WIDTH: Final = 0.045
 """m, distance of the marker on the lateral epicondyle of the elbow from the joint centre if the
@@ -102,7 +107,7 @@ def place_markers(
     standing: Mapping[str, Place],
     marker_set: MarkerSet,
     *,
-    hip_centres: Mapping[str, Array] | None = None,
+    centres: Mapping[str, Array] | None = None,
     **widths: Unpack[Widths],
 ) -> MarkerPlacement:
     """Find the standing pose of a model and place all markers on it.
@@ -114,7 +119,7 @@ def place_markers(
     standing : (3,) m, position of each marker of the set in standing (a mean over frames),
         project axes, floor at z = 0; a marker that was not seen is left out or NaN.
     marker_set : which segment each marker is on, and which landmark.
-    hip_centres, widths : m, as for `joint_centres.measure`.
+    centres, widths : m, as for `joint_centres.measure`.
 
     Raises
     ------
@@ -126,7 +131,8 @@ def place_markers(
         for name, place in standing.items()
         if np.isfinite(place).all()
     }
-    points = locate(marker_set.on_landmarks(seen), hip_centres=hip_centres, **widths)
+    landmarks = marker_set.on_landmarks(seen)
+    points = locate(landmarks, centres=centres, **widths)
     _check_sides(marker_set, seen, points)
     raised = not arms_hang(points)
     if raised:
@@ -137,6 +143,10 @@ def place_markers(
             if name[2:] in ("Elbow", "Elbow.Centre", "Wrist.Centre")
         }
     anatomy = _anatomy(model, measured, points)
+    if any(".Hip." not in name for name in centres or ()):  # hips alone are held by the spines
+        own = points | {name: at for name, at in locate(landmarks, **widths).items() if "." in name}
+        _, by_landmarks = _pose(model, _anatomy(model, measured, own), own)
+        anatomy = _around_given(model, anatomy, points, centres or (), by_landmarks)
     fit, frames = _pose(model, anatomy, points)
     markers, moved = [], []
     for name, definition in marker_set.markers.items():
@@ -285,6 +295,37 @@ def _anatomy(
     return [
         ModelMarker(name, segment, np.asarray(place)) for name, (segment, place) in places.items()
     ]
+
+
+def _around_given(
+    model: BodyModel,
+    anatomy: Sequence[ModelMarker],
+    points: Mapping[str, Array],
+    centres: Collection[str],
+    pose: Array,
+) -> list[ModelMarker]:
+    """The `anatomy` where knees and ankles are among the given `centres`: these weigh most, and the
+    knees' axes stay as they are in the `pose` (14, 4, 4) by landmarks alone.
+    """
+    changed = {name: replace(_of(anatomy, name), weight=GIVEN_WEIGHT) for name in centres}
+    for side in "RL":
+        if f"{side}.Knee.Centre" not in centres:
+            continue
+        lateral, centre = points[f"{side}.Knee"], points[f"{side}.Knee.Centre"]
+        up = points[f"{side}.Hip.Centre"] - centre
+        up /= np.linalg.norm(up)
+        left = pose[SEGMENTS.index(f"thigh_{side.lower()}"), :3, 1]
+        left = left - (left @ up) * up
+        left /= np.linalg.norm(left)
+        away = (lateral - centre) @ np.column_stack([np.cross(left, up), left, up])
+        knee = model[f"shank_{side.lower()}"].joint_position
+        name = f"{side}.Knee"
+        changed[name] = replace(_of(anatomy, name), position=knee + away, weight=GIVEN_WEIGHT)
+    return [changed.get(each.name, each) for each in anatomy]
+
+
+def _of(anatomy: Sequence[ModelMarker], name: str) -> ModelMarker:
+    return next(each for each in anatomy if each.name == name)
 
 
 def _arm(

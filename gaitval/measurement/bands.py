@@ -310,6 +310,8 @@ class _Chain:
         self.stature = of_stature(found.request.height_m)
         self.places = standing_places(found.session.standing)
         self.windows = [w for side in SIDES if (w := _window(found, side)) is not None]
+        self.given = found.body.centres if found.request.joint_centres == "given" else {}
+        self.located = self.moved_given({})
         self.nothing = _Change("", {}, {}, {})
         model, markers, pose = self.body(self.nothing)
         self.of_marker = {marker.name: marker.segment for marker in markers}
@@ -345,15 +347,23 @@ class _Chain:
         now = self.regression(places, self.found.request.hip_regression)
         return {side: at + now[side] - self.regressed[side] for side, at in hips.items()}
 
+    def moved_given(self, moved: Mapping[str, Array]) -> dict[str, Array]:
+        """Where landmarks put the centres that are given: whoever gave them had these, too."""
+        if not self.given:
+            return {}
+        places = {name: at + moved.get(name, 0.0) for name, at in self.places.items()}
+        found = locate(self.set.on_landmarks(places), **self.found.request.widths)
+        return {name: found[name] for name in self.given}
+
     def by_hip(self, base: _BandCurves) -> dict[str, _BandCurves]:
         """What the curves gain with the hips of each regression that was not chosen."""
         found = {}
         for name in REGRESSIONS:
-            if name == self.found.request.hip_regression:
+            if name == self.found.request.hip_regression and not self.given:
                 continue
             there = self.regression(self.places, name)
             hips = {
-                side: at + there[side] - self.regressed[side]
+                side: at + there[side] - (at if self.given else self.regressed[side])
                 for side, at in self.nothing.hips.items()
             }
             try:
@@ -368,12 +378,15 @@ class _Chain:
         request = self.found.request
         places = {name: place + change.places.get(name, 0.0) for name, place in self.places.items()}
         landmarks = self.set.on_landmarks({name: at.tolist() for name, at in places.items()})
-        hips = dict(change.hips) or None
-        measured = measure(landmarks, **request.widths, hip_centres=hips)
+        hips = {f"{side}.Hip.Centre": at for side, at in change.hips.items()}
+        now = self.moved_given(change.places)
+        given = {name: at + now[name] - self.located[name] for name, at in self.given.items()}
+        centres = {**given, **hips} or None
+        measured = measure(landmarks, **request.widths, centres=centres)
         self.measured = replace(measured, symmetric=self.found.body.chosen.symmetric)
         scaled = build_body(request, self.measured)
         placed = place_markers(
-            scaled.model, self.measured, places, self.set, **request.widths, hip_centres=hips
+            scaled.model, self.measured, places, self.set, **request.widths, centres=centres
         )
         return scaled.model, placed.markers, placed.standing
 

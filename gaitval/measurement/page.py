@@ -159,6 +159,8 @@ def hip_curves(found: Import, bands: Bands) -> dict[str, tuple[str, Array, Array
         if moment is None or half is None:
             continue
         title = "functional" if chosen == "functional" else HIP_TITLES[chosen]
+        if found.request.joint_centres == "given":
+            title = found.given[0].source if found.given else "given"
         curves[f"chosen_{side}"] = (title, np.asarray(moment.mean), half)
         for other, moved in bands.by_hip.items():
             more = moved.get(f"moment_{name}")
@@ -196,7 +198,7 @@ def draw_hips(curves: Mapping[str, tuple[str, Array, Array | None]]) -> str:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for side, axes in zip(SIDES, panels, strict=True):
             axes.set_title(f"Hip flexion moment, {side}")
-            styles = iter(("--", ":", "-.", (0, (5, 1)), (0, (1, 1))))
+            styles = iter(("--", ":", "-.", (0, (5, 1)), (0, (1, 1)), (0, (3, 1, 1, 1))))
             for name, (title, mean, half) in curves.items():
                 if not name.endswith(f"_{side[0]}"):
                     continue

@@ -10,6 +10,7 @@ from gaitval.errors import RecordError
 from gaitval.mocap.c3d_contents import Contents, check_frames, check_size, labels_of, read_contents
 from gaitval.mocap.c3d_plates import read_plates
 from gaitval.mocap.c3d_units import length_unit
+from gaitval.mocap.centre_points import CentrePoint, centre_points
 from gaitval.mocap.recording import Event, Recording
 
 # What a list of points may contain besides markers: results of the laboratory's own software.
@@ -38,7 +39,7 @@ def read_c3d(path: Path, *, plates: bool = True) -> Recording:
     promised = check_size(path)
     contents = read_contents(path)
     check_frames(path, contents, *promised)
-    names, markers = _markers(path, contents)
+    names, markers, centres = _markers(path, contents)
     rate = contents.number("POINT", "RATE")
     if not 0 < rate < np.inf:
         raise RecordError(
@@ -62,11 +63,14 @@ def read_c3d(path: Path, *, plates: bool = True) -> Recording:
         plates=found,
         force_rate=force_rate,
         events=events,
+        centres=centres,
     )
 
 
-def _markers(path: Path, contents: Contents) -> tuple[tuple[str, ...], Array]:
-    """Names and trajectories (T, M, 3) m of the markers."""
+def _markers(
+    path: Path, contents: Contents
+) -> tuple[tuple[str, ...], Array, dict[str, CentrePoint]]:
+    """Names and trajectories (T, M, 3) m of the markers, and joint centres among all points."""
     labels = labels_of(contents, "POINT", "LABELS")
     count = contents.points.shape[1]
     if not count or not len(contents.points):
@@ -104,14 +108,16 @@ def _markers(path: Path, contents: Contents) -> tuple[tuple[str, ...], Array]:
             f"{path}: none of the {count} points is a labelled marker. Label the markers in the "
             "program that recorded them and export again."
         )
-    points = contents.points[:, kept]
+    points = contents.points
     # The format marks an unseen point by a negative residual, but some programs write zeros
     # instead.
-    hidden = (contents.residuals[:, kept] < 0) | (points == 0).all(axis=2)
-    markers = np.where(hidden[:, :, None], np.nan, points) * metres
+    hidden = (contents.residuals < 0) | (points == 0).all(axis=2)
+    seen = np.where(hidden[:, :, None], np.nan, points) * metres
+    centres = centre_points(labels[:count], seen)
+    markers = seen[:, kept]
     names = [labels[i] for i in kept]
     # Two subjects may have the same marker, so only a prefix that all names share is removed.
     prefixes = {name.partition(":")[0] for name in names if ":" in name}
     if len(prefixes) == 1 and all(":" in name for name in names):
         names = [name.partition(":")[2] for name in names]
-    return tuple(names), markers
+    return tuple(names), markers, centres

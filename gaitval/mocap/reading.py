@@ -4,6 +4,7 @@ The only entry point is `read_recording`. The checks here are for every format; 
 what is specific to its format.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -12,6 +13,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.centre_points import centre_points
 from gaitval.mocap.findings import passed_over
 from gaitval.mocap.lost_markers import without_fill_values
 from gaitval.mocap.recording import Recording
@@ -69,6 +71,8 @@ def read_recording(
         from gaitval.mocap.formats import read_other
 
         recording = read_other(path)
+        centres = centre_points(recording.names, recording.markers)
+        recording = replace(recording, centres=centres)
     recording = without_fill_values(_each_once(recording))
     _check_markers(recording)
     if forces is not None:

@@ -6,8 +6,8 @@ throughout: m, N, Nm, s.
 """
 
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -18,6 +18,7 @@ from gaitval.arrays import Array, Flags
 from gaitval.coordinates import Side
 from gaitval.display import Displayed
 from gaitval.errors import RecordError
+from gaitval.mocap.centre_points import CentrePoint
 
 EventKind = Literal["heel_strike", "toe_off"]
 Axes = Literal["laboratory", "project"]
@@ -118,6 +119,8 @@ class Recording(Displayed):
     force_rate : Hz, an integer multiple of `marker_rate`; 0 without plates.
     events : events that the file stores, in order of time.
     devices : torques of devices on the body, beside the plates.
+    centres : joint centres that the file has as points ("R.Hip.Centre"), for `session.read`; they
+        stay as they were read when markers are named, cleaned or moved, and are not saved.
     """
 
     source: str
@@ -130,6 +133,7 @@ class Recording(Displayed):
     force_rate: float = 0.0
     events: tuple[Event, ...] = ()
     devices: tuple[DeviceTorque, ...] = ()
+    centres: Mapping[str, CentrePoint] = field(default_factory=dict)
 
     @property
     def time(self) -> Array:
@@ -180,6 +184,10 @@ class Recording(Displayed):
             plates=tuple(plate.during(of_forces) for plate in self.plates),
             events=tuple(each for each in self.events if window[0] <= each.time <= window[1]),
             devices=tuple(replace(d, torque=d.torque[first:end]) for d in self.devices),
+            centres={
+                name: replace(each, places=each.places[first:end])
+                for name, each in self.centres.items()
+            },
         )
 
     def turned(self, rotation: Array) -> "Recording":
@@ -256,7 +264,7 @@ class Recording(Displayed):
         others = {
             each.name: getattr(self, each.name)
             for each in fields(self)
-            if each.name not in ("markers", "plates", "events")
+            if each.name not in ("markers", "plates", "events", "centres")
         }
         others["plates"] = [plate.name for plate in self.plates]
         others["events"] = [list(asdict(event).values()) for event in self.events]

@@ -63,7 +63,7 @@ def _lengths(subject: Subject) -> Measurements | None:
     try:
         if subject.measurements:
             return measurements_of(subject)
-        return measure(subject.markers, hip_centres=_hips(subject)) if subject.markers else None
+        return measure(subject.markers, centres=_hips(subject)) if subject.markers else None
     except ScalingError:
         return None
 
@@ -73,7 +73,8 @@ def _hips(subject: Subject) -> dict[str, Array]:
     right, left, back = at["R.ASIS"], at["L.ASIS"], (at["R.PSIS"] + at["L.PSIS"]) / 2
     frame, from_asis = pelvis_frame(right, left, back), np.linalg.norm(left - right) * _BELL
     return {
-        side: (right + left) / 2 + frame @ (from_asis * np.array([1.0, mirror, 1.0]))
+        f"{side}.Hip.Centre": (right + left) / 2
+        + frame @ (from_asis * np.array([1.0, mirror, 1.0]))
         for side, mirror in (("R", 1.0), ("L", -1.0))
     }
 

@@ -192,6 +192,21 @@ class ResidualCurves:
     moment_limit: float = NAN
 
 
+class GivenCentreRow(NamedTuple):
+    """A joint centre that came with the recording, of a `source`, from ours, mm in the segment
+    above, and by how much the moments about it differ, Nm/kg (RMS over stance); NaN without.
+    """
+
+    side: Side
+    joint: str
+    source: str
+    forward: float
+    outwards: float
+    up: float
+    flexion: float
+    abduction: float
+
+
 class ConsistencyChange(NamedTuple):
     """What `--consistent` changed or reached: a quantity before and after, in `unit`."""
 
@@ -223,6 +238,7 @@ class RecordingSummary:
     strides : (n, 101) of each cycle, by "angles/knee_angle_r", where they are kept.
     age, leg_length : years and m, for the norms; None if not known.
     functional : joints of the range-of-motion trials.
+    given_centres : joint centres that came with the recording, beside those of the model.
     weight_ratio : share of the body weight that the plates carried over whole gait cycles; None if
         no cycle of both feet is shown whole.
     residuals : None without inverse dynamics.
@@ -261,6 +277,7 @@ class RecordingSummary:
     moments: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
     forces: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
     functional: Sequence[FunctionalRow] = ()
+    given_centres: Sequence[GivenCentreRow] = ()
     weight_ratio: float | None = None
     strides: Mapping[str, Array] = field(default_factory=dict)
     age: float | None = None

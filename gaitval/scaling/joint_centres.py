@@ -47,6 +47,9 @@ ACROMION_TO_SHOULDER = 0.17
 """Distance of the shoulder joint below the acromion, divided by the distance between the acromia
 (Rab et al. 2002, Gait Posture 15:113-119). In the model of Rajagopal et al. (2016) it is 0.16."""
 
+FUNCTIONAL = "functional (Ehrig 2006)"
+"""How hip centres were found that `scaling.functional` gives."""
+
 LARGEST_ELEVATION = 45.0
 """Elevation of the upper arm, degrees, up to which the acromia show where the shoulders are; above
 it the shoulder girdle moves up and in."""
@@ -68,7 +71,7 @@ def pelvis_frame(right_asis: Array, left_asis: Array, middle_psis: Array) -> Arr
 def locate(
     markers: Mapping[str, Place],
     *,
-    hip_centres: Mapping[str, Array] | None = None,
+    centres: Mapping[str, Array] | None = None,
     **widths: Unpack[Widths],
 ) -> dict[str, Array]:
     """Landmarks and joint centres of a standing person, (3,) m, in the axes of the `markers`: the
@@ -76,31 +79,33 @@ def locate(
     `Hip.Centre`, `Knee.Centre`, `Ankle.Centre` and, where markers show them, `Shoulder.Centre`,
     `Elbow.Centre`, `Wrist.Centre`.
 
-    `hip_centres` (3,) m in these axes are of the sides ("R", "L") where they are known otherwise
-    (`scaling.functional`); of the others it is that of the regression. Markers and `widths` are as
-    for `measure`, as which it raises ScalingError.
+    `centres` (3,) m in these axes are hips, knees and ankles ("R.Hip.Centre") that are known
+    otherwise (`scaling.functional`, `scaling.given_centres`). Markers and `widths` are as for
+    `measure`, as which it raises ScalingError.
     """
-    heading, points = _standing(markers, hip_centres, **widths)
+    heading, points = _standing(markers, centres, **widths)
     return {name: heading @ point for name, point in points.items()}
 
 
 def measure(
     markers: Mapping[str, Place],
     *,
-    hip_centres: Mapping[str, Array] | None = None,
+    centres: Mapping[str, Array] | None = None,
+    centres_source: str = FUNCTIONAL,
     **widths: Unpack[Widths],
 ) -> Measurements:
     """Joint centres, segment lengths and pelvic tilt of a standing person.
 
     The position of each landmark in `markers` is (3,) m, x forward, y left, z up, floor at z = 0;
     the person may stand anywhere and face anywhere, and other names than `LANDMARK_NAMES` are
-    ignored. `hip_centres` are as for `locate`; `widths` across the epicondyles and malleoli,
-    `knee_width`, `ankle_width` and `elbow_width`, m, are for a side without a medial marker.
+    ignored. `centres` are as for `locate`, and `centres_source` says whose they are; `widths`
+    across the epicondyles and malleoli, `knee_width`, `ankle_width` and `elbow_width`, m, are for a
+    side without a medial marker.
 
     Raises ScalingError if markers are missing, not finite, in millimetres, upside down or swapped,
     or a width is missing or implausible; all problems of a kind are listed.
     """
-    _, points = _standing(markers, hip_centres, **widths)
+    _, points = _standing(markers, centres, **widths)
     asis = points["R.ASIS"], points["L.ASIS"]
     frame = pelvis_frame(*asis, points["Mid.PSIS"])
     hips = {"R": points["R.Hip.Centre"], "L": points["L.Hip.Centre"]}
@@ -121,7 +126,7 @@ def measure(
         sources=_sources(
             markers,
             points,
-            functional=bool(hip_centres),
+            known=dict.fromkeys(centres or (), centres_source),
             hip=TITLES[widths.get("hip_regression", HARRINGTON)],
         ),
     )
@@ -141,7 +146,7 @@ def arms_hang(points: Mapping[str, Array]) -> bool:
 
 def _standing(
     markers: Mapping[str, Place],
-    hip_centres: Mapping[str, Array] | None,
+    centres: Mapping[str, Array] | None,
     knee_width: Width = None,
     ankle_width: Width = None,
     elbow_width: Width = None,
@@ -165,8 +170,8 @@ def _standing(
     mirror = np.array([1.0, -1.0, 1.0])
     points["R.Hip.Centre"] = middle_asis + frame @ right_hip
     points["L.Hip.Centre"] = middle_asis + frame @ (mirror * right_hip)
-    for side, centre in (hip_centres or {}).items():
-        points[f"{side}.Hip.Centre"] = heading.T @ centre
+    known = {name: heading.T @ centre for name, centre in (centres or {}).items()}
+    points |= {name: at for name, at in known.items() if name.endswith(".Hip.Centre")}
     if not {"R.MT1", "R.MT5", "L.MT1", "L.MT5"} <= points.keys():
         from gaitval.scaling.foot_shape import metatarsals
 
@@ -176,8 +181,11 @@ def _standing(
             ("Knee", "Hip.Centre", "Thigh", knee_width),
             ("Ankle", "Knee.Centre", "Shank", ankle_width),
         ):
-            points[f"{side}.{joint}.Centre"] = _hinge(
-                points, side, joint, above, wand, width_of(width, side)
+            name = f"{side}.{joint}.Centre"
+            points[name] = (
+                known[name]
+                if name in known
+                else _hinge(points, side, joint, above, wand, width_of(width, side))
             )
     points.update(_arm_centres(points, elbow_width))
     return heading, points
@@ -290,30 +298,41 @@ def _shoulders(points: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def _sources(
-    markers: Mapping[str, Place], points: Mapping[str, Array], *, functional: bool, hip: str
+    markers: Mapping[str, Place],
+    points: Mapping[str, Array],
+    *,
+    known: Mapping[str, str],
+    hip: str,
 ) -> dict[str, str]:
-    """How the rows of the scaling table were measured, if not by a marker on each landmark."""
+    """How the rows of the scaling table were measured, if not by a marker on each landmark; `known`
+    says whose a centre is that was given.
+    """
     sources = {}
-    hip = "functional" if functional else f"after {hip}"
-    if not functional and hip != f"after {TITLES[HARRINGTON]}":
+    of = {name[2:-7]: source for name, source in known.items()}  # of R.Hip.Centre: Hip
+    hip = of.get("Hip", f"after {hip}")
+    if hip != f"after {TITLES[HARRINGTON]}":
         sources["thigh"] = sources["hips"] = f"markers, hip {hip}"
-    if functional:
-        sources["thigh"] = sources["hips"] = "markers, hip functional (Ehrig 2006)"
     chord = [
         joint
         for joint in ("Knee", "Ankle")
-        if any(f"{side}.{joint}.Medial" not in markers for side in "RL")
+        if joint not in of and any(f"{side}.{joint}.Medial" not in markers for side in "RL")
     ]
     if chord:
         text = f"markers, {' and '.join(chord).lower()} by width (Davis 1991)"
         sources["shank"] = text
         if "Knee" in chord:
-            sources["thigh"] = f"markers, hip {hip}, {chord[0].lower()} by width"
+            whose = hip.partition(" (")[0]
+            sources["thigh"] = f"markers, hip {whose}, {chord[0].lower()} by width"
         if "Ankle" in chord:
             sources["ankle height"] = "markers, ankle by width (Davis 1991)"
-    known = {name[2:] for name in markers}
-    if "MT1" not in known:
-        other = "fifth" if "MT5" in known else "second"
+    if "Knee" in of:
+        sources["thigh"] = f"hip {hip}, knee {of['Knee']}"
+    if "Ankle" in of:
+        sources["shank"] = f"knee {of.get('Knee', 'by markers')}, ankle {of['Ankle']}"
+        sources["ankle height"] = f"ankle {of['Ankle']}"
+    seen_on = {name[2:] for name in markers}
+    if "MT1" not in seen_on:
+        other = "fifth" if "MT5" in seen_on else "second"
         sources["foot"] = f"markers, first metatarsal head from the {other}, ball ratio"
         from gaitval.scaling.foot_shape import MIDFOOT_SOURCE, on_midfoot
 

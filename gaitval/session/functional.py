@@ -224,7 +224,7 @@ def functional_joints(
 def chosen_hips(
     request: Request, joints: Sequence[FunctionalJoint], notify: Notify = silent
 ) -> dict[str, Array]:
-    """The functional hip centres that are used, (3,) m in standing, by side ("R", "L").
+    """The functional hip centres that are used, (3,) m in standing, by "R.Hip.Centre".
 
     Of `joints`, those of the smallest error, if it is at most `LARGEST_ERROR`; none unless
     `request` asks for them. A side without one keeps the regression; `notify` is called with what
@@ -241,7 +241,7 @@ def chosen_hips(
         ]
         error, trial, centre = min(hips, key=lambda hip: hip[0], default=(np.inf, "", np.empty(0)))
         if error <= LARGEST_ERROR:
-            chosen[side[0].upper()] = centre
+            chosen[f"{side[0].upper()}.Hip.Centre"] = centre
             notify("scaling", f"{side} hip centre: functional, of {trial}")
         else:
             why = f"an error of {1000 * error:.0f} mm" if hips else "none was found"

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from shlex import quote
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -31,6 +31,9 @@ from gaitval.session.pelvis_markers import completed
 from gaitval.session.request import Notify, Request, part_text, silent
 from gaitval.session.standing import check_stands
 
+if TYPE_CHECKING:
+    from gaitval.scaling.given_centres import GivenCentre
+
 NAMED: Final = 20
 """Points named when they are ignored: Plug-in Gait writes 250 computed ones into a file."""
 
@@ -46,6 +49,7 @@ class SessionRecordings:
     standing, walking : in the project's axes, walking along +x.
     warnings : the trial, and a warning about its markers.
     placement_sd : m, each way, of landmarks that no marker is on, by name.
+    points : joint centres that the standing trial has as points, or the first walk that has any.
     """
 
     marker_set: MarkerSet
@@ -54,6 +58,7 @@ class SessionRecordings:
     walking: tuple[Recording, ...]
     warnings: tuple[tuple[str, QualityFlag], ...] = ()
     placement_sd: Mapping[str, float] = field(default_factory=dict)
+    points: "tuple[GivenCentre, ...]" = ()
 
 
 def read_session(
@@ -83,6 +88,7 @@ def read_session(
             notify("markers", f"{request.called(number)}: without {', '.join(lacking)}")
     whole = completed(marker_set, standing, walking)
     marker_set, standing, walking = whole.marker_set, whole.standing, list(whole.walking)
+    points = _points((standing, *walking), marker_set)
     axes = _axes(request, standing, marker_set.landmarks)
     notify("axes", axes.description)
 
@@ -129,7 +135,18 @@ def read_session(
         walking=tuple(turned),
         warnings=tuple(flags),
         placement_sd=whole.placement_sd,
+        points=points,
     )
+
+
+def _points(recordings: Iterable[Recording], marker_set: MarkerSet) -> "tuple[GivenCentre, ...]":
+    """The joint centres of the first of the `recordings` that has any, in its own axes."""
+    first = next((each for each in recordings if each.centres), None)
+    if first is None:
+        return ()
+    from gaitval.scaling.given_centres import of_recording
+
+    return tuple(of_recording(first, marker_set.segments))
 
 
 def _walk_of_file(request: Request, number: int, notify: Notify) -> Recording:
@@ -380,6 +397,11 @@ def _check_files(request: Request) -> None:
             "same order."
         )
     parts = len(request.trial_time) > 1
+    if request.joint_centres == "given" and request.hip_centre != "harrington":
+        raise RecordError(
+            f"--hip-centre {request.hip_centre} and --joint-centres given both say where the hips "
+            "are. Give one of them."
+        )
     if request.hip_centre == "functional" and not request.functional:
         raise RecordError(
             "--hip-centre functional: there is no trial to find it in. Give a range-of-motion "

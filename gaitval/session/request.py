@@ -168,6 +168,12 @@ class ImportOptions(BaseModel):
     """Where hip centres are: by the regression of Harrington (2007), Bell (1989), Hara (2016) or
     Davis (1991, as in Plug-in Gait), as in OpenSim's generic models (rajagopal2016, gait2392), or
     functional, of --functional where the error is small; the page shows the hip moments by each."""
+    scaled_model: Annotated[Path | None, OptionDisplay("FILE")] = None
+    """The person's scaled OpenSim model (.osim): how far its joint centres are from ours, and what
+    that makes of the moments, is on the page."""
+    joint_centres: Literal["landmarks", "given"] = "landmarks"
+    """Where hips, knees and ankles are: by landmarks and --hip-centre, or as they are given, by
+    --scaled-model or as points in the files (Plug-in Gait's RFEP, RFEO, RTIO; RHJC, RKJC, RAJC)."""
     age: float | None = None
     """Years; below 16 a child's segment masses are taken. Left out if the C3D file knows it."""
     aid: Aid | None = None

@@ -1,7 +1,7 @@
 """Scale the body of the person by the standing and walking trials."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final, NamedTuple
 
@@ -21,7 +21,7 @@ from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel
 from gaitval.model.ground import Ground
 from gaitval.model.markers import ModelMarker
-from gaitval.scaling.joint_centres import measure, unused_widths
+from gaitval.scaling.joint_centres import FUNCTIONAL, measure, unused_widths
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.markers.spines import SPINES
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
@@ -47,6 +47,7 @@ class FittedBody:
     fit : the joint fit.
     factors : of the marker pairs, relative to the mean body of this stature.
     paired : the body scaled by these factors, with its markers, for comparison.
+    centres : (3,) m in standing, joint centres that the body was given.
     walking : the walking trials with the labels of the standing one.
     warnings : warnings about the labels of each walking trial, and in the first about lengths.
     """
@@ -60,6 +61,7 @@ class FittedBody:
     paired: tuple[BodyModel, MarkerPlacement]
     walking: tuple[Recording, ...]
     warnings: tuple[tuple[QualityFlag, ...], ...]
+    centres: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def model(self) -> BodyModel:
@@ -74,6 +76,11 @@ class FittedBody:
 
 HIP_LENGTHS: Final = ("hip_half_width", "hip_forward", "hip_up")
 """Lengths of the joint fit that say where the hips are in the pelvis."""
+GIVEN_SD: Final = 0.0001
+"""m, of the place of a given joint centre in the joint."""
+GIVEN_WEIGHT: Final = 20.0
+"""Of a given joint centre in the joint fit, beside a marker. Without it the fit moves the markers,
+and with them the centre, by 10 mm or more."""
 TISSUE_OVER_RESIDUAL: Final = 2.5
 """Soft tissue, 10 mm, over the 4 mm that a fit to the walk leaves of ten children (McGill)."""
 
@@ -84,24 +91,30 @@ def scale_body(
     session: SessionRecordings,
     notify: Notify = silent,
     *,
-    hip_centres: Mapping[str, Array] | None = None,
+    centres: Mapping[str, Array] | None = None,
+    centres_source: str = FUNCTIONAL,
     symmetric: bool = True,
 ) -> FittedBody:
     """Scale the body by the standing trial of `session`, then fit it to both trials: each
     measurement replaces a guess of the one before.
 
     `request` has mass, stature and widths, `processing` the filter of the walk; `notify` is called
-    with each decision. `hip_centres` (3,) m in standing replace the regression of sides ("R", "L").
-    `symmetric` is that of the configuration's `scaling`. Raises ScalingError or RecordError.
+    with each decision. `centres` (3,) m in standing ("R.Hip.Centre") of this source replace those
+    by landmarks. `symmetric` is that of the configuration's `scaling`. Raises ScalingError or
+    RecordError.
     """
-    stood = _by_standing(request, session, notify, hip_centres, symmetric=symmetric)
+    stood = _by_standing(
+        request, session, notify, centres, centres_source=centres_source, symmetric=symmetric
+    )
     odd = list(stood.odd)
     model, placement = stood.scaled.model, stood.placement
     checked = []
     for number in range(len(session.walking)):
         with of_trial(number):
             checked.append(_with_right_labels(model, placement, session, number, request, notify))
-    fit = _fit_to_trials(request, processing, session, checked[0][0], model, placement)
+    fit = _fit_to_trials(
+        request, processing, session, checked[0][0], model, placement, centres or {}
+    )
     notify(
         "scaling",
         f"joint fit: marker RMS from {1000 * fit.rms_before:.1f} to {1000 * fit.rms_after:.1f} mm, "
@@ -133,6 +146,7 @@ def scale_body(
             for number, (_, warnings) in enumerate(checked)
         ),
         paired=paired,
+        centres=centres or {},
     )
 
 
@@ -150,8 +164,9 @@ def _by_standing(
     request: Request,
     session: SessionRecordings,
     notify: Notify,
-    hip_centres: Mapping[str, Array] | None,
+    centres: Mapping[str, Array] | None,
     *,
+    centres_source: str,
     symmetric: bool,
 ) -> _Standing:
     """The body by the landmarks of the standing trial."""
@@ -160,7 +175,9 @@ def _by_standing(
     by_crests = any(warning.check == FROM_CRESTS for _, warning in session.warnings)
     estimated = SPINES if by_crests else ()
     with about_file(str(request.static)):
-        measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
+        measured = measure(
+            on_landmarks, **request.widths, centres=centres, centres_source=centres_source
+        )
         measured = replace(measured, symmetric=symmetric)
         for unused in unused_widths(on_landmarks, request.widths):
             notify("scaling", unused)
@@ -176,7 +193,7 @@ def _by_standing(
         for warning in odd:
             notify("warnings", str(warning))
         placement = place_markers(
-            scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
+            scaled.model, measured, places, marker_set, **request.widths, centres=centres
         )
     return _Standing(places, measured, scaled, odd, placement)
 
@@ -188,6 +205,7 @@ def _fit_to_trials(
     walking: Recording,
     model: BodyModel,
     placement: MarkerPlacement,
+    centres: Mapping[str, Array],
 ) -> ModelFit:
     """The joint fit of lengths and places of markers to the standing and one `walking` trial."""
     names = [marker.name for marker in placement.markers]
@@ -200,24 +218,56 @@ def _fit_to_trials(
         order=processing.filter_order,
     )
     roles = session.marker_set.markers
+    placed = {name: ANATOMICAL_SD for name in names if roles[name].role == "anatomical"}
+    placed |= {name: sd for name, sd in session.placement_sd.items() if name in names}
+    markers, walked = placement.markers, replace(walking, markers=smooth)
+    if request.joint_centres == "given":
+        from gaitval.scaling.given_centres import segment_below, with_centres
+
+        # A marker in each joint, which goes with those of the segment above.
+        markers += tuple(
+            ModelMarker(name, segment_below(name), np.zeros(3), GIVEN_WEIGHT) for name in centres
+        )
+        there = np.tile(np.array([*centres.values()]), (len(stood), 1, 1))
+        stood = np.concatenate([stood, there], axis=1)
+        walked = with_centres(
+            walked, session.marker_set.segments, standing_places(session.standing), centres
+        )
+        names = [*names, *centres]
+        placed |= dict.fromkeys(centres, GIVEN_SD)
     fitted = partial(
         fit_model,
         model,
-        placement.markers,
+        markers,
         stood,
-        replace(walking, markers=smooth).columns(names),
-        placement_sd={name: ANATOMICAL_SD for name in names if roles[name].role == "anatomical"}
-        | {name: sd for name, sd in session.placement_sd.items() if name in names},
+        walked.columns(names),
+        placement_sd=placed,
     )
-    if request.hip_centre in GENERIC:
-        # Who asks for the hips of a model wants those, not what the walk makes of them.
+    # Who asks for the hips of a model, or gives centres, wants those, not what the walk makes of
+    # them.
+    if request.joint_centres == "given":
+        fitted = partial(fitted, length_sd=dict.fromkeys(_given_lengths(centres), 0.0))
+    elif request.hip_centre in GENERIC:
         fitted = partial(fitted, length_sd=dict.fromkeys(HIP_LENGTHS, 0.0))
     fit, tissue = fitted(), SOFT_TISSUE_SD
     # Without a standing trial, only the walk can show that its markers move less than skin does.
     while request.stands_in_walk and TISSUE_OVER_RESIDUAL * fit.measurement_sd < 0.95 * tissue:
         tissue = TISSUE_OVER_RESIDUAL * fit.measurement_sd
         fit = fitted(soft_tissue_sd=tissue)
-    return fit
+    return replace(fit, markers=fit.markers[: len(placement.markers)])
+
+
+def _given_lengths(centres: Collection[str]) -> tuple[str, ...]:
+    """Lengths of the joint fit that `centres` of both sides determine."""
+    hips, knees, ankles = (
+        all(f"{side}.{joint}.Centre" in centres for side in "RL")
+        for joint in ("Hip", "Knee", "Ankle")
+    )
+    return (
+        *(HIP_LENGTHS if hips else ()),
+        *(("thigh",) if hips and knees else ()),
+        *(("shank",) if knees and ankles else ()),
+    )
 
 
 def _with_lengths_of(fit: ModelFit, measured: Measurements) -> Measurements:

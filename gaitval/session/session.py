@@ -14,11 +14,12 @@ import numpy as np
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import unusual_build
-from gaitval.errors import RecordError
+from gaitval.errors import NoCycleError, RecordError
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.foot_forces import LIGHTEST, of_weight
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain, told_once
 from gaitval.reporting.measurement_part import MeasurementPart
+from gaitval.scaling.joint_centres import FUNCTIONAL
 from gaitval.session.average import check_mass, drift_warnings, mean_angles, mean_kinetics
 from gaitval.session.incline import ground_of
 from gaitval.session.one_side import missing_sides
@@ -31,7 +32,9 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
     from gaitval.arrays import Array
+    from gaitval.scaling.given_centres import LaidCentre
     from gaitval.session.functional import FunctionalJoint
+    from gaitval.session.given_centres import CentreDifference
 
 UNLIKE: Final = 1.2
 """Times the slowest trial's speed from which a mean of both is said to be of neither; within a
@@ -71,6 +74,7 @@ class Import:
         no cycle of both feet is shown whole.
     of_means : warnings about the mean curves.
     functional : what the range-of-motion trials show of hips and knees.
+    given : joint centres that came with the recording, beside ours.
     decisions : what was decided: the step, and a sentence.
     measurement : what `gaitval.measurement.measured` found; None before it has looked.
     """
@@ -86,6 +90,7 @@ class Import:
     weight_ratio: float | None
     decisions: tuple[tuple[str, str], ...]
     functional: "tuple[FunctionalJoint, ...]" = ()
+    given: "tuple[CentreDifference, ...]" = ()
     of_means: tuple[QualityFlag, ...] = ()
     measurement: "SessionMeasurement | None" = None
 
@@ -148,7 +153,7 @@ def work_out_trials(
         )
     while True:
         try:
-            session, functional, body = _scaled(request, processing, known, noted, symmetric)
+            session, functional, laid, body = _scaled(request, processing, known, noted, symmetric)
             break
         except RecordError as error:
             if error.trial is None or len(request.trials) == 1:
@@ -156,7 +161,12 @@ def work_out_trials(
             noted("trials", f"{request.called(error.trial)} is left out: {error}")
             request = request.without_trial(error.trial)
     walks = _usable_walks(request, processing, known, noted)
-    require_cycles(walks)
+    try:
+        require_cycles(walks)
+    except NoCycleError:  # its page has what is known
+        for warning in _of_given(_beside_given(request, session, body, walks, laid, noted)):
+            noted("warnings", str(warning))
+        raise
     ground = ground_of(request, walks, noted)
     if ground != body.model.ground:
         # what the segments weigh, and so all moments, changes with gravity's direction
@@ -167,7 +177,8 @@ def work_out_trials(
     moments, forces = mean_kinetics(request, walks)
     angles = mean_angles(body.model, walks)
     build = unusual_build(request.mass_kg, request.height_m, request.age)
-    of_means = (*build, *_unlike(walks), *drift_warnings(angles, moments))
+    given = _beside_given(request, session, body, walks, laid, noted)
+    of_means = (*build, *_unlike(walks), *drift_warnings(angles, moments), *_of_given(given))
     if missing_sides(angles, forces):
         from gaitval.session.one_side_warnings import one_side_warnings
 
@@ -187,7 +198,35 @@ def work_out_trials(
         decisions=tuple(known.decisions),
         of_means=of_means,
         functional=functional,
+        given=given,
     )
+
+
+def _beside_given(
+    request: Request,
+    session: SessionRecordings,
+    body: FittedBody,
+    walks: Sequence[WalkingTrial],
+    laid: "Sequence[LaidCentre]",
+    noted: Notify,
+) -> "tuple[CentreDifference, ...]":
+    """The given joint centres, which are `laid` on the standing trial, beside those of `body`."""
+    if not laid:
+        return ()
+    from gaitval.session.given_centres import beside_given
+
+    rows = beside_given(request, session, body, walks, laid)
+    for row in rows:
+        noted("scaling", str(row))
+    return rows
+
+
+def _of_given(rows: "Sequence[CentreDifference]") -> Iterator[QualityFlag]:
+    """The warning about given joint centres that are far from ours."""
+    if rows:
+        from gaitval.session.given_centres import given_warnings
+
+        yield from given_warnings(rows)
 
 
 def _unlike(walks: Sequence[WalkingTrial]) -> Iterator[QualityFlag]:
@@ -213,21 +252,31 @@ def _scaled(
     known: ImportProgress,
     noted: Notify,
     symmetric: bool,
-) -> "tuple[SessionRecordings, tuple[FunctionalJoint, ...], FittedBody]":
-    """The recordings of all trials, functional joints, and the body. Raises RecordError, of which
-    `trial` says whether it is about one trial.
+) -> "tuple[SessionRecordings, tuple[FunctionalJoint, ...], tuple[LaidCentre, ...], FittedBody]":
+    """The recordings of all trials, functional joints, joint centres that came with them, and the
+    body. Raises RecordError, of which `trial` says whether it is about one trial.
     """
     session = known.session = read_session(request, processing, noted)
     functional: tuple[FunctionalJoint, ...] = ()
-    hip_centres: dict[str, Array] = {}
+    centres: dict[str, Array] = {}
+    source = FUNCTIONAL
     if request.functional:
         from gaitval.session.functional import chosen_hips, functional_joints
 
         functional = functional_joints(request, processing, session, noted)
-        hip_centres = chosen_hips(request, functional, noted)
+        centres = chosen_hips(request, functional, noted)
+    laid: tuple[LaidCentre, ...] = ()
+    if session.points or request.scaled_model or request.joint_centres == "given":
+        from gaitval.session.given_centres import given_centres
+
+        laid = given_centres(request, session, noted)
+    if request.joint_centres == "given":
+        centres, source = {each.name: each.place for each in laid}, f"of {laid[0].source}"
+        noted("scaling", f"joint centres {source}: {', '.join(each.title for each in laid)}")
     body = known.body = scale_body(
-        request, processing, session, noted, hip_centres=hip_centres, symmetric=symmetric
-    )
+        request, processing, session, noted,
+        centres=centres, centres_source=source, symmetric=symmetric,
+    )  # fmt: skip
     session = known.session = replace(
         session,
         walking=body.walking,
@@ -240,7 +289,7 @@ def _scaled(
             ),
         ),
     )
-    return session, functional, body
+    return session, functional, laid, body
 
 
 def _usable_walks(

@@ -230,8 +230,8 @@ def test_a_hip_that_is_missing_or_counts_already_is_said():
     # What an import stores: hips as measured, and a thigh that was fitted to the walk since.
     subject = next(each for each in builtin_subjects() if each.markers)
     points = locate(subject.markers)
-    hips = {side: points[f"{side}.Hip.Centre"] for side in "RL"}
-    measured = measure(subject.markers, hip_centres=hips)
+    hips = {name: points[name] for name in ("R.Hip.Centre", "L.Hip.Centre")}
+    measured = measure(subject.markers, centres=hips)
     fitted = with_fitted_lengths(measured, {"thigh": measured.right.thigh}, "joint fit")
     assert fitted.sources["thigh"] == "joint fit"
     for each in (measured, fitted):

@@ -20,7 +20,6 @@ from gaitval.apps.judge.judge import SHOWN_ONLY, Judgement, judge
 from gaitval.apps.judge.loads import read_loads
 from gaitval.apps.judge.markers import logged_errors
 from gaitval.apps.judge.moments import bands, speed_group
-from gaitval.apps.judge.opensim.model_file import read_model
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.skeleton import skeleton
 from gaitval.apps.judge.write import result_of, write_judgement
@@ -30,6 +29,7 @@ from gaitval.folder_lock import locked
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
+from gaitval.scaling.opensim.model_file import read_model
 
 NOISE_M = 0.005
 """Of the markers, see conftest.py."""
@@ -229,9 +229,9 @@ def test_a_residual_moment_is_a_vector_whatever_the_pelvis_does(everything, judg
     """Generalised forces of tilted axes; the moment was put in about fixed ones."""
     from opensim_motion import from_opensim
 
-    from gaitval.apps.judge.opensim.model_file import read_model
     from gaitval.apps.judge.residuals import residual_wrench
     from gaitval.opensim.coordinates import OPENSIM_COORDINATES, forces_to_opensim
+    from gaitval.scaling.opensim.model_file import read_model
 
     model = read_model(everything.model)
     random = np.random.default_rng(2)

@@ -8,11 +8,11 @@ import opensim
 import osim_samples as samples
 import pytest
 
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.model_file import read_model
-from gaitval.apps.judge.opensim.placing import centre_of_mass, marker_places, motion_of, place
 from gaitval.errors import ModelError, RecordError
 from gaitval.mocap.mot_writing import StorageTable
+from gaitval.scaling.opensim.model import OsimModel
+from gaitval.scaling.opensim.model_file import read_model
+from gaitval.scaling.opensim.placing import centre_of_mass, marker_places, motion_of, place
 
 opensim.Logger.setLevelString("Off")
 opensim.Logger.removeFileSink()

@@ -42,6 +42,20 @@ def test_an_opencap_session(opencap, session) -> None:
     assert len(read.plates) == 2
 
 
+def test_the_scaled_model_of_a_session_is_shown_beside_ours(opencap, pose2sim) -> None:
+    assert one(opencap).scaled_model is None
+    models = opencap / "OpenSimData" / "Model"
+    models.mkdir(parents=True)
+    for name in ("Lai_scaled_no_patella.osim", "Lai_scaled.osim"):
+        (models / name).touch()
+    found = one(opencap)
+    assert found.scaled_model == models / "Lai_scaled.osim"
+    assert found.joint_centres == "landmarks"
+    (pose2sim / "kinematics").mkdir()
+    (pose2sim / "kinematics" / "walk.osim").touch()
+    assert one(pose2sim).scaled_model == pose2sim / "kinematics" / "walk.osim"
+
+
 def test_sessions_below_a_folder_and_without_forces(opencap) -> None:
     (opencap / "ForceData" / "walk1.mot").unlink()
     (person,) = read_batch(opencap.parent)

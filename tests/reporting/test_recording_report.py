@@ -24,6 +24,7 @@ from gaitval.reporting.recording_report import (
     Decision,
     FunctionalRow,
     GateRow,
+    GivenCentreRow,
     InputFile,
     LeftOut,
     MarkerError,
@@ -60,6 +61,24 @@ def page_of(folder: Path) -> Page:
 @pytest.fixture(scope="module")
 def page(folder: Path) -> Page:
     return page_of(folder)
+
+
+def test_given_joint_centres_have_a_table_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    row = GivenCentreRow("left", "hip", f"own{HOSTILE}.osim", -30.4, 9.6, 5.0, 0.284, NAN)
+    write_recording_report(tmp_path, sample(given_centres=[row]))
+    page = (tmp_path / "recording.html").read_text(encoding="utf-8")
+    assert "Joint centres that came with the recording" in page
+    assert "left hip" in page
+    for figure in ("-30", "10", "0.28"):
+        assert f">{figure}<" in page.replace("−", "-")
+    assert "<script>alert" not in page
+    write_recording_report(tmp_path, sample())
+    page = (tmp_path / "recording.html").read_text(encoding="utf-8")
+    assert "Joint centres that came" not in page
 
 
 def test_functional_joints_have_a_table_of_their_own(

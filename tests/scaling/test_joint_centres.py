@@ -76,10 +76,10 @@ def test_the_first_width_is_that_of_the_right_side(markers):
 def test_a_known_hip_centre_replaces_the_regression_of_its_side_only(markers):
     by_regression = locate(markers)
     known = by_regression["R.Hip.Centre"] + np.array([0.01, -0.004, 0.02])
-    points = locate(markers, hip_centres={"R": known})
+    points = locate(markers, centres={"R.Hip.Centre": known})
     np.testing.assert_allclose(points["R.Hip.Centre"], known, atol=1e-12)
     np.testing.assert_allclose(points["L.Hip.Centre"], by_regression["L.Hip.Centre"], atol=1e-12)
-    seen, before = measure(markers, hip_centres={"R": known}), measure(markers)
+    seen, before = measure(markers, centres={"R.Hip.Centre": known}), measure(markers)
     assert seen.right.thigh == pytest.approx(np.linalg.norm(known - points["R.Knee.Centre"]))
     assert seen.left.thigh == before.left.thigh
     assert seen.hip_height == pytest.approx(before.hip_height + 0.01)

@@ -135,10 +135,10 @@ def test_a_misplaced_asis_moves_the_regression_and_not_the_functional_centre(tmp
     assert any("9 mm back" in text and "hip centre to ankle" in text for _, text in messages)
     # Chosen, they give the body back its hips; by default they do not.
     chosen = chosen_hips(request, joints, lambda *message: messages.append(message))
-    assert set(chosen) == {"R", "L"}
+    assert set(chosen) == {"R.Hip.Centre", "L.Hip.Centre"}
     assert chosen_hips(request.model_copy(update={"hip_centre": "regression"}), joints) == {}
     points = SET.on_landmarks({n: session.standing.marker(n)[0] for n in session.standing.names})
-    by_regression, by_function = measure(points), measure(points, hip_centres=chosen)
+    by_regression, by_function = measure(points), measure(points, centres=chosen)
     assert by_function.right.thigh == pytest.approx(person.measured.right.thigh, abs=0.002)
     assert by_function.hip_half_width == pytest.approx(person.measured.hip_half_width, abs=0.002)
     assert abs(by_regression.hip_height - by_function.hip_height) < 0.005
@@ -160,7 +160,9 @@ def test_a_leg_that_rests_is_not_found_and_keeps_the_regression(tmp_path):
     assert "turned by 0.0° and 0.0°" in rested.refused
     assert by_name(joints)["left", "hip"].found is not None
     messages = []
-    assert set(chosen_hips(request, joints, lambda *message: messages.append(message))) == {"L"}
+    assert set(chosen_hips(request, joints, lambda *message: messages.append(message))) == {
+        "L.Hip.Centre"
+    }
     assert any(text.startswith("right hip centre: by regression") for _, text in messages)
 
 

@@ -10,12 +10,12 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.placing import Motion
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.coordinates import RANGES
 from gaitval.errors import RecordError
+from gaitval.scaling.opensim.model import OsimModel
+from gaitval.scaling.opensim.placing import Motion
 
 LEGS: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 FULL_TURN: Final = 2 * np.pi

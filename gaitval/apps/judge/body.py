@@ -6,11 +6,11 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.model import OpenSimBody
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.metrics.tolerances import Measure, measured
 from gaitval.scaling.anthropometry import DE_LEVA, STATURE, Proportions
+from gaitval.scaling.opensim.model import OpenSimBody
 
 PARTS: Final[Mapping[str, tuple[str, ...]]] = {
     "thigh": ("thigh",),

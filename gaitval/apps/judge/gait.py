@@ -11,7 +11,6 @@ from typing import Final
 import numpy as np
 
 from gaitval.apps.judge.loads import Loads
-from gaitval.apps.judge.opensim.placing import Motion, at_times, centre_of_mass, place
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
@@ -24,6 +23,7 @@ from gaitval.gait.foot_forces import assign_forces, of_weight
 from gaitval.inverse.inverse_dynamics import ground_level
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.separate_forces import with_plates
+from gaitval.scaling.opensim.placing import Motion, at_times, centre_of_mass, place
 
 LANDMARKS: Final = {
     f"{letter}.{name}": f"{letter}.{name}"

@@ -23,9 +23,6 @@ from gaitval.apps.judge.moments import (
     unit_of_moments,
 )
 from gaitval.apps.judge.muscles import JudgedMuscles, judge_muscles
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.model_file import read_model
-from gaitval.apps.judge.opensim.placing import Motion, at_times, motion_of
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.residuals import residual_wrench
 from gaitval.apps.judge.skeleton import Skeleton, skeleton
@@ -40,6 +37,9 @@ from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.reading import read_recording
 from gaitval.scaling.anthropometry import WINTER
+from gaitval.scaling.opensim.model import OsimModel
+from gaitval.scaling.opensim.model_file import read_model
+from gaitval.scaling.opensim.placing import Motion, at_times, motion_of
 
 SHOWN_ONLY: Final = (
     "side-length",

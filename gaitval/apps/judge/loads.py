@@ -6,8 +6,6 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.fields import child, flag, read_document, text
-from gaitval.apps.judge.opensim.model import GROUND
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.coordinates import Side
 from gaitval.errors import RecordError
@@ -16,6 +14,8 @@ from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate
 from gaitval.mocap.text_table import XYZ, sample_rate
+from gaitval.scaling.opensim.fields import child, flag, read_document, text
+from gaitval.scaling.opensim.model import GROUND
 
 
 @dataclass(frozen=True)

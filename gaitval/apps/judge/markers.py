@@ -7,13 +7,13 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.fields import child, flag, number, objects, read_document
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.placing import Motion, at_times, marker_places, place
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.recording import Recording
+from gaitval.scaling.opensim.fields import child, flag, number, objects, read_document
+from gaitval.scaling.opensim.model import OsimModel
+from gaitval.scaling.opensim.placing import Motion, at_times, marker_places, place
 
 RMS_COLUMN, LARGEST_COLUMN = "marker_error_RMS", "marker_error_max"
 SAME_TIME: Final = 1e-4

@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.placing import place
 from gaitval.arrays import Array
+from gaitval.scaling.opensim.model import OsimModel
+from gaitval.scaling.opensim.placing import place
 
 STEP: Final = 1e-5
 """rad or m, of the differences that the velocities of the root are taken from."""

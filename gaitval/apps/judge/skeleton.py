@@ -14,10 +14,10 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.placing import place
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
+from gaitval.scaling.opensim.model import OsimModel
+from gaitval.scaling.opensim.placing import place
 
 NUDGE: Final = 0.05
 """rad, by which a coordinate is moved to see what it does."""

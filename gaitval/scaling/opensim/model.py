@@ -15,8 +15,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.functions import CoordinateFunction
 from gaitval.arrays import Array
+from gaitval.scaling.opensim.functions import CoordinateFunction
 
 GROUND: Final = "ground"
 

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.interpolate import PPoly
 from scipy.linalg import solve_banded
 
-from gaitval.apps.judge.opensim.fields import number, numbers
 from gaitval.arrays import Array
 from gaitval.errors import ModelError
+from gaitval.scaling.opensim.fields import number, numbers
 
 CoordinateFunction = Callable[[Array], Array]
 """Values (T,) at values (T,) of the variable."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.apps.judge.opensim.model import GROUND, Frame, Marker, OpenSimJoint, OsimModel
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.mot_writing import StorageTable
+from gaitval.scaling.opensim.model import GROUND, Frame, Marker, OpenSimJoint, OsimModel
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Read an `.osim` file of OpenSim 3 or 4; see `gaitval.apps.judge.opensim.model`.
+"""Read an `.osim` file of OpenSim 3 or 4; see `gaitval.scaling.opensim.model`.
 
 | differs             | OpenSim 3 (20000 to 30499)             | OpenSim 4 (40000 and later)   |
 |---------------------|----------------------------------------|-------------------------------|
@@ -17,7 +17,9 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.apps.judge.opensim.fields import (
+from gaitval.arrays import Array
+from gaitval.errors import ModelError
+from gaitval.scaling.opensim.fields import (
     child,
     flag,
     number,
@@ -26,13 +28,13 @@ from gaitval.apps.judge.opensim.fields import (
     read_document,
     text,
 )
-from gaitval.apps.judge.opensim.functions import (
+from gaitval.scaling.opensim.functions import (
     constant,
     is_function,
     read_function,
     slope_and_offset,
 )
-from gaitval.apps.judge.opensim.model import (
+from gaitval.scaling.opensim.model import (
     GROUND,
     Coordinate,
     Coupler,
@@ -44,8 +46,6 @@ from gaitval.apps.judge.opensim.model import (
     OsimModel,
     TransformAxis,
 )
-from gaitval.arrays import Array
-from gaitval.errors import ModelError
 
 OLDEST, BETWEEN, NEWEST = 20000, 30500, 40000
 """Versions of the file: before the first, and between the others, files had other forms."""
