@@ -23,7 +23,7 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ArtefactError
-from gaitval.importing.files import CYCLES, FOLDER, RECORD, REFUSED, SUBJECT
+from gaitval.importing.files import CURVES, CYCLES, FOLDER, RECORD, REFUSED, SUBJECT
 from gaitval.importing.results import IMPORT_VERSION, AnchoringResult, ImportResult
 from gaitval.importing.summary import input_files, summary_of, trial_residuals, verdicts
 from gaitval.inverse.inverse_kinematics import marker_errors
@@ -46,6 +46,10 @@ from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.trial import WalkingTrial
+from gaitval.text_tables import with_unit
+
+UNITS: Final = {"angle": "rad", "moment": "Nm/kg", "force": "BW"}
+"""Of the columns of `CURVES` that are no quantity's, by their first word."""
 
 
 def refusal_files(target: Path) -> tuple[Path, ...]:
@@ -115,7 +119,7 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         write_arrays(target / CYCLES, cycle_curves(summary))
         written.append(target / CYCLES)
         quantities = quantities_of(summary)
-        written.append(write_table(target / "curves.csv", _curve_table(found, quantities)))
+        written.append(write_table(target / CURVES, _curve_table(found, quantities)))
         write_recording_report(target, summary, configuration.report)
         written += [target / "recording.html", target / "recording.pdf"]
         written += sorted((target / FIGURES).glob("*.csv"))
@@ -147,8 +151,11 @@ def cycle_table(trials: Sequence[WalkingTrial]) -> pd.DataFrame:
     for walk in trials:
         for side in SIDES:
             for cycle in walk.cycles[side]:
-                row = asdict(cycle) | {"trial": walk.name}
-                rows.append(row | {"reasons": "; ".join(cycle.reasons)})
+                row = {
+                    with_unit(name, "s") if isinstance(value, float) else name: value
+                    for name, value in asdict(cycle).items()
+                }
+                rows.append(row | {"reasons": "; ".join(cycle.reasons), "trial": walk.name})
     return pd.DataFrame(rows)
 
 
@@ -163,7 +170,7 @@ def _curve_table(found: Import, quantities: Mapping[str, Found]) -> pd.DataFrame
     """Mean and SD of every curve: rad, Nm/kg and body weights, 0 to 100 % of the side's cycle; and
     the curves of `quantities`, in their units.
     """
-    columns: dict[str, Array] = {"percent": 100.0 * PHASE}
+    columns: dict[str, Array] = {}
     for kind, curves in (("angle", found.angles), ("moment", found.moments)):
         for name, curve in curves.items():
             columns[f"{kind}_{name}_mean"] = curve.mean
@@ -174,9 +181,11 @@ def _curve_table(found: Import, quantities: Mapping[str, Found]) -> pd.DataFrame
             columns[f"force_{direction}_{side[0]}_sd"] = force.deviation[:, axis]
     if found.measurement is not None:
         columns |= found.measurement.columns()
+    named = {with_unit(name, UNITS[name.partition("_")[0]]): c for name, c in columns.items()}
     for kind, quantity in quantities.items():
-        columns |= {f"{kind}_{name}_mean": curve for name, curve in quantity.curves.items()}
-    return pd.DataFrame(columns)
+        unit = BY_NAME[kind].unit
+        named |= {with_unit(f"{kind}_{n}_mean", unit): c for n, c in quantity.curves.items()}
+    return pd.DataFrame({"percent": 100.0 * PHASE} | named)
 
 
 def _record(found: Import) -> dict[str, Any]:

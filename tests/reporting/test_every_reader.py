@@ -278,8 +278,9 @@ def test_the_numbers_behind_a_figure_are_beside_it(folder: Path, browser: str) -
     assert saved == (folder / "figures" / "moments.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(io.StringIO(saved)))
     mean, deviation = sample().moments["knee_angle_l"]
-    assert [float(row["knee_angle_l_mean"]) for row in rows] == pytest.approx(mean, rel=1e-5)
-    assert [float(row["knee_angle_l_sd"]) for row in rows] == pytest.approx(deviation, rel=1e-5)
+    for what, curve in (("mean", mean), ("sd", deviation)):
+        found = [float(row[f"knee_angle_l_{what}_nm_kg"]) for row in rows]
+        assert found == pytest.approx(curve, rel=1e-5)
 
 
 def test_without_the_script_only_the_buttons_lack(
