@@ -122,7 +122,7 @@ def _of_trial(
     `notify` is called with a sentence on what was read.
     """
     del name
-    unit: AngleUnit | None = next((u for u in get_args(AngleUnit) if u == angle_unit), None)
+    unit: AngleUnit | None = next((u for u in get_args(AngleUnit) if u == angle_unit.lower()), None)
     if unit is None:
         raise ConfigurationError(f"--angle-unit {angle_unit}: give deg or rad.")
     where = ", ".join(str(path) for path in files)

@@ -7,6 +7,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from gaitval.any_case import as_known
 from gaitval.arrays import Array, Flags, Index, runs, spread_out
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, Side
@@ -205,6 +206,7 @@ def criterion_of(name: str | Criterion) -> Criterion:
     """The criterion called `name`. Raises ModelError for another name."""
     if isinstance(name, Criterion):
         return name
+    name = as_known(name, CRITERIA)
     if name not in CRITERIA:
         raise ModelError(
             f"No criterion is called {name!r}. Choose one of {', '.join(map(repr, CRITERIA))}."

@@ -148,7 +148,7 @@ def _side(side: str) -> "Side":
     from gaitval.coordinates import SIDES
 
     for each in SIDES:
-        if each == side:
+        if each == side.lower():
             return each
     raise ConfigurationError(f"--side {side}: give right or left.")
 

@@ -106,12 +106,12 @@ def muscles(
 
     settings = MuscleSettings(
         criterion=criterion,
-        side=side,  # type: ignore[arg-type]
+        side=side and side.lower(),  # type: ignore[arg-type]
         strength=strength,
         bands=bands,
         activation_dynamics=activation_dynamics,
         emg=tuple(emg or ()),
-        emg_side=emg_side,  # type: ignore[arg-type]
+        emg_side=emg_side and emg_side.lower(),  # type: ignore[arg-type]
         emg_weight=emg_weight,
     )
     motions = motions_in(folder, height=height)
