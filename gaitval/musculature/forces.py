@@ -23,7 +23,7 @@ from gaitval.musculature.curves import (
     velocity,
 )
 from gaitval.musculature.mapping import LegLoads, leg_loads, sizes
-from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry, table
+from gaitval.musculature.paths import COORDINATES, JOINTS, MUSCLES, Geometry, geometry, table
 from gaitval.musculature.person import LegMuscles, leg_muscles
 from gaitval.musculature.sharing import CRITERIA, LOWEST, Criterion, solve
 
@@ -170,9 +170,9 @@ class MuscleForces:
             if share_left > MUCH_RESERVE:
                 at = int(np.nanargmax(np.abs(leg.reserves[:, i])))
                 yield (
-                    f"{side} {COORDINATES[i]}: {abs(leg.reserves[at, i]):.1f} Nm at "
-                    f"{self.time[at]:.2f} s are made by no muscle, {100 * share_left:.0f} % of its "
-                    f"largest moment ({largest[i]:.0f} Nm)"
+                    f"{side} {COORDINATES[i].replace('_', ' ')}: "
+                    f"{abs(leg.reserves[at, i]):.1f} Nm at {self.time[at]:.2f} s are made by no "
+                    f"muscle, {100 * share_left:.0f} % of its largest moment ({largest[i]:.0f} Nm)"
                 )
         begins, ends = runs(~leg.known)
         if len(begins):
@@ -186,16 +186,20 @@ class MuscleForces:
             if not leg.outside[:, i].any():
                 continue
             yield (
-                f"{side} {name}: in {leg.outside[:, i].sum()} of {len(self.time)} frames "
-                "beyond the table of muscle paths; the nearest angle was used"
+                f"{side} {name.replace('_', ' ')}: in {leg.outside[:, i].sum()} of "
+                f"{len(self.time)} frames beyond the table of muscle paths; the nearest angle was "
+                "used"
             )
         full = [
-            muscle
+            MUSCLES[muscle]
             for muscle, activation in zip(leg.muscles.names, leg.activation.T, strict=True)
             if (activation > AT_LIMIT).any()
         ]
         if full:
-            yield f"{side}: at their limit in some frames: {', '.join(full)}"
+            yield (
+                f"{side}: as active as they can be in some frames: {', '.join(full)}. Either they "
+                "are stronger than the model's, or the moment is too large"
+            )
         unsolved = int((leg.known & ~leg.solved).sum())
         if unsolved:
             few = f"{unsolved} of {len(self.time)}"
