@@ -251,7 +251,7 @@ def report(folder: Path) -> None:
 DeviceOption = Annotated[
     list[str] | None,
     typer.Option(
-        "--device", metavar="DEVICE", show_default=False,
+        "--device", metavar="DEVICE",
         help="Then walk with this device too (`gaitval device --help`). May be repeated.",
     ),
 ]  # fmt: skip
@@ -327,9 +327,7 @@ def baseline(
     out: OutOption = None,
     target: Annotated[
         Path | None,
-        typer.Option(
-            "--to", help="Folder for it; by default RUN FOLDER/baseline.", show_default=False
-        ),
+        typer.Option("--to", help="Folder for it; by default RUN FOLDER/baseline."),
     ] = None,
     seal: Annotated[
         bool,
