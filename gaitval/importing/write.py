@@ -15,6 +15,7 @@ from gaitval.artefacts import (
     replacing,
     value_hash,
     versions,
+    without_nan,
     write_arrays,
     write_json,
     write_text,
@@ -46,7 +47,7 @@ from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.trial import WalkingTrial
-from gaitval.text_tables import with_unit
+from gaitval.text_tables import no_formula, with_unit
 
 UNITS: Final = {"angle": "rad", "moment": "Nm/kg", "force": "BW"}
 """Of the columns of `CURVES` that are no quantity's, by their first word."""
@@ -124,7 +125,7 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         written += [target / "recording.html", target / "recording.pdf"]
         written += sorted((target / FIGURES).glob("*.csv"))
         results = {n: quantity_result(BY_NAME[n], each) for n, each in quantities.items()}
-        record = ImportResult.model_validate(_plain(_record(found)) | {"quantities": results})
+        record = ImportResult.model_validate(without_nan(_record(found)) | {"quantities": results})
         write_json(target / RECORD, record.as_dict())
     return [*written, target / RECORD]
 
@@ -155,7 +156,8 @@ def cycle_table(trials: Sequence[WalkingTrial]) -> pd.DataFrame:
                     with_unit(name, "s") if isinstance(value, float) else name: value
                     for name, value in asdict(cycle).items()
                 }
-                rows.append(row | {"reasons": "; ".join(cycle.reasons), "trial": walk.name})
+                trial = no_formula(walk.name)
+                rows.append(row | {"reasons": "; ".join(cycle.reasons), "trial": trial})
     return pd.DataFrame(rows)
 
 
@@ -280,16 +282,3 @@ def _model_figures(model: BodyModel) -> list[list[float]]:
         [segment.mass, *segment.joint_position, *segment.centre_of_mass, *segment.inertia.ravel()]
         for segment in model.segments
     ]
-
-
-def _plain(value: Any) -> Any:
-    """For JSON: NumPy numbers as Python numbers, NaN as null."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
