@@ -61,7 +61,8 @@ TapeOption = Annotated[
     ),
 ]
 AngleUnitOption = Annotated[
-    str, typer.Option("--angle-unit", metavar="deg|rad", help="Of the angles in tables.")
+    str,
+    typer.Option("--angle-unit", metavar="deg|rad", help="Of angles whose columns do not say it."),
 ]
 StanceOption = Annotated[
     float | None,
