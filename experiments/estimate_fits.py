@@ -6,6 +6,7 @@ Writes `gaitval/prediction/fits.json`: by person and trial, how the kinetics of 
 differ from the expected ones that it began from, in units of `UNIT`. About a minute.
 """
 
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,7 @@ def whole_numbers(subject: Subject) -> list[list[list[int]]]:
 
 def main() -> None:
     """Command line; see the module's docstring."""
+    ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter).parse_args()
     rows = []
     for subject in builtin_subjects():
         for trial in (subject.trial, *(each.name for each in subject.trials)):

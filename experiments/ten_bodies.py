@@ -9,6 +9,7 @@ interrupted, the same command resumes. Nothing of a stored run is changed.
 """
 
 import time
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,7 @@ def named(offset: Array) -> dict[str, float]:
 
 def main() -> None:
     """Every record that is not stored yet."""
+    ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter).parse_args()
     subjects = builtin_subjects()
     trials = [each.on_trial(trial.name) for each in subjects for trial in each.trials]
     stored: dict[str, Any] = {"alone": [], "trials": [], "people": []}

@@ -188,6 +188,19 @@ def write_json(path: Path, value: Any) -> None:
     write_text(path, json.dumps(value, indent=1, sort_keys=True, allow_nan=False) + "\n")
 
 
+def without_nan(value: Any) -> Any:
+    """`value` for JSON: NumPy numbers as Python numbers, NaN and infinities as null."""
+    if isinstance(value, Mapping):
+        return {str(key): without_nan(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_nan(item) for item in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
 def read_json(path: Path, fix: str = "Delete it and run its stage again") -> Any:
     """Value of the JSON file `path`, of a run folder if nothing else is said. Raises ArtefactError
     if it is missing, a folder, may not be read, or is damaged: `fix` says what to do then.
@@ -196,7 +209,7 @@ def read_json(path: Path, fix: str = "Delete it and run its stage again") -> Any
         text = file_gate.read_text(
             path, ArtefactError, largest=file_gate.VALUES, fix="Run the stage that writes it first"
         )
-        value = json.loads(text, parse_int=_integer)
+        value = json.loads(text, parse_int=_integer, parse_constant=_no_number)
         _check_depth(value)
         return value
     except (ValueError, RecursionError) as error:
@@ -270,6 +283,10 @@ def _integer(digits: str) -> int:
     if len(digits) > DIGITS:
         raise ValueError(f"an integer has {len(digits)} digits")
     return int(digits)
+
+
+def _no_number(constant: str) -> float:
+    raise ValueError(f"{constant} is no number, and JSON does not have it")
 
 
 def _reason(error: Exception) -> str:

@@ -25,6 +25,7 @@ from pydantic import (
     model_validator,
 )
 
+from gaitval.any_case import as_known, literals_of
 from gaitval.artefacts import parse_toml, read_toml
 from gaitval.conventions import OWN, convention_of
 from gaitval.errors import ConfigurationError
@@ -105,7 +106,7 @@ class Section(BaseModel):
                 f"{str(value).lower()} is for settings that are on or off; give a value like "
                 f"the default, {cls.model_fields[info.field_name].default!r}"
             )
-        return value
+        return as_known(value, literals_of(cls.model_fields[info.field_name].annotation))
 
 
 class RecordSettings(Section):
@@ -608,6 +609,7 @@ class ProcessingSettings(Section):
 
 
 def _has_a_catalogue(language: str) -> str:
+    language = as_known(language, LANGUAGES)
     if language not in LANGUAGES:
         raise ValueError(f"{language!r} has no catalogue; there are {', '.join(LANGUAGES)}")
     return language
@@ -615,10 +617,9 @@ def _has_a_catalogue(language: str) -> str:
 
 def _is_a_convention(name: str) -> str:
     try:
-        convention_of(name)
+        return convention_of(name).name
     except ConfigurationError as error:
         raise ValueError(str(error)) from None
-    return name
 
 
 class ReportSettings(Section):
@@ -729,7 +730,7 @@ def load_configuration(
     values: dict[str, Any] = {}
     settings = [settings] if isinstance(settings, str) else settings
     if path is not None:
-        named = NAMED / f"{path}.toml"
+        named = NAMED / f"{str(path).lower()}.toml"
         file = named if named.is_file() and not Path(path).is_file() else Path(path)
         if not file.exists():
             names = ", ".join(sorted(file.stem for file in NAMED.glob("*.toml")))

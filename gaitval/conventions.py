@@ -23,6 +23,7 @@ import math
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
+from gaitval.any_case import as_known
 from gaitval.errors import ConfigurationError
 
 _Point = tuple[float, float, float]
@@ -109,8 +110,8 @@ def convention_of(name: str) -> Convention:
     """The convention of this name, or of a number of degrees (see above); ConfigurationError if
     there is none.
     """
-    if name in CONVENTIONS:
-        return CONVENTIONS[name]
+    if (known := as_known(name, CONVENTIONS)) in CONVENTIONS:
+        return CONVENTIONS[known]
     try:
         tilt = float(name)
     except ValueError:

@@ -14,6 +14,12 @@ from typing import Final, NamedTuple
 _DECIMAL: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 """A number with a comma for the point."""
 
+_ENDINGS: Final = {
+    **{"s": "s", "rad": "rad", "deg": "deg", "Nm/kg": "nm_kg", "W/kg": "w_kg", "1": "1"},
+    **{"BW": "bw", "% BW": "percent_bw"},
+}
+"""What the name of a column ends in, by the unit of its values."""
+
 
 class TextTable(NamedTuple):
     """A table: the names of its columns, and the cells of each row with the number of its line."""
@@ -57,6 +63,23 @@ def shipped_table(package: str, file: str) -> TextTable:
     """A table that comes with a `package` of gaitval."""
     text = resources.files(package).joinpath(file).read_text("utf-8")
     return text_table(text.splitlines())
+
+
+def with_unit(column: str, unit: str) -> str:
+    """The name of a `column` that says its `unit`: "knee_angle_r_mean" in Nm/kg is
+    "knee_angle_r_mean_nm_kg".
+    """
+    return f"{column}_{_ENDINGS[unit]}"
+
+
+def without_unit(column: str) -> tuple[str, str]:
+    """The name of a `column` without its unit, and the unit; "" where it says none, as the tables
+    of earlier versions.
+    """
+    for unit, ending in sorted(_ENDINGS.items(), key=lambda each: -len(each[1])):
+        if column.endswith(f"_{ending}"):
+            return column.removesuffix(f"_{ending}"), unit
+    return column, ""
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:

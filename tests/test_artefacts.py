@@ -2,6 +2,7 @@
 
 import errno
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -18,6 +19,7 @@ from gaitval.artefacts import (
     there_below,
     value_hash,
     versions,
+    without_nan,
     write_arrays,
     write_json,
     write_text,
@@ -249,3 +251,15 @@ def test_who_names_the_folder_of_several_runs_is_told_where_they_are(tmp_path: P
     assert (
         said == f" There is one in {tmp_path / 'a'}, {tmp_path / 'b'}, {tmp_path / 'c'} and 1 more."
     )
+
+
+@pytest.mark.parametrize("constant", ["NaN", "Infinity", "-Infinity"])
+def test_what_is_no_number_is_no_json(constant: str, tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text(f'{{"value": {constant}}}')
+    with pytest.raises(ArtefactError, match=rf"{constant} is no number"):
+        read_json(tmp_path / "a.json")
+
+
+def test_what_is_no_number_is_written_as_null() -> None:
+    value = {1: [math.nan, 2.0], "a": (np.float64("inf"), np.int64(3), "NaN")}
+    assert without_nan(value) == {"1": [None, 2.0], "a": [None, 3, "NaN"]}

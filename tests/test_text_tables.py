@@ -1,12 +1,15 @@
 """Tables as text: whoever wrote them, and what is written."""
 
 import csv
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
 
 from gaitval.apps.cohort.results import write_tables
-from gaitval.text_tables import csv_text, text_table
+from gaitval.gait.cycles import GaitCycle
+from gaitval.importing.write import cycle_table
+from gaitval.text_tables import csv_text, text_table, with_unit, without_unit
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
@@ -58,3 +61,19 @@ def test_the_tables_of_a_cohort_are_written_likewise(tmp_path):
     table = pd.DataFrame({"who": ["=1+1", None], "angle": [-1.5, float("nan")]})
     path, _ = write_tables(tmp_path, {"studies": table})
     assert path.read_text() == "who,angle\n'=1+1,-1.5\n,\n"
+
+
+@pytest.mark.parametrize("unit", ["s", "rad", "deg", "Nm/kg", "W/kg", "1", "BW", "% BW"])
+def test_the_name_of_a_column_says_its_unit_and_is_read_without_it(unit):
+    named = with_unit("knee_angle_r_mean", unit)
+    assert named.startswith("knee_angle_r_mean_")
+    assert without_unit(named) == ("knee_angle_r_mean", unit)
+    assert without_unit("knee_angle_r_mean") == ("knee_angle_r_mean", "")  # as before 0.10.0
+
+
+def test_the_name_of_a_trial_in_the_table_of_cycles_is_no_formula():
+    cycle = GaitCycle("right", 0.0, 0.6, 1.0, 0.1, 0.5, True, True)
+    walk = SimpleNamespace(name="=cmd().c3d", cycles={"right": [cycle], "left": []})
+    table = cycle_table([walk])
+    assert list(table["trial"]) == ["'=cmd().c3d"]
+    assert {"start_s", "toe_off_s", "end_s", "kinematics_valid"} <= set(table)

@@ -33,6 +33,7 @@ from gaitval.model.tree import segment_frames
 from gaitval.session.read import SessionRecordings
 from gaitval.session.session import Import
 from gaitval.session.trial import valid_cycles
+from gaitval.text_tables import without_unit
 
 DRAWS = 20
 """Virtual people."""
@@ -97,7 +98,8 @@ def _truth() -> tuple[Array, dict[str, Array]]:
     with (ROOT / "gaitval/samples/truth.csv").open(newline="", encoding="utf-8") as file:
         table = list(csv.DictReader(file))
     columns = {name: np.array([float(row[name]) for row in table]) for name in table[0]}
-    return columns.pop("time_s"), columns
+    time_s = columns.pop("time_s")
+    return time_s, {without_unit(name)[0]: values for name, values in columns.items()}
 
 
 def inside(found: Import) -> dict[str, tuple[int, int, float]]:

@@ -21,7 +21,6 @@ HistoryOption = Annotated[
         envvar="GAITVAL_HISTORY",
         help="Also keep the figures, with commit, time and machine, in this file, for `gaitval "
         "history`.",
-        show_default=False,
     ),
 ]
 
@@ -41,12 +40,11 @@ def check(
             metavar="FOLDER|SUBJECT",
             help="Folder of a stored baseline, or the metrics.json in it; or a built-in subject "
             "(S05), whose baseline comes with gaitval; or a folder of `gaitval device`.",
-            show_default=False,
         ),
     ],
     junit: Annotated[
         Path | None,
-        typer.Option("--junit", metavar="FILE", help="Also write JUnit XML.", show_default=False),
+        typer.Option("--junit", metavar="FILE", help="Also write JUnit XML."),
     ] = None,
     quick: Annotated[
         bool,

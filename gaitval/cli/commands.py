@@ -1,172 +1,69 @@
 """The commands that are loaded when they are called, so that `gaitval` starts at once."""
 
-from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from gaitval.terminal.app import Added
 
-
-def _body() -> Added:
-    from gaitval.cli.body import body
-
-    return body
-
-
-def _change() -> Added:
-    from gaitval.apps.changes.command import change
-
-    return change
-
-
-def _check() -> Added:
-    from gaitval.cli.check import check
-
-    return check
-
-
-def _cohort() -> Added:
-    from gaitval.apps.cohort.command import cohort
-
-    return cohort
-
-
-def _compare() -> Added:
-    from gaitval.cli.compare import compare
-
-    return compare
-
-
-def _curves() -> Added:
-    from gaitval.cli.curves import curves
-
-    return curves
-
-
-def _data() -> Added:
-    from gaitval.cli.data import data
-
-    return data
-
-
-def _device() -> Added:
-    from gaitval.apps.devices.command import device
-
-    return device
-
-
-def _estimate() -> Added:
-    from gaitval.cli.estimate import estimate
-
-    return estimate
-
-
-def _events() -> Added:
-    from gaitval.cli.events import events
-
-    return events
-
-
-def _export() -> Added:
-    from gaitval.apps.export.command import export
-
-    return export
-
-
-def _history() -> Added:
-    from gaitval.apps.regression.history_command import history
-
-    return history
-
-
-def _imports() -> Added:
-    from gaitval.cli.imports import imports
-
-    return imports
-
-
-def _judge() -> Added:
-    from gaitval.apps.judge.command import judge
-
-    return judge
-
-
-def _live() -> Added:
-    from gaitval.apps.live.command import live
-
-    return live
-
-
-def _locohub() -> Added:
-    from gaitval.cli.locohub import locohub
-
-    return locohub
-
-
-def _markers() -> Added:
-    from gaitval.cli.markers import markers
-
-    return markers
-
-
-def _muscles() -> Added:
-    from gaitval.apps.muscles.command import muscles
-
-    return muscles
-
-
-def _patients() -> Added:
-    from gaitval.apps.patients.command import patients
-
-    return patients
-
-
-def _perturb() -> Added:
-    from gaitval.apps.balance.command import perturb
-
-    return perturb
-
-
-def _predict() -> Added:
-    from gaitval.cli.predict import predict
-
-    return predict
-
-
-def _screen() -> Added:
-    from gaitval.apps.virtual.screen_command import screen
-
-    return screen
-
-
-def _virtual() -> Added:
-    from gaitval.apps.virtual.command import virtual
-
-    return virtual
-
-
-TABLE: Final[dict[str, Callable[[], Added]]] = {
-    "body": _body,
-    "change": _change,
-    "check": _check,
-    "cohort": _cohort,
-    "compare": _compare,
-    "curves": _curves,
-    "data": _data,
-    "device": _device,
-    "estimate": _estimate,
-    "events": _events,
-    "export": _export,
-    "history": _history,
-    "imports": _imports,
-    "judge": _judge,
-    "live": _live,
-    "locohub": _locohub,
-    "markers": _markers,
-    "muscles": _muscles,
-    "patients": _patients,
-    "perturb": _perturb,
-    "predict": _predict,
-    "screen": _screen,
-    "virtual": _virtual,
-}
-"""By the name of the command."""
+_NAMES: Final = (
+    *("body", "change", "check", "cohort", "compare", "curves", "data", "device", "estimate"),
+    *("events", "export", "history", "imports", "judge", "live", "locohub", "markers", "muscles"),
+    *("patients", "perturb", "predict", "screen", "virtual"),
+)
+
+
+def _load(name: str) -> Added:
+    match name:
+        case "body":
+            from gaitval.cli.body import body as found
+        case "change":
+            from gaitval.apps.changes.command import change as found
+        case "check":
+            from gaitval.cli.check import check as found
+        case "cohort":
+            from gaitval.apps.cohort.command import cohort as found
+        case "compare":
+            from gaitval.cli.compare import compare as found
+        case "curves":
+            from gaitval.cli.curves import curves as found
+        case "data":
+            from gaitval.cli.data import data as found
+        case "device":
+            from gaitval.apps.devices.command import device as found
+        case "estimate":
+            from gaitval.cli.estimate import estimate as found
+        case "events":
+            from gaitval.cli.events import events as found
+        case "export":
+            from gaitval.apps.export.command import export as found
+        case "history":
+            from gaitval.apps.regression.history_command import history as found
+        case "imports":
+            from gaitval.cli.imports import imports as found
+        case "judge":
+            from gaitval.apps.judge.command import judge as found
+        case "live":
+            from gaitval.apps.live.command import live as found
+        case "locohub":
+            from gaitval.cli.locohub import locohub as found
+        case "markers":
+            from gaitval.cli.markers import markers as found
+        case "muscles":
+            from gaitval.apps.muscles.command import muscles as found
+        case "patients":
+            from gaitval.apps.patients.command import patients as found
+        case "perturb":
+            from gaitval.apps.balance.command import perturb as found
+        case "predict":
+            from gaitval.cli.predict import predict as found
+        case "screen":
+            from gaitval.apps.virtual.screen_command import screen as found
+        case "virtual":
+            from gaitval.apps.virtual.command import virtual as found
+        case _:
+            raise KeyError(name)
+    return found
+
+
+TABLE: Final = {name: partial(_load, name) for name in _NAMES}
+"""What loads a command, by its name."""

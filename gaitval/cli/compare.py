@@ -27,7 +27,6 @@ def compare(
             metavar="RUN...",
             help="Run folders, stored baselines, or folders that contain some; or folders of "
             "`gaitval device`.",
-            show_default=False,
         ),
     ],
     before: Annotated[
@@ -36,7 +35,6 @@ def compare(
             "--before",
             metavar="FOLDER",
             help="The same of an earlier version, matched by subject. May be repeated.",
-            show_default=False,
         ),
     ] = None,
     strict: Annotated[

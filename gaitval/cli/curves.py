@@ -17,7 +17,6 @@ CurveFilesArgument = Annotated[
         metavar="FILE...",
         help="Mean curves of one trial: CSV, Parquet, or WBDS ang.txt and knt.txt. With "
         "--template, the CSV file to write (means.csv).",
-        show_default=False,
     ),
 ]
 TemplateOption = Annotated[
@@ -29,32 +28,28 @@ TemplateOption = Annotated[
 ]
 _SpeedOption = Annotated[
     float | None,
-    typer.Option("--speed", metavar="M/S", help="Walking speed.", show_default=False),
+    typer.Option("--speed", metavar="M/S", help="Walking speed."),
 ]
 StrideTimeOption = Annotated[
     float | None,
-    typer.Option("--stride-time", metavar="S", help="Mean stride time.", show_default=False),
+    typer.Option("--stride-time", metavar="S", help="Mean stride time."),
 ]
 SubjectFileOption = Annotated[
-    Path | None, typer.Option("--out", "-o", help="Subject's file to write.", show_default=False)
+    Path | None, typer.Option("--out", "-o", help="Subject's file to write.")
 ]
 ToOption = Annotated[
     Path | None,
-    typer.Option("--to", help="Subject's file to add the trial to, instead.", show_default=False),
+    typer.Option("--to", help="Subject's file to add the trial to, instead."),
 ]
 TrialNameOption = Annotated[str, typer.Option("--trial-name", help="Of the trial.")]
-OptionalMassOption = Annotated[
-    float | None, typer.Option("--mass", help="Body mass, kg.", show_default=False)
-]
-OptionalHeightOption = Annotated[
-    float | None, typer.Option("--height", help="Stature, m.", show_default=False)
-]
+OptionalMassOption = Annotated[float | None, typer.Option("--mass", help="Body mass, kg.")]
+OptionalHeightOption = Annotated[float | None, typer.Option("--height", help="Stature, m.")]
 LegLengthOption = Annotated[
-    float | None, typer.Option("--leg-length", help="From hip to floor, m.", show_default=False)
+    float | None, typer.Option("--leg-length", help="From hip to floor, m.")
 ]
 OptionalSexOption = Annotated[
     str | None,
-    typer.Option("--sex", metavar="F|M", help="Selects segment tables.", show_default=False),
+    typer.Option("--sex", metavar="F|M", help="Selects segment tables."),
 ]
 TapeOption = Annotated[
     list[str] | None,
@@ -63,17 +58,15 @@ TapeOption = Annotated[
         metavar="LENGTH=M",
         help="hip_height, thigh, shank, ankle_height, foot or pelvis_width by tape measure; "
         "those not given follow from stature. May be repeated.",
-        show_default=False,
     ),
 ]
 AngleUnitOption = Annotated[
-    str, typer.Option("--angle-unit", metavar="deg|rad", help="Of the angles in tables.")
+    str,
+    typer.Option("--angle-unit", metavar="deg|rad", help="Of angles whose columns do not say it."),
 ]
 StanceOption = Annotated[
     float | None,
-    typer.Option(
-        "--stance", help="Stance fraction of the cycle, without forces.", show_default=False
-    ),
+    typer.Option("--stance", help="Stance fraction of the cycle, without forces."),
 ]
 
 

@@ -30,9 +30,7 @@ data = Added(data_app, after="subjects")
 
 FolderOption = Annotated[
     Path | None,
-    typer.Option(
-        "--folder", help="Folder of the data; by default the user's cache.", show_default=False
-    ),
+    typer.Option("--folder", help="Folder of the data; by default the user's cache."),
 ]
 
 
@@ -105,9 +103,9 @@ def data_fetch(
     "\n\n\b\nExamples:\n  gaitval data sample\n  gaitval data sample recordings/sample",
 )
 def data_sample(
-    folder: Annotated[
-        Path, typer.Argument(metavar="[FOLDER]", help="Where to copy it.", show_default=False)
-    ] = Path("sample"),
+    folder: Annotated[Path, typer.Argument(metavar="[FOLDER]", help="Where to copy it.")] = Path(
+        "sample"
+    ),
 ) -> None:
     """Copy the samples."""
     from gaitval.artefacts import read_json

@@ -23,16 +23,13 @@ INSOLE_COLUMNS: Final = ("force_right", "force_left")
 def estimate(
     run: Annotated[
         Path,
-        typer.Argument(
-            metavar="RUN", help="Folder of a finished run that knew no forces.", show_default=False
-        ),
+        typer.Argument(metavar="RUN", help="Folder of a finished run that knew no forces."),
     ],
     insoles: Annotated[
         Path | None,
         typer.Option(
             help="Forces by insoles in this walk: CSV with a column time (s), MOT or STO.",
             metavar="FILE",
-            show_default=False,
         ),
     ] = None,
     insole_columns: Annotated[

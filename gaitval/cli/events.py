@@ -16,14 +16,10 @@ from gaitval.terminal.app import added_command
     after="subjects",
 )
 def events(
-    file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="Walking trial.", show_default=False)
-    ],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Walking trial.")],
     standing: Annotated[
         Path | None,
-        typer.Option(
-            "--standing", metavar="FILE", help="Standing trial of the person.", show_default=False
-        ),
+        typer.Option("--standing", metavar="FILE", help="Standing trial of the person."),
     ] = None,
     forces: Annotated[
         Path | None,
@@ -31,18 +27,15 @@ def events(
             "--forces",
             metavar="FILE",
             help="Forces, if the trial's file has none.",
-            show_default=False,
         ),
     ] = None,
     marker_set: Annotated[
         str | None,
-        typer.Option(
-            "--marker-set", metavar="SET", help="Marker set, or its file.", show_default=False
-        ),
+        typer.Option("--marker-set", metavar="SET", help="Marker set, or its file."),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", metavar="FILE.svg", help="Picture.", show_default=False),
+        typer.Option("--out", "-o", metavar="FILE.svg", help="Picture."),
     ] = None,
 ) -> None:
     """Show when each foot lands and leaves, by plates, markers and the file, in one picture.

@@ -19,13 +19,11 @@ from gaitval.terminal.app import ConfigOption, SetOption, added_command
 def imports(
     sessions: Annotated[
         Path,
-        typer.Argument(
-            metavar="FILE|FOLDER", help="Session file, or a folder of them.", show_default=False
-        ),
+        typer.Argument(metavar="FILE|FOLDER", help="Session file, or a folder of them."),
     ],
     out: Annotated[
         Path,
-        typer.Option("--out", "-o", help="Folder; each person gets one in it.", show_default=False),
+        typer.Option("--out", "-o", help="Folder; each person gets one in it."),
     ],
     config: ConfigOption = None,
     settings: SetOption = None,

@@ -11,17 +11,15 @@ from gaitval.terminal.app import added_command
 
 FileArgument = Annotated[
     Path,
-    typer.Argument(metavar="FILE", help="DATASET_phase.parquet.", show_default=False),
+    typer.Argument(metavar="FILE", help="DATASET_phase.parquet."),
 ]
 _SubjectsOut = Annotated[
     Path,
-    typer.Option("--out", "-o", metavar="FOLDER", help="Of the subjects.", show_default=False),
+    typer.Option("--out", "-o", metavar="FOLDER", help="Of the subjects."),
 ]
 PersonOption = Annotated[
     list[str] | None,
-    typer.Option(
-        "--subject", metavar="NAME", help="Only this one. May be repeated.", show_default=False
-    ),
+    typer.Option("--subject", metavar="NAME", help="Only this one. May be repeated."),
 ]
 FillOption = Annotated[
     bool,
@@ -33,7 +31,7 @@ FillOption = Annotated[
 
 
 def _number(name: str, unit: str, text: str) -> object:
-    return typer.Option(name, metavar=unit, help=text, show_default=False)
+    return typer.Option(name, metavar=unit, help=text)
 
 
 @added_command(

@@ -29,13 +29,11 @@ that a program computed, the search did not end in ten minutes."""
 def markers(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="Walking trial, or any other.", show_default=False),
+        typer.Argument(metavar="FILE", help="Walking trial, or any other."),
     ],
     standing: Annotated[
         Path | None,
-        typer.Option(
-            "--standing", metavar="FILE", help="Standing trial of the person.", show_default=False
-        ),
+        typer.Option("--standing", metavar="FILE", help="Standing trial of the person."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -44,7 +42,6 @@ def markers(
             "-o",
             metavar="FILE.toml",
             help="Marker set to write; the picture goes beside it.",
-            show_default=False,
         ),
     ] = None,
 ) -> None:

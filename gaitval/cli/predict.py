@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 SpeedOption = Annotated[
     float | None,
-    typer.Option("--speed", metavar="M/S", help="Speed to walk at.", show_default=False),
+    typer.Option("--speed", metavar="M/S", help="Speed to walk at."),
 ]
 HoldoutOption = Annotated[
     str | None,
@@ -44,7 +44,6 @@ HoldoutOption = Annotated[
         metavar="TRIAL",
         help="Predict this trial of the subject, which is held out, and compare. A name, or "
         "the file of the same person on another trial.",
-        show_default=False,
     ),
 ]
 SlopeOption = Annotated[
@@ -53,7 +52,6 @@ SlopeOption = Annotated[
         "--slope",
         metavar="PERCENT",
         help="Slope of the ground; uphill is positive.",
-        show_default=False,
     ),
 ]
 LoadOption = Annotated[
@@ -62,7 +60,6 @@ LoadOption = Annotated[
         "--load",
         metavar="PERCENT",
         help="A vest of so much of body mass, up to 40 %.",
-        show_default=False,
     ),
 ]
 

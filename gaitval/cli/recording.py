@@ -24,7 +24,6 @@ def subjects(
             "--build",
             metavar="FOLDER",
             help="Compute the subjects again from the WBDS files in FOLDER.",
-            show_default=False,
         ),
     ] = None,
     out: Annotated[
@@ -76,9 +75,7 @@ def _with_import_options(function: CommandFunction) -> CommandFunction:
 def import_command(
     out: Annotated[
         Path,
-        typer.Option(
-            "--out", "-o", help="Folder; the subject is named after it.", show_default=False
-        ),
+        typer.Option("--out", "-o", help="Folder; the subject is named after it."),
     ],
     config: ConfigOption = None,
     settings: SetOption = None,

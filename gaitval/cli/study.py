@@ -1,13 +1,12 @@
-"""Commands of a subject's run: one for each stage, all of them, and stored baselines.
+"""Commands of a subject's run: one for each stage, all of them, and stored baselines."""
 
-It is long because each command declares its own options, in a line each.
-"""
-
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import wraps
 from importlib.util import find_spec
+from inspect import Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -68,74 +67,87 @@ def _opened(
 
 def _stage(
     name: str,
-    subject: str,
-    out: Path | None,
-    config: Path | None,
-    settings: list[str] | None,
-    force: bool,
+    subject: SubjectArgument,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: ForceOption = False,
     *,
-    round_number: int = 1,
-    scratch: bool = False,
+    round_number: RoundOption = 1,
+    scratch: ScratchOption = False,
+    language: LanguageOption = None,
+    paper: PaperOption = None,
 ) -> Path:
     """Run one stage; returns the run folder."""
     from gaitval.study.one_stage import run_one
 
+    settings = with_pages(settings, language, paper)
     with _opened(subject, out, config, settings, keep_settings=True) as run:
         run_one(run, name, round_number=round_number, scratch=scratch, force=force)
         return run.folder
 
 
-@command("gaitval scale 5", "gaitval scale my_patient.toml --out runs/patient")
-def scale(
-    subject: SubjectArgument,
-    out: OutOption = None,
-    config: ConfigOption = None,
-    settings: SetOption = None,
-    force: ForceOption = False,
-) -> None:
+def _stage_command(
+    *examples: str, takes: Sequence[str] = ()
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Make the command of a stage of the function that follows it, which has the stage's name and
+    takes the run folder and options of its own. `takes` are those of the stage itself, besides the
+    ones that all have (`_stage`).
+    """
+
+    def register(after: Callable[..., None]) -> Callable[..., None]:
+        _, *every = signature(_stage).parameters.values()
+        of_stage = [each for each in every if each.kind != each.KEYWORD_ONLY or each.name in takes]
+        _, *own = signature(after).parameters.values()
+
+        @wraps(after)
+        def run(**options: Any) -> None:
+            given = {each.name: options.pop(each.name) for each in of_stage}
+            after(_stage(after.__name__, **given), **options)
+
+        parameters = [each.replace(kind=each.KEYWORD_ONLY) for each in (*of_stage, *own)]
+        vars(run)["__signature__"] = Signature(parameters)
+        return command(*examples)(run)
+
+    return register
+
+
+@_stage_command("gaitval scale 5", "gaitval scale my_patient.toml --out runs/patient")
+def scale(folder: Path) -> None:
     """Scale the body model to the subject: model.urdf, scaling.csv.
 
     Segment lengths come from the markers of the standing trial, masses and inertias from de Leva
     (1996). Prints each length with its mass, its ratio to the population mean, and its source.
     """
-    folder = _stage("scale", subject, out, config, settings, force)
     display.print_csv(folder / "scaling.csv", f"Body model in {folder / 'model.urdf'}")
 
 
-@command(
+@_stage_command("gaitval reference 5")
+def reference(_: Path) -> None:
+    """Build the reference motion from the recorded gait: reference.npz."""
+
+
+@_stage_command(
     "gaitval train 5",
     "gaitval train 5 --scratch --set training.samples=500000 --set seed=1",
     "tensorboard --logdir reports/S05",
+    takes=("round_number", "scratch"),
 )
-def train(
-    subject: SubjectArgument,
-    out: OutOption = None,
-    config: ConfigOption = None,
-    settings: SetOption = None,
-    force: ForceOption = False,
-    round_number: RoundOption = 1,
-    scratch: ScratchOption = False,
-) -> None:
+def train(_: Path) -> None:
     """Train a walking policy (PPO): rounds/1/trained.
 
     It starts from the general policy, and trains only if that falls with this person or is pushed
     over too often (`--set training.samples=full`: in any case). Interrupt it when you like: the
     same command resumes. The better of start and trained policy is handed on.
     """
-    _stage(
-        "train", subject, out, config, settings, force, round_number=round_number, scratch=scratch
-    )
 
 
-@command("gaitval identify 5", "gaitval identify 5 --set identification.method=rollouts")
-def identify(
-    subject: SubjectArgument,
-    out: OutOption = None,
-    config: ConfigOption = None,
-    settings: SetOption = None,
-    force: ForceOption = False,
-    round_number: RoundOption = 1,
-) -> None:
+@_stage_command(
+    "gaitval identify 5",
+    "gaitval identify 5 --set identification.method=rollouts",
+    takes=("round_number",),
+)
+def identify(_: Path) -> None:
     """Identify the 14 body parameters mu from the record: identification.json.
 
     Looks for the lengths and joint locations of the body with which the recorded motion, moments
@@ -144,55 +156,29 @@ def identify(
     which is trained before); what the record leaves open draws each parameter towards the body as
     scaled.
     """
-    _stage("identify", subject, out, config, settings, force, round_number=round_number)
 
 
-def _bare(stage: str, *examples: str, described: str) -> None:
-    """A command of a `stage` that prints nothing and takes no options of its own."""
-
-    def run(
-        subject: SubjectArgument,
-        out: OutOption = None,
-        config: ConfigOption = None,
-        settings: SetOption = None,
-        force: ForceOption = False,
-    ) -> None:
-        _stage(stage, subject, out, config, settings, force)
-
-    run.__name__, run.__doc__ = stage, described
-    command(f"gaitval {stage} 5", *examples)(run)
-
-
-_bare("reference", described="Build the reference motion from the recorded gait: reference.npz.")
-_bare(
-    "correct",
-    "gaitval correct 5 --set correction.steps=0",
-    described="""Correct the reference of the trained policy: correction.json.
+@_stage_command("gaitval correct 5", "gaitval correct 5 --set correction.steps=0")
+def correct(_: Path) -> None:
+    """Correct the reference of the trained policy: correction.json.
 
     Walks, compares with the reference, and changes the motion that the policy is given by a degree
     or so, so that the walk comes closer to the reference (iterative learning control), and three
     tenths of the way to what the run knew of the record. It reads nothing that was held out.
-    """,
-)
-_bare(
-    "simulate",
-    "gaitval simulate 5 --set validation.cycles=50",
-    described="""Walk with the trained policy, without pushes: rollouts/.
+    """
+
+
+@_stage_command("gaitval simulate 5", "gaitval simulate 5 --set validation.cycles=50")
+def simulate(_: Path) -> None:
+    """Walk with the trained policy, without pushes: rollouts/.
 
     The identified body and the nominal one walk the cycles that are compared, from the first start
     phase. The hundred cycles from every start phase are walked by `gaitval correct`.
-    """,
-)
+    """
 
 
-@command("gaitval push 5", "gaitval push 5 --set pushes.directions=24")
-def push(
-    subject: SubjectArgument,
-    out: OutOption = None,
-    config: ConfigOption = None,
-    settings: SetOption = None,
-    force: ForceOption = False,
-) -> None:
+@_stage_command("gaitval push 5", "gaitval push 5 --set pushes.directions=24")
+def push(folder: Path) -> None:
     """Push the walker, and find which pushes it survives: push.json.
 
     Horizontal pushes of 50 ms at the pelvis, from all directions, at phases of the right gait
@@ -200,17 +186,12 @@ def push(
     """
     from gaitval.metrics.walk_results import StoredPushes
 
-    folder = _stage("push", subject, out, config, settings, force)
     display.print_pushes(StoredPushes.model_validate(read_json(folder / "push.json")).recovery)
 
 
-@command("gaitval validate 5", "gaitval validate 5 --all")
+@_stage_command("gaitval validate 5", "gaitval validate 5 --all")
 def validate(
-    subject: SubjectArgument,
-    out: OutOption = None,
-    config: ConfigOption = None,
-    settings: SetOption = None,
-    force: ForceOption = False,
+    folder: Path,
     every: Annotated[
         bool, typer.Option("--all", help="Also print every limit with every value it was put to.")
     ] = False,
@@ -223,7 +204,6 @@ def validate(
     """
     from gaitval.metrics.results import read_metrics
 
-    folder = _stage("validate", subject, out, config, settings, force)
     metrics = read_metrics(folder)
     if every:
         display.print_tolerances(metrics)
@@ -251,16 +231,12 @@ def _judged(metrics: "Metrics", folder: Path) -> None:
         )
 
 
-@command("gaitval report 5", "gaitval report 5 --language de --paper letter")
-def report(
-    subject: SubjectArgument,
-    out: OutOption = None,
-    config: ConfigOption = None,
-    settings: SetOption = None,
-    force: ForceOption = False,
-    language: LanguageOption = None,
-    paper: PaperOption = None,
-) -> None:
+@_stage_command(
+    "gaitval report 5",
+    "gaitval report 5 --language de --paper letter",
+    takes=("language", "paper"),
+)
+def report(folder: Path) -> None:
     """Write the report: report.html and report.pdf, report-details.html, and the numbers behind
     its figures as CSV.
 
@@ -268,7 +244,6 @@ def report(
     """
     from gaitval.metrics.results import read_metrics
 
-    folder = _stage("report", subject, out, config, with_pages(settings, language, paper), force)
     display.output.print(f"Report: {folder / 'report.html'} and report.pdf")
     _judged(read_metrics(folder), folder)
 
@@ -276,7 +251,7 @@ def report(
 DeviceOption = Annotated[
     list[str] | None,
     typer.Option(
-        "--device", metavar="DEVICE", show_default=False,
+        "--device", metavar="DEVICE",
         help="Then walk with this device too (`gaitval device --help`). May be repeated.",
     ),
 ]  # fmt: skip
@@ -352,9 +327,7 @@ def baseline(
     out: OutOption = None,
     target: Annotated[
         Path | None,
-        typer.Option(
-            "--to", help="Folder for it; by default RUN FOLDER/baseline.", show_default=False
-        ),
+        typer.Option("--to", help="Folder for it; by default RUN FOLDER/baseline."),
     ] = None,
     seal: Annotated[
         bool,

@@ -2,8 +2,8 @@
 
 A table has 101 rows, 0 to 100 % of each side's own gait cycle, and a column for each curve, named
 by its kind and the coordinate: `angle_hip_flexion_r`, `moment_knee_angle_l`, `force_up_r`. The
-names and signs are those of `gaitval.gait.record.GaitRecord`. The names may end in `_mean`, as in
-the table that an import writes. Other columns are left alone.
+names and signs are those of `gaitval.gait.record.GaitRecord`. The names may end in `_mean` and the
+unit, as in the table that an import writes. Other columns are left alone.
 """
 
 import csv
@@ -29,7 +29,7 @@ from gaitval.gait.record import (
     REQUIRED_MOMENTS,
 )
 from gaitval.gait.sampling import SAMPLES
-from gaitval.text_tables import text_table
+from gaitval.text_tables import text_table, without_unit
 
 AngleUnit = Literal["deg", "rad"]
 
@@ -58,6 +58,8 @@ _FORCE_UNITS: Final = (
 _WEAKEST: Final = 0.35
 """Nm/kg. Where neither ankle's largest moment reaches this, the body's weight 36 mm before the
 joint, the unit is wrong: slow walkers, children and patients have 0.6 on one side at least."""
+_NAMED: Final = {"angle": ("deg", "rad"), "moment": ("Nm/kg",), "force": ("BW",)}
+"""Units that the name of a column may end in, by its first word."""
 SAME_PERCENT: Final = 0.01
 """Of the cycle, %, within which a row is of the percent that its place says."""
 _LANDED: Final = 0.05
@@ -72,7 +74,8 @@ _NO_TABLES: Final = (".toml", ".c3d", ".trc", ".mot", ".sto", ".osim", ".json", 
 
 
 def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") -> MeanCurves:
-    """The curves of one trial from one file or several (`paths`), angles in `angle_unit`. Raises
+    """The curves of one trial from one file or several (`paths`), angles in `angle_unit` unless the
+    names of their columns say another (`angle_hip_flexion_r_mean_rad`). Raises
     RecordError, which lists what is wrong, and where, if a file or a curve cannot be used.
     """
     if any(_is_wbds(path) for path in paths):
@@ -80,7 +83,7 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
     columns: dict[str, tuple[Path, Array]] = {}
     left_out: list[str] = []
     for path in paths:
-        curves, others = _table(path)
+        curves, others = _table(path, angle_unit)
         left_out += others
         for name, values in curves.items():
             if name in columns:
@@ -160,8 +163,10 @@ def _from_wbds(paths: Sequence[Path]) -> MeanCurves:
     return MeanCurves(found, of_forces.moments, of_forces.forces, MOMENT_SEAM)
 
 
-def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
-    """Columns of curves in a file, without `_mean`, and the names of the others."""
+def _table(path: Path, angle_unit: AngleUnit) -> tuple[dict[str, Array], list[str]]:
+    """Columns of curves in a file, without `_mean` and the unit, angles in `angle_unit`, and the
+    names of the others.
+    """
     if path.suffix.lower() in _NO_TABLES:
         raise RecordError(
             f"{path}: a {path.suffix} file is no table of mean curves. Give CSV or Parquet, or "
@@ -175,7 +180,8 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
         raise RecordError(f"{path}: {_unread(path, error)}") from None
     found, others = {}, []
     for name in map(str, table.columns):
-        plain = name.strip().removesuffix("_mean")
+        plain, unit = without_unit(name.strip())
+        plain = plain.removesuffix("_mean")
         beside = plain.endswith(("_sd", "_band90", "_uncorrected"))
         if not plain.startswith(("angle_", "moment_", "force_")) or beside:
             if plain.lower() == "percent":
@@ -185,6 +191,15 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
         values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
         if len(values) != SAMPLES:
             raise RecordError(_another_length(path, len(values)))
+        if unit and unit not in _NAMED.get(plain.partition("_")[0], ()):
+            raise RecordError(
+                f"{path}: column {name.strip()}: {unit} is no unit of such a curve. Give angles in "
+                "deg or rad, moments in nm_kg, forces in bw (body weights), or leave the unit out."
+            )
+        if unit == "rad" and angle_unit == "deg":
+            values = np.degrees(values)
+        elif unit == "deg" and angle_unit == "rad":
+            values = np.radians(values)
         found[plain] = values
     if not found:
         seen = ", ".join(map(str, list(table.columns)[:6]))

@@ -122,7 +122,7 @@ def _of_trial(
     `notify` is called with a sentence on what was read.
     """
     del name
-    unit: AngleUnit | None = next((u for u in get_args(AngleUnit) if u == angle_unit), None)
+    unit: AngleUnit | None = next((u for u in get_args(AngleUnit) if u == angle_unit.lower()), None)
     if unit is None:
         raise ConfigurationError(f"--angle-unit {angle_unit}: give deg or rad.")
     where = ", ".join(str(path) for path in files)
@@ -137,7 +137,8 @@ def _of_trial(
         read = {"deg": "degrees", "rad": "radians"}[unit]
         stances = values["stance_fraction"]
         notify(
-            f"Read {where}: {curves.in_words()}; angles in {read}. The left foot strikes at "
+            f"Read {where}: {curves.in_words()}; angles in {read} unless their names say "
+            "otherwise. The left foot strikes at "
             f"{100 * values['left_phase']:.0f} % of the right cycle, stance lasts "
             f"{100 * stances.right:.0f} % (right) and {100 * stances.left:.0f} % (left) of it."
         )

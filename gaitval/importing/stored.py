@@ -16,12 +16,12 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.display import Displayed
 from gaitval.errors import ArtefactError
 from gaitval.frames import DEGREES, FORCE, MOMENT, curve_frame, of_kind
-from gaitval.importing.files import FOLDER, RECORD, SUBJECT
+from gaitval.importing.files import CURVES, FOLDER, RECORD, SUBJECT
 from gaitval.inverse.scaled_markers import MarkedBody
 from gaitval.metrics.recording_limits import CONSISTENT, state_of
 from gaitval.metrics.tolerances import load_registry
+from gaitval.text_tables import without_unit
 
-CURVES = "curves.csv"
 KINDS: Mapping[str, tuple[str, str, float]] = {
     "angle": ("", "deg", DEGREES),
     "moment": (MOMENT, "Nm/kg", 1.0),
@@ -40,8 +40,8 @@ class Session(Displayed):
     subject : for the main job; None without forces.
     body : the body model, fitted to the standing and the walking trial, with its markers.
     record : what `import.json` holds: decisions, figures of each trial, verdicts.
-    curves : mean and standard deviation over the gait cycles, as `curves.csv` has them: rad,
-        Nm/kg, body weights.
+    curves : mean and standard deviation over the gait cycles, in rad, Nm/kg and body weights: the
+        columns of `curves.csv` without their units.
     """
 
     folder: Path
@@ -99,7 +99,9 @@ class Session(Displayed):
             subject=load_subject(subject) if subject.is_file() else None,
             body=MarkedBody.load(folder / FOLDER),
             record=read_json(folder / FOLDER / RECORD),
-            curves=file_gate.csv_frame(folder / FOLDER / CURVES, ArtefactError),
+            curves=file_gate.csv_frame(folder / FOLDER / CURVES, ArtefactError).rename(
+                columns=lambda name: without_unit(name)[0]
+            ),
         )
 
 

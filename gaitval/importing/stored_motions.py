@@ -35,6 +35,7 @@ from gaitval.opensim.coordinates import (
 )
 from gaitval.opensim.osim import BODIES
 from gaitval.session.loaded import known_spans, lost_leg
+from gaitval.text_tables import no_formula, without_unit
 
 _LOADED = 1e-3
 """N, below which a written force is of a foot in the air."""
@@ -73,7 +74,9 @@ def stored_motions(folder: Path, *, height: float | None = None) -> list[LoadedM
         from gaitval.datasets.subject_file import load_subject
 
         prosthesis = load_subject(folder / SUBJECT).prosthesis
-    table = file_gate.csv_frame(target / "cycles.csv", ArtefactError)
+    table = file_gate.csv_frame(target / "cycles.csv", ArtefactError).rename(
+        columns=lambda name: without_unit(name)[0]
+    )
     found = []
     for path in paths:
         number = _number(path)
@@ -127,7 +130,8 @@ def _motion(
         [np.isfinite(moments.column(f"hip_flexion_{side[0]}_moment")) for side in SIDES], axis=1
     )
     sides: list[Side] = [side for side in SIDES if side != prosthesis]
-    rows = table[(table["trial"].astype(str) == name) & table["kinetics_valid"].astype(bool)]
+    of_trial = table["trial"].astype(str).isin((name, str(no_formula(name))))
+    rows = table[of_trial & table["kinetics_valid"].astype(bool)]
     cycles = {
         side: [
             (float(a), float(b))

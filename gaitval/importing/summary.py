@@ -286,7 +286,9 @@ def limit_rows(found: Import) -> list[page.GateRow]:
                 limit=verdict.tolerance,
                 unit=verdict.unit,
                 passed=verdict.passed,
-                source=f"{verdict.citation.split('.')[0]}: {verdict.locator}",
+                source=verdict.note
+                if verdict.status == "convention"
+                else f"{verdict.citation.split('.')[0]}: {verdict.locator}",
                 applies=state != "not judged",
                 remedy=remedy(verdict.id, reduced=found.request.consistent),
                 target=verdict.target,

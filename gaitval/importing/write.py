@@ -15,6 +15,7 @@ from gaitval.artefacts import (
     replacing,
     value_hash,
     versions,
+    without_nan,
     write_arrays,
     write_json,
     write_text,
@@ -23,7 +24,7 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ArtefactError
-from gaitval.importing.files import CYCLES, FOLDER, RECORD, REFUSED, SUBJECT
+from gaitval.importing.files import CURVES, CYCLES, FOLDER, RECORD, REFUSED, SUBJECT
 from gaitval.importing.results import IMPORT_VERSION, AnchoringResult, ImportResult
 from gaitval.importing.summary import input_files, summary_of, trial_residuals, verdicts
 from gaitval.inverse.inverse_kinematics import marker_errors
@@ -46,6 +47,10 @@ from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.trial import WalkingTrial
+from gaitval.text_tables import no_formula, with_unit
+
+UNITS: Final = {"angle": "rad", "moment": "Nm/kg", "force": "BW"}
+"""Of the columns of `CURVES` that are no quantity's, by their first word."""
 
 
 def refusal_files(target: Path) -> tuple[Path, ...]:
@@ -115,12 +120,12 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         write_arrays(target / CYCLES, cycle_curves(summary))
         written.append(target / CYCLES)
         quantities = quantities_of(summary)
-        written.append(write_table(target / "curves.csv", _curve_table(found, quantities)))
+        written.append(write_table(target / CURVES, _curve_table(found, quantities)))
         write_recording_report(target, summary, configuration.report)
         written += [target / "recording.html", target / "recording.pdf"]
         written += sorted((target / FIGURES).glob("*.csv"))
         results = {n: quantity_result(BY_NAME[n], each) for n, each in quantities.items()}
-        record = ImportResult.model_validate(_plain(_record(found)) | {"quantities": results})
+        record = ImportResult.model_validate(without_nan(_record(found)) | {"quantities": results})
         write_json(target / RECORD, record.as_dict())
     return [*written, target / RECORD]
 
@@ -147,8 +152,12 @@ def cycle_table(trials: Sequence[WalkingTrial]) -> pd.DataFrame:
     for walk in trials:
         for side in SIDES:
             for cycle in walk.cycles[side]:
-                row = asdict(cycle) | {"trial": walk.name}
-                rows.append(row | {"reasons": "; ".join(cycle.reasons)})
+                row = {
+                    with_unit(name, "s") if isinstance(value, float) else name: value
+                    for name, value in asdict(cycle).items()
+                }
+                trial = no_formula(walk.name)
+                rows.append(row | {"reasons": "; ".join(cycle.reasons), "trial": trial})
     return pd.DataFrame(rows)
 
 
@@ -163,7 +172,7 @@ def _curve_table(found: Import, quantities: Mapping[str, Found]) -> pd.DataFrame
     """Mean and SD of every curve: rad, Nm/kg and body weights, 0 to 100 % of the side's cycle; and
     the curves of `quantities`, in their units.
     """
-    columns: dict[str, Array] = {"percent": 100.0 * PHASE}
+    columns: dict[str, Array] = {}
     for kind, curves in (("angle", found.angles), ("moment", found.moments)):
         for name, curve in curves.items():
             columns[f"{kind}_{name}_mean"] = curve.mean
@@ -174,9 +183,11 @@ def _curve_table(found: Import, quantities: Mapping[str, Found]) -> pd.DataFrame
             columns[f"force_{direction}_{side[0]}_sd"] = force.deviation[:, axis]
     if found.measurement is not None:
         columns |= found.measurement.columns()
+    named = {with_unit(name, UNITS[name.partition("_")[0]]): c for name, c in columns.items()}
     for kind, quantity in quantities.items():
-        columns |= {f"{kind}_{name}_mean": curve for name, curve in quantity.curves.items()}
-    return pd.DataFrame(columns)
+        unit = BY_NAME[kind].unit
+        named |= {with_unit(f"{kind}_{n}_mean", unit): c for n, c in quantity.curves.items()}
+    return pd.DataFrame({"percent": 100.0 * PHASE} | named)
 
 
 def _record(found: Import) -> dict[str, Any]:
@@ -272,16 +283,3 @@ def _model_figures(model: BodyModel) -> list[list[float]]:
         [segment.mass, *segment.joint_position, *segment.centre_of_mass, *segment.inertia.ravel()]
         for segment in model.segments
     ]
-
-
-def _plain(value: Any) -> Any:
-    """For JSON: NumPy numbers as Python numbers, NaN as null."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value

@@ -33,7 +33,9 @@ def wanted(given: Sequence[str]) -> tuple[str, ...]:
     """The kinds of faults that `--correct` names, also as "delay,gain". Raises ConfigurationError
     if one cannot be corrected.
     """
-    kinds = tuple(part.strip() for each in given for part in each.split(",") if part.strip())
+    kinds = tuple(
+        part.strip().lower() for each in given for part in each.split(",") if part.strip()
+    )
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown:
         raise ConfigurationError(

@@ -40,6 +40,11 @@ Offsets are forward, to the left and up in the neutral pose for the right leg; y
 left leg. A factor on the thigh or shank stretches it downwards from its upper joint; one on the
 foot stretches foot and toes forwards and backwards from the ankle. Masses do not change.
 """
+UNITS: Final = {
+    **dict.fromkeys(PARAMETERS, "m"),
+    "damping": "Nms/rad",
+    **{name: "1" for name in PARAMETERS if name == "friction" or name.endswith("_length")},
+}
 
 NOMINAL_DAMPING: Final = 0.1
 """Nms/rad (PredSim: D'Hondt, Falisse et al.)."""

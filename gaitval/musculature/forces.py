@@ -7,6 +7,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from gaitval.any_case import as_known
 from gaitval.arrays import Array, Flags, Index, runs, spread_out
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, Side
@@ -22,7 +23,7 @@ from gaitval.musculature.curves import (
     velocity,
 )
 from gaitval.musculature.mapping import LegLoads, leg_loads, sizes
-from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry, table
+from gaitval.musculature.paths import COORDINATES, JOINTS, MUSCLES, Geometry, geometry, table
 from gaitval.musculature.person import LegMuscles, leg_muscles
 from gaitval.musculature.sharing import CRITERIA, LOWEST, Criterion, solve
 
@@ -169,9 +170,9 @@ class MuscleForces:
             if share_left > MUCH_RESERVE:
                 at = int(np.nanargmax(np.abs(leg.reserves[:, i])))
                 yield (
-                    f"{side} {COORDINATES[i]}: {abs(leg.reserves[at, i]):.1f} Nm at "
-                    f"{self.time[at]:.2f} s are made by no muscle, {100 * share_left:.0f} % of its "
-                    f"largest moment ({largest[i]:.0f} Nm)"
+                    f"{side} {COORDINATES[i].replace('_', ' ')}: "
+                    f"{abs(leg.reserves[at, i]):.1f} Nm at {self.time[at]:.2f} s are made by no "
+                    f"muscle, {100 * share_left:.0f} % of its largest moment ({largest[i]:.0f} Nm)"
                 )
         begins, ends = runs(~leg.known)
         if len(begins):
@@ -185,16 +186,20 @@ class MuscleForces:
             if not leg.outside[:, i].any():
                 continue
             yield (
-                f"{side} {name}: in {leg.outside[:, i].sum()} of {len(self.time)} frames "
-                "beyond the table of muscle paths; the nearest angle was used"
+                f"{side} {name.replace('_', ' ')}: in {leg.outside[:, i].sum()} of "
+                f"{len(self.time)} frames beyond the table of muscle paths; the nearest angle was "
+                "used"
             )
         full = [
-            muscle
+            MUSCLES[muscle]
             for muscle, activation in zip(leg.muscles.names, leg.activation.T, strict=True)
             if (activation > AT_LIMIT).any()
         ]
         if full:
-            yield f"{side}: at their limit in some frames: {', '.join(full)}"
+            yield (
+                f"{side}: as active as they can be in some frames: {', '.join(full)}. Either they "
+                "are stronger than the model's, or the moment is too large"
+            )
         unsolved = int((leg.known & ~leg.solved).sum())
         if unsolved:
             few = f"{unsolved} of {len(self.time)}"
@@ -205,6 +210,7 @@ def criterion_of(name: str | Criterion) -> Criterion:
     """The criterion called `name`. Raises ModelError for another name."""
     if isinstance(name, Criterion):
         return name
+    name = as_known(name, CRITERIA)
     if name not in CRITERIA:
         raise ModelError(
             f"No criterion is called {name!r}. Choose one of {', '.join(map(repr, CRITERIA))}."

@@ -26,6 +26,28 @@ COORDINATES: Final = LEG[:-1]
 
 BONES: Final = ("pelvis", "femur", "tibia", "foot")
 
+MUSCLES: Final = {
+    **{"addbrev": "adductor brevis", "addlong": "adductor longus"},
+    **{"addmagDist": "adductor magnus, distal part", "addmagIsch": "adductor magnus, ischial part"},
+    **{"addmagMid": "adductor magnus, middle part", "addmagProx": "adductor magnus, proximal part"},
+    **{"bflh": "biceps femoris, long head", "bfsh": "biceps femoris, short head"},
+    **{"edl": "extensor digitorum longus", "ehl": "extensor hallucis longus"},
+    **{"fdl": "flexor digitorum longus", "fhl": "flexor hallucis longus"},
+    **{"gaslat": "lateral gastrocnemius", "gasmed": "medial gastrocnemius"},
+    **{"glmax1": "gluteus maximus, upper part", "glmax2": "gluteus maximus, middle part"},
+    **{"glmax3": "gluteus maximus, lower part", "glmed1": "gluteus medius, front part"},
+    **{"glmed2": "gluteus medius, middle part", "glmed3": "gluteus medius, back part"},
+    **{"glmin1": "gluteus minimus, front part", "glmin2": "gluteus minimus, middle part"},
+    **{"glmin3": "gluteus minimus, back part", "grac": "gracilis", "iliacus": "iliacus"},
+    **{"perbrev": "peroneus brevis", "perlong": "peroneus longus", "piri": "piriformis"},
+    **{"psoas": "psoas", "recfem": "rectus femoris", "sart": "sartorius"},
+    **{"semimem": "semimembranosus", "semiten": "semitendinosus", "soleus": "soleus"},
+    **{"tfl": "tensor fasciae latae", "tibant": "tibialis anterior"},
+    **{"tibpost": "tibialis posterior", "vasint": "vastus intermedius"},
+    **{"vaslat": "vastus lateralis", "vasmed": "vastus medialis"},
+}
+"""What muscles are called, by their names in OpenSim's files."""
+
 JOINTS: Final = ("hip", "knee", "patella", "ankle")
 """Joints at which the muscles' pull on what is beyond them is known; the patella is pulled against
 the femur. Axes are of the pelvis, the femur, the femur and the tibia."""

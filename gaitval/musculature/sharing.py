@@ -76,14 +76,14 @@ CRITERIA: Final[dict[str, Criterion]] = {
             "contact",
             knee=0.1,
             hip=0.1,
-            source="squares, and hip and knee forces; as knee implants ask for",
+            source="squares, with the forces of hip and knee; near to what implanted knees carry",
         ),
         Criterion(
             "contact by volume",
             by_volume=True,
             knee=0.1,
             hip=0.1,
-            source="volume, and hip and knee forces; as five people's electromyograms ask for",
+            source="volume, with the forces of hip and knee; nearest to the EMG of five people",
         ),
     )
 }

@@ -157,7 +157,8 @@ JOINT_POWER: Final = Quantity(
     axis="power",
     unit="W/kg",
     note="Power of a joint is moment times angular velocity in the sagittal plane, positive where "
-    "the joint adds energy. Like the moment, that of the hip is about the record’s hip centre.",
+    "the joint adds energy. Like the moment, that of the hip is about the record’s hip centre. H1 "
+    "to A2 are its bursts in their order: H of the hip, K of the knee, A of the ankle.",
     needs=("angles", "moments"),
     curves={joint: f"{label} power" for joint, label in _LABELS.items()},
     of_curves=joint_power,

@@ -1,6 +1,5 @@
 """The picture of a person's body in a study's report, and what was stored for it."""
 
-import json
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_report import Bar
 
@@ -17,8 +16,6 @@ if TYPE_CHECKING:
 
 FILE: Final = "body.json"
 _FOUND: Final = "#0072b2"
-_LARGEST: Final = 100_000
-"""Bytes of the file; a study writes three thousand."""
 _LONGEST: Final = 1000
 """Characters of the sentences; those of `body_words` have 300."""
 
@@ -49,7 +46,7 @@ def shown(folder: Path) -> "tuple[dict[str, str], list[Bar], Draw]":
     """
     path = folder / FILE
     try:
-        stored = json.loads(file_gate.read_text(path, ArtefactError, largest=_LARGEST))
+        stored = read_json(path, "Remove it and run `gaitval subject` again")
         texts = {name: str(stored[name])[:_LONGEST] for name in ("said", "method")}
         found: list[Bar] = [
             (str(each["name"])[:_LONGEST], float(each["mean"]), float(each["sd"]))

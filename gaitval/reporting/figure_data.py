@@ -113,8 +113,8 @@ def _pressure(metrics: Metrics) -> str:
         path = contact.of(side).path
         # in the order of the names, as files have it
         for way, curve in (("across", path.across), ("along", path.along)):
-            columns[f"{way}_{side}_mean"] = curve.mean
-            columns[f"{way}_{side}_sd"] = curve.sd
+            columns[f"{way}_{side}_mean_percent_foot"] = curve.mean
+            columns[f"{way}_{side}_sd_percent_foot"] = curve.sd
     return table(columns)
 
 

@@ -31,6 +31,7 @@ from gaitval.reporting.figures import (
 from gaitval.reporting.painting import svg
 from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, Sketch, SketchAxes, link
 from gaitval.reporting.style import WIDTH
+from gaitval.text_tables import with_unit
 
 KINEMATICS: Final = (
     ("angles/pelvis_tilt", "angles/pelvis_list", "angles/pelvis_rotation"),
@@ -174,6 +175,11 @@ UNITS: Final = {
     **{each.name: each.axis_label for each in QUANTITIES},
 }
 
+TABLE_UNITS: Final[dict[str, str]] = {
+    **{"angles": "deg", "moments": "Nm/kg", "forces": "% BW"},
+    **{each.name: each.unit for each in QUANTITIES},
+}
+"""Units of the curves in the tables behind the figures."""
 
 _LEGEND_LINE: Final = 0.17  # inches, of the 8 points of its letters and the space between
 
@@ -229,12 +235,15 @@ def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str
     for panel in shown:
         # moments and powers of a joint have the same name
         name = panel.name.replace("/", "_") if len(kinds) > 1 else panel.name.partition("/")[2]
+        unit = TABLE_UNITS[panel.kind]
         for curve in panel.curves:
             key = name if curve.side is None else f"{name}_{curve.side[0]}"
-            columns[f"{key}_{'mean' if curve.which == 'walk' else beside}"] = curve.mean
-            columns[f"{key}_sd"] = curve.sd
+            which = "mean" if curve.which == "walk" else beside
+            columns[with_unit(f"{key}_{which}", unit)] = curve.mean
+            columns[with_unit(f"{key}_sd", unit)] = curve.sd
         if panel.norm is not None:
-            columns[f"{name}_norm_mean"], columns[f"{name}_norm_sd"] = panel.norm[:2]
+            columns[with_unit(f"{name}_norm_mean", unit)] = panel.norm.mean
+            columns[with_unit(f"{name}_norm_sd", unit)] = panel.norm.sd
     return table(columns)
 
 

@@ -13,6 +13,7 @@ from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import COLOURS, PERCENT, STYLES, WALK_WIDTH
 from gaitval.reporting.painting import svg
 from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, Sketch, SketchAxes
+from gaitval.text_tables import with_unit
 
 ELECTROMYOGRAM: Final = "usual electromyogram (Perry and Burnfield 2010)"
 
@@ -52,19 +53,21 @@ class DrawnMuscles:
 
     def table(self, name: str) -> str:
         """The curves of the figure "activations" or "contacts" as CSV."""
-        return _table(self.activation if name == "activations" else self.contact)
+        if name == "activations":
+            return _table(self.activation, "1")
+        return _table(self.contact, "BW")
 
     def tables(self) -> dict[str, str]:
         """The curves of both figures as CSV, by the figure's name."""
         return {name: self.table(name) for name in ("activations", "contacts")}
 
 
-def _table(curves: Mapping[str, tuple[Array, Array | None]]) -> str:
+def _table(curves: Mapping[str, tuple[Array, Array | None]], unit: str) -> str:
     columns: dict[str, Column] = {"percent": PERCENT}
     for name, (mean, band) in curves.items():
-        columns[f"{name}_mean"] = mean
-        if band is not None:
-            columns[f"{name}_low"], columns[f"{name}_high"] = band
+        ends = () if band is None else zip(("low", "high"), band, strict=True)
+        for what, values in (("mean", mean), *ends):
+            columns[with_unit(f"{name}_{what}", unit)] = values
     return table(columns)
 
 

@@ -9,7 +9,7 @@ for (const table of document.querySelectorAll("table")) {
   button.addEventListener("click", async () => {
     const lines = Array.from(table.rows, (row) =>
       Array.from(row.cells, (cell) =>
-        [cell.innerText.replace(/\s+/g, " ").trim(), ...Array(cell.colSpan - 1).fill("")].join("\t"),
+        [noFormula(cell.innerText.replace(/\s+/g, " ").trim()), ...Array(cell.colSpan - 1).fill("")].join("\t"),
       ).join("\t"),
     );
     await copy(lines.join("\n") + "\n");
@@ -27,6 +27,12 @@ const frames = new ResizeObserver((entries) => {
   }
 });
 for (const frame of document.querySelectorAll(".scroll")) frames.observe(frame);
+
+// Names may come from outside: text that a spreadsheet would take for a formula is made text, as in
+// the tables beside the page. Numbers with their signs and units stay.
+function noFormula(text) {
+  return /^[=@]/.test(text) || /^[+-](?![\d.,]+(\s?[%°])?$)/.test(text) ? `'${text}` : text;
+}
 
 async function copy(text) {
   if (navigator.clipboard !== undefined) {

@@ -18,6 +18,7 @@ from gaitval.reporting.figure_data import Column, Tables, table
 from gaitval.reporting.figures import PERCENT
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.spoken import Draw
+from gaitval.text_tables import with_unit
 
 PANELS: Final = (
     *grids.SAGITTAL,
@@ -142,10 +143,10 @@ def _numbers(found: PredictedCurves) -> str:
     """Every predicted curve with the ends of its band, as CSV."""
     columns: dict[str, Column] = {"percent": PERCENT}
     for kind, name, curve in found.curves.items():
-        mean = array(curve)
-        columns[f"{kind}_{name}_predicted"] = mean
+        mean, unit = array(curve), grids.TABLE_UNITS[kind]
+        columns[with_unit(f"{kind}_{name}_predicted", unit)] = mean
         if found.band is not None:
             width = array(found.band.half_width.of(kind)[name])
-            columns[f"{kind}_{name}_band_low"] = mean - width
-            columns[f"{kind}_{name}_band_high"] = mean + width
+            columns[with_unit(f"{kind}_{name}_band_low", unit)] = mean - width
+            columns[with_unit(f"{kind}_{name}_band_high", unit)] = mean + width
     return table(columns)

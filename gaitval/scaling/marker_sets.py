@@ -14,6 +14,7 @@ from typing import Final
 from pydantic import ValidationError
 
 from gaitval import file_gate
+from gaitval.any_case import as_known
 from gaitval.artefacts import parse_toml
 from gaitval.errors import RecordError
 from gaitval.model.body import SEGMENTS
@@ -39,7 +40,7 @@ def load_marker_set(name_or_path: str | Path) -> MarkerSet:
     """A built-in marker set by name, or one from a TOML file (`name_or_path`). Raises RecordError
     if there is no such set or file, or the file has problems (all are listed).
     """
-    name = str(name_or_path)
+    name = as_known(str(name_or_path), _builtin_names())
     if name in _builtin_names():
         return _builtin(name)
     return own_marker_set(name, builtin=_builtin_names())

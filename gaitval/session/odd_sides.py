@@ -70,18 +70,30 @@ def odd_sides(
         yield max(of_feet, key=lambda each: each.value / each.limit)
 
 
+def _differ(
+    where: str, sides: tuple[float, float] | None, limit: float, seen: str, *, off: str,
+    wrong: str = "one of the four markers is misplaced", other: str = "the legs differ",
+    unit: str = "m",
+) -> Iterator[QualityFlag]:  # fmt: skip
+    """A warning where the `sides`, right and left, differ by more than the `limit`. It says what is
+    `seen` (with their values, mm or degrees, at {0} and {1}), what is `wrong` or what the `other`
+    reason is, and what is `off` with it.
+    """
+    if sides is not None and abs(sides[0] - sides[1]) > limit:
+        shown = seen.format(*(1000 * each for each in sides))
+        yield QualityFlag(
+            "sides that differ", where, abs(sides[0] - sides[1]), limit, unit,
+            f"{shown}: {wrong}, in all trials alike, or {other}. Look at them in standing; {off}",
+        )  # fmt: skip
+
+
 def _odd_distances(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
     for (one, other), limit in SIDES_DIFFER.items():
-        names = [(f"{side}.{one}", f"{side}.{other}") for side in "RL"]
-        pair = _distances(points, names)
-        if pair is not None and abs(pair[0] - pair[1]) > limit:
-            yield QualityFlag(
-                "sides that differ", f"{one} to {other}", abs(pair[0] - pair[1]), limit, "m",
-                f"{1000 * pair[0]:.0f} mm on the right and {1000 * pair[1]:.0f} mm on the left: "
-                "one of the four markers is misplaced, in all trials alike, or the legs differ. "
-                "Look at them in standing; a joint's centre is off by half as much, and the foot "
-                "turns with it",
-            )  # fmt: skip
+        pair = _distances(points, [(f"{side}.{one}", f"{side}.{other}") for side in "RL"])
+        yield from _differ(
+            f"{one} to {other}", pair, limit, "{0:.0f} mm on the right and {1:.0f} mm on the left",
+            off="a joint's centre is off by half as much, and the foot turns with it",
+        )  # fmt: skip
 
 
 def _distances(
@@ -98,47 +110,42 @@ def _distances(
 
 def _odd_spines(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
     pair = _distances(points, [("R.ASIS", "L.PSIS"), ("L.ASIS", "R.PSIS")])
-    if pair is not None and abs(pair[0] - pair[1]) > SPINES_DIFFER:
-        yield QualityFlag(
-            "sides that differ", "ASIS to the PSIS of the other side", abs(pair[0] - pair[1]),
-            SPINES_DIFFER, "m",
-            f"{1000 * pair[0]:.0f} mm from R.ASIS and {1000 * pair[1]:.0f} mm from L.ASIS: one of "
-            "the four markers is misplaced, in all trials alike, or the pelvis is uneven. Look at "
-            "them in standing; hip centres, and list and rotation of the pelvis, are off with it",
-        )  # fmt: skip
+    return _differ(
+        "ASIS to the PSIS of the other side", pair, SPINES_DIFFER,
+        "{0:.0f} mm from R.ASIS and {1:.0f} mm from L.ASIS",
+        other="the pelvis is uneven",
+        off="hip centres, and list and rotation of the pelvis, are off with it",
+    )  # fmt: skip
 
 
 def _odd_knee_lines(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
     right, left = (turned_outwards(points, side) for side in "RL")
     if right is None or left is None:
         return
-    if abs(right - left) > KNEE_LINES_DIFFER:
-        widths = [
-            float(np.linalg.norm(np.subtract(points[f"{s}.Knee"], points[f"{s}.Knee.Medial"])))
-            for s in "RL"
-        ]
-        off = 1000 * abs(right - left) * float(np.mean(widths))
-        yield QualityFlag(
-            "sides that differ", "Knee to Knee.Medial", abs(np.degrees(right - left)),
-            float(np.degrees(KNEE_LINES_DIFFER)), "deg",
-            "against pelvis, malleoli and foot the line through the epicondyles is turned by "
-            f"{abs(np.degrees(right - left)):.0f}° more on one side than on the other: one of the "
-            f"four markers is some {off:.0f} mm too far forward or back, in all trials alike, or "
-            "the legs differ. Look at them in standing; the knee's angle is off by some degrees",
-        )  # fmt: skip
+    widths = _distances(points, [(f"{side}.Knee", f"{side}.Knee.Medial") for side in "RL"])
+    off = 1000 * abs(right - left) * float(np.mean(widths or 0.0))
+    turned = abs(np.degrees(right - left))
+    yield from _differ(
+        "Knee to Knee.Medial", (float(np.degrees(right)), float(np.degrees(left))),
+        float(np.degrees(KNEE_LINES_DIFFER)),
+        "against pelvis, malleoli and foot the line through the epicondyles is turned by "
+        f"{turned:.0f}° more on one side than on the other",
+        wrong=f"one of the four markers is some {off:.0f} mm too far forward or back",
+        off="the knee's angle is off by some degrees", unit="deg",
+    )  # fmt: skip
 
 
 def _odd_heels(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
     right, left = (_heel_outwards(points, side) for side in "RL")
-    limit = HEELS_DIFFER if len(_front(points)) > 1 else HEELS_DIFFER_BY_ONE
-    if right is None or left is None or abs(right - left) <= limit:
+    if right is None or left is None:
         return
-    yield QualityFlag(
-        "sides that differ", "Heel across the foot", abs(right - left), limit, "m",
-        f"the heels' markers are {1000 * right:.0f} mm (right) and {1000 * left:.0f} mm (left) "
-        "outwards of the line from the malleoli to the metatarsal heads: one of the markers of a "
-        "foot is misplaced, in all trials alike, or the feet differ. Look at them in standing; the "
-        "foot, and the hip's rotation, are turned with it",
+    yield from _differ(
+        "Heel across the foot", (right, left),
+        HEELS_DIFFER if len(_front(points)) > 1 else HEELS_DIFFER_BY_ONE,
+        "the heels' markers are {0:.0f} mm (right) and {1:.0f} mm (left) outwards of the line from "
+        "the malleoli to the metatarsal heads",
+        wrong="one of the markers of a foot is misplaced", other="the feet differ",
+        off="the foot, and the hip's rotation, are turned with it",
     )  # fmt: skip
 
 
@@ -156,13 +163,13 @@ def _odd_heights(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
     rear = sorted((apart.get("Heel", 0.0), apart.get("Ankle", 0.0)), key=abs)
     if name in REAR_FOOT and rear[0] * rear[1] > TIPTOE * rear[1] ** 2:
         return  # one foot is not flat
-    right, left = (1000 * points[f"{side}.{name}"][2] for side in "RL")
-    yield QualityFlag(
-        "sides that differ", f"{name} above the floor", abs(apart[name]), HEIGHTS_DIFFER[name], "m",
-        f"{right:.0f} mm on the right and {left:.0f} mm on the left in standing (elsewhere within "
-        f"{1000 * HEIGHTS_DIFFER[name]:.0f} mm of each other): one of the two is misplaced, in all "
-        "trials alike, or one foot does not stand flat. Look at them in standing; the foot is "
-        "turned with it, and the zero of the ankle",
+    limit = HEIGHTS_DIFFER[name]
+    yield from _differ(
+        f"{name} above the floor", (points[f"R.{name}"][2], points[f"L.{name}"][2]), limit,
+        "{0:.0f} mm on the right and {1:.0f} mm on the left in standing (elsewhere within "
+        f"{1000 * limit:.0f} mm of each other)",
+        wrong="one of the two is misplaced", other="one foot does not stand flat",
+        off="the foot is turned with it, and the zero of the ankle",
     )  # fmt: skip
 
 
@@ -175,15 +182,13 @@ def _odd_feet(points: Mapping[str, Place]) -> Iterator[QualityFlag]:
         (0, "the forefoot's", "Heel to forefoot", FEET_DIFFER),
         (1, "the malleolus's", "Heel to Ankle along the foot", ANKLES_DIFFER),
     ):
-        if abs(right[at] - left[at]) > limit:
-            yield QualityFlag(
-                "sides that differ", where, abs(right[at] - left[at]), limit, "m",
-                f"along the foot {what} marker is {1000 * right[at]:.0f} mm (right) and "
-                f"{1000 * left[at]:.0f} mm (left) ahead of the heel's (elsewhere within "
-                f"{1000 * limit:.0f} mm of each other): one of the four is misplaced, in all "
-                "trials alike, or the feet differ. Look at them in standing; foot and ankle angles "
-                "are some degrees off",
-            )  # fmt: skip
+        yield from _differ(
+            where, (right[at], left[at]), limit,
+            f"along the foot {what} marker is {{0:.0f}} mm (right) and {{1:.0f}} mm (left) ahead "
+            f"of the heel's (elsewhere within {1000 * limit:.0f} mm of each other)",
+            wrong="one of the four is misplaced", other="the feet differ",
+            off="foot and ankle angles are some degrees off",
+        )  # fmt: skip
 
 
 def _along_foot(points: Mapping[str, Place], side: str) -> tuple[float, float] | None:

@@ -11,8 +11,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator
 
+from gaitval.any_case import as_known, literals_of
 from gaitval.coordinates import Side
 from gaitval.datasets.identity import Aid, Identity, identity, trial_name, wbds_trial
 from gaitval.errors import ConfigurationError
@@ -51,9 +52,10 @@ def _files(given: object) -> object:
 
 
 def _pairs(given: object) -> object:
-    """Pairs of names, also as text: "2=right"."""
+    """Pairs of names, also as text, "2=right"; the second in capitals or not."""
     listed: Any = (given,) if isinstance(given, str) else given
-    return tuple(tuple(each.split("=", 1)) if isinstance(each, str) else each for each in listed)
+    pairs = [each.split("=", 1) if isinstance(each, str) else each for each in listed]
+    return tuple((each[0], each[1].lower()) if len(each) == 2 else tuple(each) for each in pairs)
 
 
 def _width(given: object) -> object:
@@ -109,6 +111,11 @@ class ImportOptions(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
     )
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _in_any_case(cls, value: object, info: Any) -> object:
+        return as_known(value, literals_of(cls.model_fields[info.field_name].annotation))
 
     trials: Annotated[Files, Field(min_length=1), OptionDisplay("FILE", "--trial")]
     """Walking trials: C3D, TRC, Vicon CSV, Qualisys TSV, WBDS mkr.txt; their cycles are pooled."""

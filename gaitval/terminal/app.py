@@ -288,14 +288,18 @@ SubjectArgument = Annotated[
     typer.Argument(
         metavar="SUBJECT",
         help="Number (5), name (S05, WBDS14), or path of your own subject's TOML file.",
-        show_default=False,
+    ),
+]
+WalkerArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="SUBJECT_OR_RUN",
+        help="A subject with a stored policy (5, S05), or a finished run folder.",
     ),
 ]
 OutOption = Annotated[
     Path | None,
-    typer.Option(
-        "--out", "-o", help="Run folder; by default reports/S05 for S05.", show_default=False
-    ),
+    typer.Option("--out", "-o", help="Run folder; by default reports/S05 for S05."),
 ]
 ConfigOption = Annotated[
     Path | None,
@@ -304,7 +308,6 @@ ConfigOption = Annotated[
         "-c",
         help="TOML file with some of the settings; the others keep their values. `paper`: the "
         "paper's own state and reward, to compare with; its walks fall (docs/learning.md).",
-        show_default=False,
     ),
 ]
 SetOption = Annotated[
@@ -314,7 +317,6 @@ SetOption = Annotated[
         "-s",
         metavar="SECTION.KEY=VALUE",
         help="One setting, for example training.samples=500000. May be repeated.",
-        show_default=False,
     ),
 ]
 LanguageOption = Annotated[
@@ -324,7 +326,6 @@ LanguageOption = Annotated[
         metavar="CODE",
         help="Language of the pages, such as de or pt; citations, and what an import found, stay "
         "English. Kept by later runs in the same folder. Short for --set report.language=CODE.",
-        show_default=False,
     ),
 ]
 PaperOption = Annotated[
@@ -334,7 +335,6 @@ PaperOption = Annotated[
         metavar="a4|letter",
         help="Sheets of the PDF. Kept by later runs in the same folder. Short for --set "
         "report.paper=letter.",
-        show_default=False,
     ),
 ]
 
@@ -370,7 +370,6 @@ StartOption = Annotated[
         metavar="FOLDER",
         help="Train from the policy in this folder (policy.json, policy.safetensors): a general "
         "one, or one of the same body. Not given: from the general one.",
-        show_default=False,
     ),
 ]
 
@@ -381,7 +380,6 @@ UseOption = Annotated[
         metavar="all|kinematics",
         help="What the run may know of the record: all of it, or angles, speed and timing only. "
         "Not given: as in the settings (record.use), else all.",
-        show_default=False,
     ),
 ]
 

@@ -74,7 +74,6 @@ def _parameter(model: type[BaseModel], name: str) -> inspect.Parameter:
         flag_of(model, name),
         metavar=_shown(field).metavar or "|".join(only.get("enum", ())) or None,
         help=" ".join((field.description or "").split()) + (" May be repeated." if many else ""),
-        show_default=not field.is_required() and default is not None,
     )
     return inspect.Parameter(
         name,

@@ -790,7 +790,7 @@ def test_validate_exits_with_1_where_a_tolerance_is_failed(
     monkeypatch.setattr(study, "_judged", lambda *_: None)
     monkeypatch.setattr(display, "print_verdict", lambda metrics: None)
     monkeypatch.setattr("gaitval.metrics.results.read_metrics", lambda folder: metrics)
-    monkeypatch.setattr(study, "_stage", lambda *_: tmp_path)
+    monkeypatch.setattr(study, "_stage", lambda *_, **__: tmp_path)
     ended = gaitval("validate", "5")
     assert ended.exit_code == code
     message = " ".join(plain_messages.getvalue().split())

@@ -47,7 +47,7 @@ def test_the_verdict_of_a_walk_and_its_exit_code(
     refused = [row for row in rows if row["role"] == "acceptance" and not row["passed"]]
     stored["summary"] |= {"refused": len(refused)}
     write_json(tmp_path / "metrics.json", stored)
-    monkeypatch.setattr(study, "_stage", lambda *_: tmp_path)
+    monkeypatch.setattr(study, "_stage", lambda *_, **__: tmp_path)
     done = CliRunner().invoke(app, ["validate", "S05", "--out", str(tmp_path), "--all"])
     assert done.exit_code == (0 if kept else 1)
     lines = (done.output + message.getvalue()).splitlines()
@@ -94,7 +94,7 @@ def test_a_verdict_without_what_decides_is_none(
         origins[lacking] = {"right": "predicted", "left": "expected"}
     stored["record"]["origins"] = origins
     write_json(tmp_path / "metrics.json", stored)
-    monkeypatch.setattr(study, "_stage", lambda *_: tmp_path)
+    monkeypatch.setattr(study, "_stage", lambda *_, **__: tmp_path)
     done = CliRunner().invoke(app, [name, "S05", "--out", str(tmp_path)])
     whole = lacking in (None, "one side")
     assert done.exit_code == (0 if whole else 1)

@@ -68,6 +68,11 @@ def test_a_study_is_finished_once_it_is_said(store):
     assert store.finished("a") is None
 
 
+def test_a_value_that_is_no_number_is_null(store):
+    store.finish("a", record() | {"seconds": float("nan")})
+    assert store.read("a", "finished.json") == record() | {"seconds": None}
+
+
 def test_only_object_storage_works_elsewhere(store):
     folder = store.folder("a")
     assert (folder == store.local / "a") if store.local else ("gaitval-cohort" in str(folder))

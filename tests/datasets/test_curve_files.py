@@ -100,6 +100,27 @@ def test_two_files_and_radians_and_means_and_other_columns(good, tmp_path):
     np.testing.assert_allclose(np.degrees(found.angles["knee_angle_l"]), good.angle_knee_angle_l)
 
 
+def test_the_unit_in_the_name_of_a_column_counts(good, tmp_path):
+    """The table of an import is read again as it is."""
+    named = {
+        name: f"{name}_mean_{dict(angle='rad', moment='nm_kg', force='bw')[name.split('_')[0]]}"
+        for name in good
+        if name != "percent"
+    }
+    angles = [name for name in good if name.startswith("angle_")]
+    table = good.assign(**good[angles].apply(np.radians)).rename(columns=named)
+    table["angle_knee_angle_r_sd_rad"] = table["angle_knee_angle_r_band90_rad"] = 0.1
+    for unit in ("deg", "rad"):
+        found = read_mean_curves([written(tmp_path, table)], angle_unit=unit)
+        np.testing.assert_allclose(
+            np.degrees(found.angles["knee_angle_l"]), good.angle_knee_angle_l
+        )
+        np.testing.assert_allclose(found.forces["right"][:, 2], good.force_up_r)
+    wrong = table.rename(columns={"moment_knee_angle_r_mean_nm_kg": "moment_knee_angle_r_mean_bw"})
+    with pytest.raises(RecordError, match=r"moment_knee_angle_r_mean_bw: BW is no unit"):
+        read_mean_curves([written(tmp_path, wrong)])
+
+
 def change(name, function):
     def apply(curves):
         return curves.assign(**{name: function(curves[name])})

@@ -18,7 +18,7 @@ from gaitval.musculature.bands import Spreads, draw
 from gaitval.musculature.contact import ASIDE, PLATEAUS
 from gaitval.musculature.curves import tendon_strain
 from gaitval.musculature.mapping import knee_aside, leg_loads, sizes, tibia_axes
-from gaitval.musculature.paths import COORDINATES, JOINTS, KNEE, geometry
+from gaitval.musculature.paths import COORDINATES, JOINTS, KNEE, MUSCLES, geometry, table
 
 
 @pytest.fixture(scope="module")
@@ -270,7 +270,7 @@ def test_what_a_reader_must_know_is_remarked(walk, dynamics, found):
     ]
     weak = share(walk.model, walk.positions, dynamics, height=1.75, strength=0.15)
     message = " ".join(weak.remarks())
-    assert "right ankle_angle" in message
+    assert "right ankle angle" in message
     assert "Nm" in message
     assert "soleus" in message
 
@@ -358,3 +358,7 @@ def test_weights_of_contact_are_drawn_only_where_the_cost_is_in_doubt(found):
         spreads = Spreads(**none | {"weights": weights})
         drawn = draw(few, "right", draws=4, spreads=spreads, criteria=("contact",))
         assert (np.ptp(drawn.compression, axis=0).max() > 1.0) == varies
+
+
+def test_every_muscle_is_called_by_its_name_in_words():
+    assert tuple(MUSCLES) == table().names

@@ -252,6 +252,6 @@ def test_the_page_of_a_walk_says_what_it_costs(motion, found, tmp_path, monkeypa
         write_muscles(tmp_path / str(speed), shared, MuscleSettings(), walk, cost)
         text = (tmp_path / str(speed) / "muscles.html").read_text(encoding="utf-8")
         low, high = cost.band()
-        assert f"90 %: {low:.1f} to {high:.1f} W/kg" in text
-        sentence = f"At 1.34 m/s on the level, {expected_rate(1.34):.1f} W/kg are expected."
+        assert f"{low:.1f} to {high:.1f} W/kg" in text
+        sentence = f"at 1.34 m/s on level ground, {expected_rate(1.34):.1f} W/kg are expected."
         assert (sentence in text) is expected

@@ -69,6 +69,12 @@ def test_the_strides_are_about_their_mean_and_as_far_as_its_band(run) -> None:
     assert min(drawn_with.values()) >= 4
 
 
+ENDINGS = {
+    **{"angles": "deg", "moments": "nm_kg", "forces": "percent_bw"},
+    **{"power": "w_kg", "metabolic_joints": "w_kg", "tendon_force": "bw"},
+}
+
+
 @pytest.mark.parametrize("name", ["kinematics", "kinetics", "forces"])
 def test_what_is_drawn_is_what_the_table_has(run, name) -> None:
     """Curve by curve and side by side, with one SD, over 0 to 100 %."""
@@ -87,22 +93,23 @@ def test_what_is_drawn_is_what_the_table_has(run, name) -> None:
         assert forward(axes)
         assert axes.get_title(loc="left") == grids.title(panel.name)
         key = panel.name.replace("/", "_") if len(kinds) > 1 else panel.name.partition("/")[2]
+        unit = ENDINGS[panel.kind]
         for curve in panel.curves:
             recorded = curve.which == "record"
             side = f"{key}_{curve.side[0]}"
-            column = table[f"{side}_{'record' if recorded else 'mean'}"]
+            column = table[f"{side}_{'record' if recorded else 'mean'}_{unit}"]
             np.testing.assert_allclose(column, curve.mean, rtol=1e-4, atol=1e-4)
             colour = figures.RECORD_COLOUR if recorded else figures.COLOURS[curve.side]
             width = figures.RECORD_WIDTH if recorded else figures.WALK_WIDTH
             shown = [each[:, 1] for each in lines(axes, colour, width)]
             assert any(np.array_equal(each, curve.mean) for each in shown)
             if curve.sd is not None:
-                np.testing.assert_allclose(table[f"{side}_sd"], curve.sd, rtol=1e-4, atol=1e-4)
+                sd = table[f"{side}_sd_{unit}"]
+                np.testing.assert_allclose(sd, curve.sd, rtol=1e-4, atol=1e-4)
         if panel.norm is not None:
-            np.testing.assert_allclose(
-                table[f"{key}_norm_mean"], panel.norm.mean, rtol=1e-4, atol=1e-4
-            )
-            np.testing.assert_allclose(table[f"{key}_norm_sd"], panel.norm.sd, rtol=1e-4, atol=1e-4)
+            for what in ("mean", "sd"):
+                column = table[f"{key}_norm_{what}_{unit}"]
+                np.testing.assert_allclose(column, getattr(panel.norm, what), rtol=1e-4, atol=1e-4)
 
 
 def test_a_panel_draws_each_number_in_its_place() -> None:
@@ -178,10 +185,10 @@ def test_a_burst_of_power_stands_where_it_is_on_its_own_side_of_zero() -> None:
 def test_the_tables_have_what_is_drawn(run) -> None:
     metrics, (_, tables) = run
     head, *rows = (line.split(",") for line in tables["kinetics"].splitlines())
-    column = head.index("power_knee_angle_r_record")
+    column = head.index("power_knee_angle_r_record_w_kg")
     power = metrics.record.joint_power.power["knee_angle_r"]
     assert [float(row[column]) for row in rows] == pytest.approx(power, rel=1e-4)
-    assert "moments_hip_flexion_norm_sd" in head
+    assert "moments_hip_flexion_norm_sd_nm_kg" in head
 
 
 def test_sizes_of_texts_and_widths_of_lines(run) -> None:

@@ -21,6 +21,7 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import centres_of_mass, tree_arrays
 from gaitval.session.request import ImportOptions
 from gaitval.study.stored_policy import general_walker
+from gaitval.text_tables import without_unit
 
 ANGLE, LENGTH, FORCE = 1.0, 0.005, 0.03
 """Degrees and metres, as in tests/workflows/test_import_truth.py with noise; body weights."""
@@ -50,7 +51,8 @@ def imported(sample: Path) -> Imported:
 def truth(sample: Path) -> dict[str, np.ndarray]:
     with (sample / "truth.csv").open() as file:
         header, *rows = csv.reader(file)
-    return dict(zip(header, np.array(rows, dtype=float).T, strict=True))
+    names = [without_unit(name)[0] if name != "time_s" else name for name in header]
+    return dict(zip(names, np.array(rows, dtype=float).T, strict=True))
 
 
 def test_it_is_small_and_comes_whole(sample: Path) -> None:

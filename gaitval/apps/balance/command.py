@@ -9,7 +9,7 @@ import typer
 import gaitval
 from gaitval.errors import ConfigurationError
 from gaitval.terminal import display
-from gaitval.terminal.app import added_command
+from gaitval.terminal.app import WalkerArgument, added_command
 
 if TYPE_CHECKING:
     from gaitval.apps.balance.disturb import Disturbance
@@ -22,7 +22,6 @@ DelayOption = Annotated[
     typer.Option(
         "--delay",
         metavar="MS[:MS:MS]",
-        show_default=False,
         help="What it feels is old: joints and feet, balance organ, vision.",
     ),
 ]
@@ -36,35 +35,28 @@ DelayOption = Annotated[
     after="report",
 )
 def perturb(
-    walker: Annotated[
-        str,
-        typer.Argument(
-            metavar="SUBJECT_OR_RUN",
-            help="A subject with a stored policy (5, S05), or a finished run folder.",
-            show_default=False,
-        ),
-    ],
+    walker: WalkerArgument,
     pushes: Annotated[
         bool, typer.Option("--pushes", help="Only pushes, and what else is asked for here.")
     ] = False,
     slip: Annotated[
         list[str] | None,
         typer.Option(
-            "--slip", metavar="GRIP:METRES", show_default=False,
+            "--slip", metavar="GRIP:METRES",
             help="Friction falls to a share under a landing foot, until it has slid so far.",
         ),
     ] = None,
     trip: Annotated[
         list[str] | None,
         typer.Option(
-            "--trip", metavar="SWING:SECONDS", show_default=False,
+            "--trip", metavar="SWING:SECONDS",
             help="The foot is stopped at a share of its swing, for so long.",
         ),
     ] = None,
     step_down: Annotated[
         list[float] | None,
         typer.Option(
-            "--step-down", metavar="METRES", show_default=False,
+            "--step-down", metavar="METRES",
             help="The ground is lower from a step on.",
         ),
     ] = None,
@@ -78,7 +70,7 @@ def perturb(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", metavar="FOLDER", show_default=False,
+            "--out", "-o", metavar="FOLDER",
             help="Folder of the page; by default beside the run: reports/S05-perturbed.",
         ),
     ] = None,
@@ -148,7 +140,7 @@ def _side(side: str) -> "Side":
     from gaitval.coordinates import SIDES
 
     for each in SIDES:
-        if each == side:
+        if each == side.lower():
             return each
     raise ConfigurationError(f"--side {side}: give right or left.")
 

@@ -349,6 +349,21 @@ def _step_down(each: DisturbedWalk) -> dict[str, float | None]:
     }
 
 
+MEASURED: Final = {
+    "slip_width": "first step wider by",
+    "slip_hip_drop": "hip lower by",
+    "slip_stability": "centre of mass further ahead of the foot by",
+    "slip_knee": "knee more flexed by",
+    "trip_spin": "forward angular momentum gained",
+    "trip_ankle": "largest moment of the standing ankle greater by",
+    "stumble_width": "first step wider by",
+    "trip_early_elevates": "foot lifted higher by",
+    "trip_late_lowers": "foot on the ground sooner by",
+    "drop_early_force": "early vertical force greater by",
+    "drop_pressure": "centre of pressure further ahead of the centre of mass by",
+}
+"""What is measured of a walk on disturbed ground, in words, against the walk without it."""
+
 _OF_GROUND: Final[Mapping[type, Callable[[DisturbedWalk], dict[str, float | None]]]] = {
     Slip: _slip,
     Trip: _trip,

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any, Final
 
-from gaitval.apps.balance.compared import Pushes
+from gaitval.apps.balance.compared import MEASURED, Pushes
 from gaitval.apps.balance.experiment import TestedWalker
 from gaitval.apps.balance.study import Recoveries
 from gaitval.artefacts import write_json
@@ -36,6 +36,7 @@ def write_recoveries(found: Recoveries, walker: TestedWalker, folder: Path) -> N
     context: dict[str, Any] = {
         "result": result,
         "units": {name: row.unit for name, row in known.items()},
+        "words": MEASURED,
         "offset": None if offset is None else offset.walker,
         "steps": 0 if drawn is None else len(drawn.aside),
         "drawn": drawn is not None,

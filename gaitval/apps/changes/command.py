@@ -19,8 +19,8 @@ SHOWN = 12
     after="report",
 )
 def change(
-    before: Annotated[Path, typer.Argument(metavar="BEFORE", show_default=False)],
-    after: Annotated[Path, typer.Argument(metavar="AFTER", show_default=False)],
+    before: Annotated[Path, typer.Argument(metavar="BEFORE")],
+    after: Annotated[Path, typer.Argument(metavar="AFTER")],
     walks: Annotated[
         bool, typer.Option("--walks", help="Of studies, their walks instead of their records.")
     ] = False,

@@ -76,6 +76,7 @@ class _Parameter(_Read):
     sd: _Number
     identified: bool | _Number
     verdict: Short
+    unit: Short = ""  # of studies before it was written
 
 
 class _Limit(_Read):

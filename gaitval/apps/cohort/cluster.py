@@ -109,14 +109,14 @@ def client_of(
             _client(cluster, security=security) as client,
         ):
             yield client
-    elif scheduler in BATCH:
+    elif (system := scheduler.lower()) in BATCH:
         security = Security.temporary()
         with (
             tempfile.TemporaryDirectory(
                 prefix=".gaitval-key-", dir=shared or Path.home()
             ) as folder,
             dask.config.set({**ours, "temporary-directory": folder}),
-            _jobs(scheduler, workers, _in_files(security, Path(folder))) as cluster,
+            _jobs(system, workers, _in_files(security, Path(folder))) as cluster,
             _client(cluster, security=security) as client,
         ):
             yield client

@@ -23,9 +23,7 @@ TABLE = "table.toml"
 
 TableArgument = Annotated[
     Path | None,
-    typer.Argument(
-        metavar="[TABLE]", help="CSV or TOML, a row for each study.", show_default=False
-    ),
+    typer.Argument(metavar="[TABLE]", help="CSV or TOML, a row for each study."),
 ]
 _ReportOut = Annotated[
     Path, typer.Option("--out", "-o", help="Folder of the report, and of the studies.")
@@ -37,7 +35,6 @@ AllDataOption = Annotated[
         metavar="FOLDER",
         help="A study of every treadmill trial of WBDS in this folder, such as the one of "
         "`gaitval data fetch`.",
-        show_default=False,
     ),
 ]
 TrialsOption = Annotated[
@@ -46,7 +43,6 @@ TrialsOption = Annotated[
         "--trials",
         metavar="T05",
         help="Of --all-data these treadmill trials only. May be repeated.",
-        show_default=False,
     ),
 ]
 VirtualOption = Annotated[
@@ -62,7 +58,6 @@ WorkersOption = Annotated[
         min=1,
         metavar="N",
         help="Processes of this machine, or jobs; by default one for each processor.",
-        show_default=False,
     ),
 ]
 ThreadsOption = Annotated[
@@ -74,7 +69,6 @@ SchedulerOption = Annotated[
         "--scheduler",
         metavar="ADDRESS",
         help="tls://… of a running Dask cluster, or slurm or pbs.",
-        show_default=False,
     ),
 ]
 StoreOption = Annotated[
@@ -84,7 +78,6 @@ StoreOption = Annotated[
         metavar="ADDRESS",
         help="Where studies are kept: a folder that every worker sees, or object storage "
         "(s3://…). By default OUT/studies.",
-        show_default=False,
     ),
 ]
 WithoutTlsOption = Annotated[

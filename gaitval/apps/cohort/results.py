@@ -33,7 +33,7 @@ COLUMNS: Final[Mapping[str, tuple[str, ...]]] = {
     "measures": ("study", "measure", "target", "unit", "value"),
     "groups": ("study", "group", "unit", "rmse", "skill"),
     "parameters": (
-        "study", "parameter", "nominal", "prior_sd", "mean", "sd", "identified", "verdict",
+        "study", "parameter", "unit", "nominal", "prior_sd", "mean", "sd", "identified", "verdict",
     ),
     "limits": ("study", "quantity", "target", "value", "limit", "unit", "verdict"),
     "devices": ("study", "quantity", "of", "unit", "value"),

@@ -20,7 +20,7 @@ import fsspec
 
 from gaitval import file_gate
 from gaitval.apps.cohort.answers import StudyOutcome, StudySummary
-from gaitval.artefacts import read_json, write_text
+from gaitval.artefacts import read_json, without_nan, write_text
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.partial_files import own_folder
 
@@ -92,7 +92,7 @@ class Store:
 
     def finish(self, name: str, record: dict[str, Any]) -> None:
         """Write what is known of a finished study, whole or not at all."""
-        text = json.dumps(record, indent=1, sort_keys=True) + "\n"
+        text = json.dumps(without_nan(record), indent=1, sort_keys=True, allow_nan=False) + "\n"
         if self.local is not None:
             write_text(self.local / name / FINISHED, text)
         else:  # an object is there as a whole or not at all

@@ -30,7 +30,7 @@ from gaitval.metrics.results import IdentificationResult, Metrics, read_metrics
 from gaitval.metrics.shown_quantities import quantities_of_walk
 from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.verdicts import not_judged, target_text
-from gaitval.model.parameters import PARAMETERS
+from gaitval.model.parameters import PARAMETERS, UNITS
 from gaitval.quantities import BY_NAME
 from gaitval.reporting.printer import load_printer
 from gaitval.study.compile_ahead import compile_ahead, walk
@@ -215,4 +215,7 @@ def _parameters(found: IdentificationResult | None) -> list[Json]:
         "verdict": "verdicts",
     }
     rows = zip(*(getattr(found, name) for name in columns.values()), strict=True)
-    return [dict(zip(columns, row, strict=True)) for row in rows]
+    return [
+        dict(zip(columns, row, strict=True)) | {"unit": UNITS[name]}
+        for name, row in zip(found.names, rows, strict=True)
+    ]

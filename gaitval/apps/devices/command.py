@@ -31,7 +31,6 @@ def device(
             metavar="SUBJECT_OR_RUN",
             help="A subject with a stored policy (5, S05), a finished run folder, or a subject's "
             "file, which walks with the general policy.",
-            show_default=False,
         ),
     ],
     devices: Annotated[
@@ -40,7 +39,6 @@ def device(
             metavar="DEVICE",
             help="Names of shipped devices (hip_exo, knee_exo, ankle_exo, ankle_spring, "
             "below_knee, above_knee, afo, backpack, foot_2kg, ...) or TOML files of devices.",
-            show_default=False,
         ),
     ] = None,
     out: Annotated[
@@ -50,14 +48,12 @@ def device(
             "-o",
             metavar="FOLDER",
             help="Folder of the report; by default beside the run: reports/S05-hip_exo.",
-            show_default=False,
         ),
     ] = None,
     load: Annotated[
         float | None,
         typer.Option(
             "--load", metavar="PERCENT", help="A vest of so much of body mass, up to 40 %.",
-            show_default=False,
         ),
     ] = None,
     samples: Annotated[

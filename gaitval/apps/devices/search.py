@@ -6,7 +6,6 @@ torque, the rate of the torque, and angles of the joint within those that the pe
 device, and some more. A search that is ended goes on from its last generation.
 """
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,13 +14,12 @@ from typing import Final
 import cma
 import numpy as np
 
-from gaitval import file_gate
 from gaitval.apps.devices.adaptation import walk_without
 from gaitval.apps.devices.curves import JOINTS, WalkCurves, joints_rate, walk_curves
 from gaitval.apps.devices.study import AFTER, Say, Wearer, pace_of, pushed, pushes_of
 from gaitval.apps.devices.walking import DeviceEnvironment, DeviceTask, walk_with, with_devices
 from gaitval.arrays import Array
-from gaitval.artefacts import value_hash, write_json
+from gaitval.artefacts import read_json, value_hash, write_json
 from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError, ConfigurationError, RecordError
 from gaitval.model.devices.aim import Aim
@@ -37,7 +35,6 @@ LEAST: Final = 0.02
 """Of what an aim is without the device, in its unit: that of a walk which has nothing to gain."""
 POPULATION: Final = 12
 STATE: Final = "search.json"
-LARGEST: Final = 10_000_000
 _LOW: Final = np.array([0.0, 0.08, 0.08, -1.0] * 2)
 _HIGH: Final = np.array([1.0, 0.40, 0.40, 1.0] * 2)
 _START: Final = np.array([0.12, 0.20, 0.16, -0.4, 0.62, 0.16, 0.20, 0.4])
@@ -295,7 +292,7 @@ def _history(path: Path, about: dict[str, object]) -> list[list[float]]:
     if not path.is_file():
         return []
     try:
-        state = json.loads(file_gate.read_text(path, ArtefactError, largest=LARGEST))
+        state = read_json(path, "Delete it to search anew")
         same = state["about"] == about
         answers = [[float(each) for each in row] for row in state["answers"]]
     except (KeyError, TypeError, ValueError) as error:

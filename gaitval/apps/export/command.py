@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from gaitval.terminal import display
-from gaitval.terminal.app import added_command
+from gaitval.terminal.app import WalkerArgument, added_command
 
 
 @added_command(
@@ -16,26 +16,18 @@ from gaitval.terminal.app import added_command
     after="report",
 )
 def export(
-    walker: Annotated[
-        str,
-        typer.Argument(
-            metavar="SUBJECT_OR_RUN",
-            help="A subject with a stored policy (5, S05), or a finished run folder.",
-            show_default=False,
-        ),
-    ],
+    walker: WalkerArgument,
     to: Annotated[
         str,
         typer.Option(
             "--to",
             metavar="FORMAT",
             help="mujoco, urdf, gymnasium, opensim, c3d, biomod, locohub, or bundle: all.",
-            show_default=False,
         ),
     ],
     out: Annotated[
         Path,
-        typer.Option("--out", "-o", metavar="FOLDER", help="Folder to write.", show_default=False),
+        typer.Option("--out", "-o", metavar="FOLDER", help="Folder to write."),
     ],
 ) -> None:
     """Write the scaled person and the validated walk for another tool.

@@ -6,6 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
+from gaitval.any_case import as_known
 from gaitval.apps.export.biomod import write_biomod
 from gaitval.apps.export.c3d_file import write_c3d_file
 from gaitval.apps.export.crate import write_crate
@@ -76,6 +77,7 @@ def writer_of(name: str) -> _Writer | None:
     """What writes a format by its name; None for a bundle of all of them. Raises ConfigurationError
     for others.
     """
+    name = as_known(name, (*FORMATS, BUNDLE))
     if name not in FORMATS and name != BUNDLE:
         raise ConfigurationError(
             f"--to {name}: not a format that gaitval writes. Give one of "

@@ -22,7 +22,7 @@ def _given(
 ) -> typer.models.OptionInfo:
     """An `option` that may be left out; numbers are from `low` to `high`."""
     found: typer.models.OptionInfo = typer.Option(
-        option, metavar=metavar, help=what, min=low, max=high, show_default=False
+        option, metavar=metavar, help=what, min=low, max=high
     )
     return found
 
@@ -39,7 +39,7 @@ def _file(option: str, what: str) -> typer.models.OptionInfo:
     after="report",
 )
 def judge(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.osim", show_default=False)],
+    model: Annotated[Path, typer.Argument(metavar="MODEL.osim")],
     ik: Annotated[Path | None, _file("--ik", "Motion: .mot or .sto of inverse kinematics.")] = None,
     id: Annotated[Path | None, _file("--id", "Results of inverse dynamics, .sto.")] = None,
     markers: Annotated[

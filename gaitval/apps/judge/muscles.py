@@ -25,6 +25,7 @@ from gaitval.mocap.mot_writing import StorageTable
 from gaitval.musculature.forces import AT_LIMIT, MUCH_RESERVE
 from gaitval.musculature.gait import GROUPS, USUAL_ON
 from gaitval.musculature.paths import COORDINATES, table
+from gaitval.text_tables import with_unit
 
 MEASURED: Final[Mapping[str, tuple[float, float]]] = {"hip": (2.0, 2.9), "knee": (1.8, 3.0)}
 """Body weights, peaks that implants measured in level walking: hips of ten people 2.2 to 2.8
@@ -238,7 +239,7 @@ def _beside(found: JudgedMuscles, curves: Mapping[str, Array], folder: Path) -> 
     path = folder / "curves.csv"
     ours = file_gate.csv_frame(path, ArtefactError)
     for name, curve in curves.items():
-        key = f"{name.replace(' ', '_')}_{'1' if name.startswith('activation') else 'bw'}"
+        key = with_unit(name.replace(" ", "_"), "1" if name.startswith("activation") else "BW")
         if key in ours:
             off = curve - np.asarray(ours[key], dtype=float)
             found.beside[name] = float(np.sqrt(np.mean(off**2)))

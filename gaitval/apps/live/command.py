@@ -24,7 +24,6 @@ _DeviceOption = Annotated[
         metavar="DEVICE",
         help="A shipped device's name or a file, that is put on and taken off in the page. May be "
         "repeated.",
-        show_default=False,
     ),
 ]
 
@@ -40,9 +39,7 @@ _DeviceOption = Annotated[
 def live(
     subject: Annotated[
         str | None,
-        typer.Argument(
-            metavar="[SUBJECT]", help="1 to 10, S05, or a subject file.", show_default=False
-        ),
+        typer.Argument(metavar="[SUBJECT]", help="1 to 10, S05, or a subject file."),
     ] = None,
     replay: Annotated[
         Path | None,
@@ -50,7 +47,6 @@ def live(
             "--replay",
             metavar="LOG",
             help="Walk what is in a log again, bit for bit.",
-            show_default=False,
         ),
     ] = None,
     check: Annotated[
@@ -63,7 +59,6 @@ def live(
             metavar="FOLDER",
             help="A policy of this person, such as reports/S05-range/policy; by default the "
             "general one walks.",
-            show_default=False,
         ),
     ] = None,
     device: _DeviceOption = None,
@@ -74,7 +69,6 @@ def live(
             "-o",
             metavar="FOLDER",
             help="Folder of the references and the logs; by default reports/S05-live.",
-            show_default=False,
         ),
     ] = None,
     port: Annotated[

@@ -18,7 +18,6 @@ FolderArgument = Annotated[
     typer.Argument(
         metavar="FOLDER",
         help="Of an import, whole or refused for want of a gait cycle, or of a run.",
-        show_default=False,
     ),
 ]
 CriterionOption = Annotated[
@@ -35,7 +34,6 @@ EmgOption = Annotated[
         metavar="FILE",
         help="C3D or STO with electromyograms, called as the trial: what was computed is "
         "compared with them. Once for each trial.",
-        show_default=False,
     ),
 ]
 EmgSideOption = Annotated[
@@ -44,12 +42,11 @@ EmgSideOption = Annotated[
         "--emg-side",
         metavar="right|left",
         help="Leg of channels whose names do not say it.",
-        show_default=False,
     ),
 ]
 HeightOption = Annotated[
     float | None,
-    typer.Option("--height", help="Stature, m, where an import was refused.", show_default=False),
+    typer.Option("--height", help="Stature, m, where an import was refused."),
 ]
 
 
@@ -67,7 +64,7 @@ def muscles(
     ] = False,
     side: Annotated[
         str | None,
-        typer.Option("--side", metavar="right|left", help="One leg only.", show_default=False),
+        typer.Option("--side", metavar="right|left", help="One leg only."),
     ] = None,
     strength: Annotated[
         float, typer.Option("--strength", help="Factor on the strength of all muscles.")
@@ -88,7 +85,7 @@ def muscles(
     ] = 0.0,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="Folder to write; FOLDER/muscles.", show_default=False),
+        typer.Option("--out", "-o", help="Folder to write; FOLDER/muscles."),
     ] = None,
 ) -> None:
     """Muscle activations and forces, what hip, knee, patella and ankle carry, what walking costs.
@@ -106,12 +103,12 @@ def muscles(
 
     settings = MuscleSettings(
         criterion=criterion,
-        side=side,  # type: ignore[arg-type]
+        side=side and side.lower(),  # type: ignore[arg-type]
         strength=strength,
         bands=bands,
         activation_dynamics=activation_dynamics,
         emg=tuple(emg or ()),
-        emg_side=emg_side,  # type: ignore[arg-type]
+        emg_side=emg_side and emg_side.lower(),  # type: ignore[arg-type]
         emg_weight=emg_weight,
     )
     motions = motions_in(folder, height=height)

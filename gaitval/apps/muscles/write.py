@@ -20,12 +20,12 @@ from gaitval.opensim.osim import write_osim
 from gaitval.quantities.metabolic_cost import JOINTS, LEFT_OUT, MetabolicCost
 from gaitval.quantities.metabolic_rate import TITLES
 from gaitval.reporting.muscle_figures import DrawnMuscles
+from gaitval.text_tables import with_unit
 
 RESULT: Final = "muscles.json"
 PAGE: Final = "muscles"
 VERSION: Final = 1
 MODEL: Final = "model_with_muscles.osim"
-_SUFFIXES: Final = {"BW": "bw", "1": "1", "W/kg": "w_kg"}
 
 
 def write_muscles(
@@ -122,7 +122,7 @@ def curve_table(found: MuscleGait) -> pd.DataFrame:
     """Mean curves and bands, a column each, 0 to 100 % of the side's cycle."""
     columns: dict[str, Any] = {"percent": np.arange(101.0)}
     for name, unit, mean, band in found.curves():
-        key = f"{name.replace(' ', '_')}_{_SUFFIXES[unit]}"
+        key = with_unit(name.replace(" ", "_"), unit)
         columns[key] = mean
         if band is not None:
             columns[f"{key}_low"], columns[f"{key}_high"] = band

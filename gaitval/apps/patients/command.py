@@ -17,19 +17,15 @@ StridesArgument = Annotated[
     typer.Argument(
         metavar="STRIDES",
         help="CSV: group, subject, trial, side, angle, p0 to p100 in degrees.",
-        show_default=False,
     ),
 ]
-_FolderOut = Annotated[
-    Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder to write.", show_default=False)
-]
+_FolderOut = Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder to write.")]
 PeopleOption = Annotated[
     list[Path] | None,
     typer.Option(
         "--people",
         metavar="TABLE",
         help="CSV of sex, age, mass, stature and what else is known. May be repeated.",
-        show_default=False,
     ),
 ]
 _SpeedOption = Annotated[
@@ -38,18 +34,15 @@ _SpeedOption = Annotated[
         "--speed",
         metavar="WHO=M/S",
         help="Walking speed of a group or a person, if the tables do not have it.",
-        show_default=False,
     ),
 ]
 HealthyOption = Annotated[
     list[str] | None,
-    typer.Option("--healthy", metavar="GROUP", help="Group of healthy people.", show_default=False),
+    typer.Option("--healthy", metavar="GROUP", help="Group of healthy people."),
 ]
 OnlyOption = Annotated[
     list[str] | None,
-    typer.Option(
-        "--only", metavar="WHO", help="This group or person. May be repeated.", show_default=False
-    ),
+    typer.Option("--only", metavar="WHO", help="This group or person. May be repeated."),
 ]
 WalkOption = Annotated[
     bool, typer.Option("--walk", help="Walk them by the general policy, without training.")

@@ -26,7 +26,6 @@ def history(
         typer.Argument(
             metavar="FILE",
             help="A file that `gaitval check --history` has written.",
-            show_default=False,
         ),
     ],
     benchmarks: Annotated[
@@ -35,14 +34,11 @@ def history(
             "--add-benchmarks",
             metavar="JSON",
             help="First add the times of this file of `pytest --benchmark-json`. May be repeated.",
-            show_default=False,
         ),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out", "-o", help="Folder for the page; by default that of FILE.", show_default=False
-        ),
+        typer.Option("--out", "-o", help="Folder for the page; by default that of FILE."),
     ] = None,
 ) -> None:
     """Draw the figures of checks over commits, and find the commits at which they took a step.

@@ -77,6 +77,7 @@ def virtual(
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.stored_policy import general_walker
 
+    by, world = by.lower(), world.lower()
     _check_options(by, world, c3d=c3d)
     configuration = load_configuration(config, settings=settings or ())
     person = load_subject(around)

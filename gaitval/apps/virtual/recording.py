@@ -107,8 +107,8 @@ class RecordedPerson:
         acting = [i for i, name in enumerate(ACTUATED) if name.startswith(_TRUE)]
         pelvis = dict(zip(COORDINATES, PELVIS_ANGLES, strict=False))
         names = [pelvis.get(COORDINATES[i], COORDINATES[i]) for i in shown]
-        header = ["time_s", *(f"angle_{name}" for name in names)]
-        header += [f"moment_{ACTUATED[i]}" for i in acting]
+        header = ["time_s", *(f"angle_{name}_deg" for name in names)]
+        header += [f"moment_{ACTUATED[i]}_nm_kg" for i in acting]
         rows = [
             [f"{at:.2f}", *(f"{value:.2f}" for value in angle), *(f"{value:.3f}" for value in load)]
             for at, angle, load in zip(

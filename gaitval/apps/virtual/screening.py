@@ -24,18 +24,14 @@ from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.model.parameters import UNITS as PARAMETER_UNITS
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 
 NAMES: Final = (*PARAMETERS, *(each.name for each in EXTENDED))
-UNITS: Final = {
-    **dict.fromkeys(PARAMETERS, "m"),
-    "damping": "Nms/rad",
-    **{name: "1" for name in PARAMETERS if name == "friction" or name.endswith("_length")},
-    **{each.name: each.unit for each in EXTENDED},
-}
+UNITS: Final = {**PARAMETER_UNITS, **{each.name: each.unit for each in EXTENDED}}
 """Of the parameters; "1" of a factor, a coefficient or a logarithm."""
 KINDS: Final = {"angles": 180.0 / np.pi, "moments": 1.0, "forces": 100.0}
 """Factor from each kind's curves to degrees, Nm/kg and % of body weight."""

@@ -30,6 +30,7 @@ import numpy as np
 import tomli_w
 from pydantic import Field, ValidationError, model_validator
 
+from gaitval.any_case import as_known
 from gaitval.arrays import Array
 from gaitval.artefacts import read_toml, write_text
 from gaitval.coordinates import ACTUATED, SIDES, Side
@@ -366,6 +367,7 @@ def shipped_names() -> tuple[str, ...]:
 
 def shipped_device(name: str) -> Device:
     """A device that comes with gaitval, by its `name`. Raises ConfigurationError."""
+    name = as_known(name, shipped_names())
     if name not in shipped_names():
         raise ConfigurationError(
             f"{name!r}: no such device. Those that come with gaitval are "

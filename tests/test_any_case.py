@@ -1,0 +1,65 @@
+"""Names of options in capitals."""
+
+from collections.abc import Callable
+
+import pytest
+
+from gaitval.any_case import as_known, literals_of
+from gaitval.apps.export.formats import writer_of
+from gaitval.configuration import Configuration, load_configuration
+from gaitval.errors import ConfigurationError
+from gaitval.measurement.correct import wanted
+from gaitval.model.devices.device import load_devices
+from gaitval.musculature.forces import criterion_of
+from gaitval.scaling.marker_sets import load_marker_set
+from gaitval.session.request import ImportOptions
+
+
+def test_what_is_not_known_stays_as_it_was_given() -> None:
+    assert as_known("A4", ("a4", "letter")) == "a4"
+    assert as_known("A5", ("a4", "letter")) == "A5"
+    assert as_known(4, ("a4",)) == 4
+
+
+def test_settings_that_are_names() -> None:
+    settings = ("report.paper=LETTER", "report.language=De", "report.convention=ISB")
+    report = load_configuration(settings=settings).report
+    assert (report.paper, report.language, report.convention) == ("letter", "de", "isb")
+    assert load_configuration("Paper") == load_configuration("paper")
+    with pytest.raises(ConfigurationError, match="'A5'"):
+        load_configuration(settings=["report.paper=A5"])
+
+
+def test_every_setting_that_is_a_name_takes_it_in_capitals() -> None:
+    seen = 0
+    for section, values in Configuration():
+        for name, field in getattr(type(values), "model_fields", {}).items():
+            for literal in literals_of(field.annotation):
+                wanted_of = load_configuration(settings=[f"{section}.{name}={literal.upper()}"])
+                assert getattr(getattr(wanted_of, section), name) == literal
+                seen += 1
+    assert seen > 10
+
+
+def test_options_of_an_import_that_are_names() -> None:
+    given = ImportOptions(
+        trials="a.c3d", sex="F", aid="Rail", halves="Odd-Even", hip_centre="Hara",
+        prosthesis="Left", plate="FP2=RIGHT", plate_axis="FP2=Y",
+    )  # fmt: skip
+    assert (given.aid, given.halves, given.hip_centre) == ("rail", "odd-even", "hara")
+    assert (given.prosthesis, given.plate) == ("left", (("FP2", "right"),))
+    assert given.plate_axis == (("FP2", "y"),)
+
+
+@pytest.mark.parametrize(
+    ("known", "name"),
+    [
+        (criterion_of, "squares"),
+        (writer_of, "urdf"),
+        (load_devices, "hip_exo"),
+        (load_marker_set, "wbds"),
+        (lambda name: wanted([name]), "delay"),
+    ],
+)
+def test_names_that_are_looked_up(known: Callable[[str], object], name: str) -> None:
+    assert known(name.title()) == known(name)
