@@ -20,7 +20,7 @@ import numpy as np
 from gaitval.arrays import Array, Flags, runs
 from gaitval.constants import GRAVITY
 from gaitval.errors import RecordError
-from gaitval.mocap.activities import check_level, what_instead
+from gaitval.mocap.activities import check_level, check_on_ground, what_instead
 from gaitval.mocap.recording import Recording
 
 LARGEST_LEAN: Final = float(np.radians(20.0))
@@ -254,7 +254,7 @@ def check_pelvis(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) 
 
 
 def turn_to_walking_direction(
-    recording: Recording, landmarks: Mapping[str, str]
+    recording: Recording, landmarks: Mapping[str, str], shown: Recording | None = None
 ) -> tuple[Recording, str]:
     """A walking trial turned about the vertical so that the person walks along +x, and what was
     decided, for the user. `recording` is in the project's axes (`Recording.turned` with the axes of
@@ -263,7 +263,8 @@ def turn_to_walking_direction(
     Overground this is the direction of the pelvis' path. On a treadmill, where the feet on the
     ground move faster than the pelvis, it is the direction of the pelvis relative to them. A
     direction within 5° of an axis is taken to lie along it: the trial is then turned by a multiple
-    of 90°.
+    of 90°. `shown` is the same trial without the markers that are not on the body, which decide
+    nothing; left out, all do.
 
     Raises RecordError if the trial is not yet in the project's axes, or its axes or unit differ
     from the standing trial's; the person stands, runs, turns or walks backwards (or front and rear
@@ -275,7 +276,8 @@ def turn_to_walking_direction(
             f"{where}: still in the laboratory's axes. Turn it with the axes of the standing "
             "trial first."
         )
-    pelvis = _path(recording, landmarks, _FRONT + _REAR)
+    shown = recording if shown is None else shown
+    pelvis = _path(shown, landmarks, _FRONT + _REAR)
     seen = np.isfinite(pelvis).all(axis=1)
     if np.count_nonzero(seen) < 2:
         raise RecordError(
@@ -283,12 +285,13 @@ def turn_to_walking_direction(
             "than half of the frames that show one, so the direction of walking is unknown. Label "
             "the trial, or take a part of it that shows them with --trial-time BEGIN:END, in s."
         )
-    _check_same_axes(recording, landmarks, pelvis)
-    _check_straight(recording, landmarks)
-    velocity, how = _walking_velocity(recording, landmarks, pelvis)
+    _check_same_axes(shown, landmarks, pelvis)
+    _check_straight(shown, landmarks)
+    velocity, how = _walking_velocity(shown, landmarks, pelvis)
     speed = float(np.linalg.norm(velocity))
-    check_level(recording, landmarks, pelvis)
-    _check_walks(recording, landmarks, pelvis, velocity)
+    check_level(shown, landmarks, pelvis)
+    _check_walks(shown, landmarks, pelvis, velocity)
+    check_on_ground(shown, landmarks)
     angle = float(np.arctan2(velocity[1], velocity[0]))
     quarter = round(angle / (np.pi / 2)) * np.pi / 2
     along = abs(angle - quarter) <= ALONG_AXIS
@@ -299,7 +302,7 @@ def turn_to_walking_direction(
     if off or not turned_by:
         rotation = np.round(rotation)  # a multiple of a right angle, exactly
     turned = recording.turned(rotation)
-    _check_facing(turned, landmarks)
+    _check_facing(shown.turned(rotation), landmarks)
     # The same turn within −180° to 180°, for the text.
     by = 180.0 - (180.0 - np.degrees(turned_by)) % 360.0
     # that of the strides, which is among the results, differs a little

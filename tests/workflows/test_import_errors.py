@@ -804,6 +804,23 @@ def test_forces_of_another_time(laboratory: Laboratory, whole_walk: Recording, l
     )
 
 
+def test_frames_that_are_lost_are_told_as_such(laboratory: Laboratory) -> None:
+    """Forces that lost nothing come later from there on, and are of this trial."""
+    walk = laboratory.walking
+    kept = np.r_[:170, 184 : len(walk.markers)]
+    shorter = replace(walk, markers=walk.markers[kept])
+    forces = window(walk, 0.0, len(kept) / walk.marker_rate)
+    request = laboratory.request(walking=shorter, forces=forces)
+    refuse(request, "frames missing", "the two clocks differ", through=everything)
+
+
+def test_markers_in_another_unit_are_told_before_the_forces(laboratory: Laboratory) -> None:
+    """Forces never point to a person of 0.2 m."""
+    small = replace(laboratory.walking, markers=laboratory.walking.markers / 10.0)
+    request = laboratory.request(walking=small, forces=laboratory.walking)
+    refuse(request, "no person's size", "centimetres that are called mm")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "words"),
