@@ -27,6 +27,8 @@ RIGID_M: Final = 0.03
 """m. A distance that varies by more in these frames is not one of a segment."""
 AWAY_M: Final = 0.2
 """m. No skin, and no belt of the pelvis, lets a distance within a segment change by so much."""
+FOOT_AWAY_M: Final = 0.1
+"""m, likewise, of a foot, whose skin hardly moves and which bends by 0.03 m."""
 JOINT_AWAY_M: Final = 0.6
 """m, likewise, between segments: a leg that bends nears its ankle to the pelvis by 0.4 m."""
 HELD_AWAY_M: Final = 0.08
@@ -102,12 +104,13 @@ def _one_filled(markers: Array) -> Flags:
 class _Away(NamedTuple):
     """(T,) m by which the distances of a marker from the others of its segment differ from what
     they usually are: `most` of them differ by at least so much, `own` is the largest of its own
-    segment. 0 where they are not known. The only marker of a segment is `alone`: joints move it
-    from the others, too.
+    segment. 0 where they are not known. More than `furthest` m is not on the segment. The only
+    marker of a segment is `alone`: joints move it from the others, too.
     """
 
     most: Array
     own: Array
+    furthest: float
     alone: bool
 
 
@@ -237,7 +240,8 @@ def _away(
     place = np.clip(known // 2, 0, len(stacked) - 1)
     middle = np.take_along_axis(ordered, place[None], axis=0)[0]
     largest = np.nan_to_num(np.stack(within or [0.0 * stacked[0]])).max(axis=0)
-    return _Away(np.where(known >= 2, np.maximum(middle, 0.0), 0.0), largest, not own)
+    furthest = FOOT_AWAY_M if segment.startswith("foot") and len(own) > 1 else AWAY_M
+    return _Away(np.where(known >= 2, np.maximum(middle, 0.0), 0.0), largest, furthest, not own)
 
 
 def _joined(one: str, other: str) -> bool:
@@ -274,7 +278,7 @@ def _lost(path: Array, away: _Away, rate: float, elsewhere: Flags) -> Flags:
     step = np.nan_to_num(np.r_[step[:1], step], nan=np.inf)
     same = _held(path, rate)
     rests = _long(step < RESTS / rate, rate)
-    lost = (off > AWAY_M) | ((rests | elsewhere) & (off > HELD_AWAY_M))
+    lost = (off > away.furthest) | ((rests | elsewhere) & (off > HELD_AWAY_M))
     if away.alone:  # a joint moves it so far, but does not hold it there
         lost = (off > JOINT_AWAY_M) | ((rests | elsewhere) & (off > AWAY_M))
     odd = (off > (AWAY_M if away.alone else SAME_AWAY_M)) | (away.own > ONE_AWAY_M)
