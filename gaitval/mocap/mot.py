@@ -229,10 +229,10 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     A plate is nine columns: force `…force…v{x,y,z}…`, point of application `…force…p{x,y,z}…` and
     torque `…torque…{x,y,z}…`, as in `ground_force_vx1`, `ground_force_r_vx`, `1_ground_force_vx`.
     The rest of the names is the plate's name; `FP1_vx`, `FP1_px`, `FP1_mx` are read too, as are
-    `FP1_Fx`, `FP1_COPx`, `FP1_Mx` and `Fx1`, `COPx1`, `Tx1`, and `f1_1`, `p1_1`, `m1_1` of OpenSim's own reader of C3D, also in mm and Nmm. Columns for one foot
-    over all its steps also count as a plate, so a torque may have three components. What is no
-    plate is named and left out: a torque without a force is a device's (`read_device_torques`),
-    other columns are nobody's.
+    `FP1_Fx`, `FP1_COPx`, `FP1_Mx` and `Fx1`, `COPx1`, `Tx1`, and `f1_1`, `p1_1`, `m1_1` of
+    OpenSim's own reader of C3D, also in mm and Nmm. Columns for one foot over all its steps also
+    count as a plate, so a torque may have three components. What is no plate is named and left
+    out: a torque without a force is a device's (`read_device_torques`), other columns are nobody's.
 
     Parameters
     ----------

@@ -145,6 +145,20 @@ def test_a_place_on_the_diagonal_is_no_fill_value():
     assert without_fill_values(recording) is recording
 
 
+def test_a_foot_marker_that_dangles_is_lost():
+    """It hangs a decimetre off its place and swings with the foot; a thigh's skin moves more."""
+    recording = walked(belt=True)
+    heel = recording.names.index("heel")
+    time = np.arange(200) / RATE
+    recording.markers[200:, heel] += np.stack(
+        [-0.1 + 0.03 * np.sin(9 * time), 0.09 * np.sin(14 * time), 0.0 * time - 0.02], axis=1
+    )
+    (found,), _ = found_in(recording, stands=standing())
+    assert found.names == ("heel",)
+    assert 200 <= found.first <= 230
+    assert found.last == len(recording.markers) - 1
+
+
 def test_markers_held_together_are_found_by_those_that_are_not():
     """Most of a foot's markers in their last places tell nothing about each other."""
     walk = walked()
