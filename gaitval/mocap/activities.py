@@ -137,7 +137,7 @@ def check_on_ground(recording: Recording, landmarks: Mapping[str, str]) -> None:
         heights = [recording.marker(str(each))[:, 2] for each in names if each in recording.names]
         low.append(np.min(heights, axis=0))  # NaN where one is not seen
     lowest = np.min(low, axis=0)
-    known = np.isfinite(lowest)
+    known = np.asarray(np.isfinite(lowest))
     half = round(0.5 * WHILE_S * recording.marker_rate)
     ground = np.where(known, lowest, np.inf)
     padded = np.pad(ground, half, constant_values=np.inf)

@@ -128,6 +128,7 @@ def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> Laborator
             "trial, or the floor is not parallel to two of the laboratory's axes. Give a "
             'standing trial, or give the axes, for example --axes "forward=+x up=+z".'
         )
+    _check_feet(where, points, up)
     facing = facing_of(points, up)
     forward, turn = nearest_axis(facing)
     if turn > LARGEST_TURN:
@@ -214,14 +215,37 @@ def facing_of(points: Mapping[str, Array], up: Array) -> Array:
     toeing out cancels.
     """
     # One unit vector a foot: the direction of their sum halves the angle between the feet.
-    feet = [
-        unit_vector(_level(_mean(points, _TOES, side) - _mean(points, _HEEL, side), up))
-        for side in "RL"
-        if all(any(f"{side}.{name}" in points for name in part) for part in (_HEEL, _TOES))
-    ]
+    feet = _feet_of(points, up)
     if not feet:
         return unit_vector(_level(_mean(points, _TOES) - _mean(points, _HEEL), up))
-    return unit_vector(np.sum(feet, axis=0))
+    return unit_vector(np.sum([*feet.values()], axis=0))
+
+
+def _feet_of(points: Mapping[str, Array], up: Array) -> dict[str, Array]:
+    """Horizontal unit vector (3,) from heel to toes of each side ("R", "L") that has both."""
+    return {
+        side: unit_vector(_level(_mean(points, _TOES, side) - _mean(points, _HEEL, side), up))
+        for side in "RL"
+        if all(any(f"{side}.{name}" in points for name in part) for part in (_HEEL, _TOES))
+    }
+
+
+def _check_feet(where: str, points: Mapping[str, Array], up: Array) -> None:
+    """RecordError, about `where`, if one foot points backwards."""
+    feet = _feet_of(points, up)
+    if len(feet) < 2 or feet["R"] @ feet["L"] > 0.0:
+        return
+    front = [points[name] for name in _FRONT if name in points]
+    rear = [points[name] for name in _REAR if name in points]
+    ahead = np.mean(front, axis=0) - np.mean(rear, axis=0) if front and rear else feet["L"]
+    side = min(feet, key=lambda each: float(feet[each] @ ahead))
+    which = (
+        {"R": "the right foot", "L": "the left foot"}[side] if front and rear else "one of the two"
+    )
+    raise RecordError(
+        f"{where}: the feet point in opposite directions: heel and toes of {which} are exchanged. "
+        "Correct these labels in the recording program, in all trials, and export them again."
+    )
 
 
 def _level(vector: Array, up: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import passed_over
+from gaitval.mocap.findings import passed_over, seen_frames
 from gaitval.mocap.force_plates import certain_load, plate_or_fault
 from gaitval.mocap.recording import PERSON_SPREAD_M, Plate, Recording
 
@@ -193,7 +193,7 @@ def _unit_of_person(markers: Array) -> str:
     """
     from gaitval.mocap.confused_units import from_middle, unit_of
 
-    seen = np.isfinite(markers).all(axis=2)
+    seen = seen_frames(markers)
     frame = int(np.argmax(seen.sum(axis=1)))
     away = from_middle(markers[frame, seen[frame]])
     return unit_of(away) if len(away) and 2.0 * np.median(away) < LEAST_SPREAD_M else ""

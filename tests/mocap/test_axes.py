@@ -238,6 +238,17 @@ class TestGiven:
         assert words in str(caught.value)
         assert "standing.c3d" in str(caught.value)
 
+    @pytest.mark.parametrize(("side", "foot"), [("R", "right"), ("L", "left")])
+    def test_one_foot_whose_heel_and_toes_are_exchanged(self, side, foot):
+        recording = standing()
+        heel = recording.names.index(LANDMARKS[f"{side}.Heel"])
+        toes = [recording.names.index(LANDMARKS[f"{side}.{name}"]) for name in ("MT1", "MT5")]
+        middle = recording.markers[:, toes].mean(axis=1)
+        recording.markers[:, toes] = recording.markers[:, [heel]]
+        recording.markers[:, heel] = middle
+        with pytest.raises(RecordError, match=f"heel and toes of the {foot} foot"):
+            detect_axes(recording, LANDMARKS)
+
     def test_a_person_who_stands_diagonally_needs_them(self):
         recording = standing(about_z(40))
         with pytest.raises(RecordError, match="--axes"):
