@@ -25,6 +25,8 @@ from gaitval.mocap.recording import Recording
 
 LARGEST_LEAN: Final = float(np.radians(20.0))
 """A standing person's pelvis is above the ankles to within this angle, rad."""
+OPPOSITE: Final = float(np.cos(np.radians(130.0)))
+"""Cosine of the angle between the feet beyond which one points backwards; feet turn out by 25°."""
 LARGEST_TURN: Final = float(np.radians(30.0))
 """A person who faces along an axis of the laboratory does so to within this angle, rad."""
 
@@ -233,7 +235,8 @@ def _feet_of(points: Mapping[str, Array], up: Array) -> dict[str, Array]:
 def _check_feet(where: str, points: Mapping[str, Array], up: Array) -> None:
     """RecordError, about `where`, if one foot points backwards."""
     feet = _feet_of(points, up)
-    if len(feet) < 2 or feet["R"] @ feet["L"] > 0.0:
+    # Two heels, or toes, that are exchanged between the sides turn both feet by less.
+    if len(feet) < 2 or feet["R"] @ feet["L"] > OPPOSITE:
         return
     front = [points[name] for name in _FRONT if name in points]
     rear = [points[name] for name in _REAR if name in points]

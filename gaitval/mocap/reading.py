@@ -160,8 +160,8 @@ def _check_one_person(recording: Recording) -> None:
     if len(several) > 1:
         raise RecordError(
             f"{recording.source}: the markers are of {len(several)} people, by the names before "
-            f"the colon ({', '.join(several[:6])}): one can be used. Export the trial of one "
-            "subject alone."
+            f"the colon ({', '.join(several[:6])}), and no option chooses one. Export the trials "
+            "of each alone, with one subject active in the recording program."
         )
 
 

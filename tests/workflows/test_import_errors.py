@@ -585,7 +585,7 @@ def test_two_people_in_one_recording(laboratory: Laboratory) -> None:
     both = laboratory.standing.with_markers(
         names, np.hstack([one, one + np.array([0.0, 0.8, 0.0])])
     )
-    refuse(laboratory.request(standing=both), "stand.trc", "'Anna:", "'Ben:", "keep one")
+    refuse(laboratory.request(standing=both), "stand.trc", "(Anna, Ben)", "each alone")
 
 
 def test_wrong_marker_sets(laboratory: Laboratory) -> None:
