@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
-from gaitval.checks.event_checks import contact_warnings
+from gaitval.checks.event_checks import contact_warnings, while_seen
 from gaitval.checks.filled_markers import filled_warnings
 from gaitval.checks.force_checks import (
     CUT_OFF,
@@ -120,7 +120,9 @@ def trial_warnings(
         follows = {CUT_OFF, FREE_MOMENT}
         return (*found, *weight, *(each for each in of_plates if each.check not in follows))
     of_motion = motion_warnings(needed, loads, stances, forces.rate, mass_kg)
-    contacts = [*contact_warnings(forces, marker_events(recording, landmarks=landmarks))]
+    by_markers = marker_events(recording, landmarks=landmarks)
+    shown = [*while_seen(by_markers, recording, landmarks)]
+    contacts = [*contact_warnings(forces, shown)]
     # What was lost, not a plate, makes events differ; looking for it takes a while.
     if contacts and not lost_frames(recording.markers):
         found += contacts

@@ -1,6 +1,6 @@
 """Compare heel strikes and toe-offs of forces with those of markers."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -9,7 +9,8 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.gait.agreement import KINDS, SAME_SECONDS
 from gaitval.gait.events import foot_contacts
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.mocap.recording import Event, EventKind, FootForces
+from gaitval.mocap.activities import FEET
+from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 
 LARGEST_STRAY_S: Final = 0.04
 """s. Of one kind, each event of the forces is as late as the median after that of the markers: at
@@ -20,6 +21,7 @@ LARGEST_DRIFT_S: Final = 0.02
 """s, by which events of the forces may come later and later over a trial, where that is beyond
 `CERTAIN_DRIFT` times its standard error: 3 ms in the 30 s of WBDS01 T01."""
 CERTAIN_DRIFT: Final = 3.0
+BESIDE_GAP_S: Final = 0.1
 
 
 def contact_warnings(forces: FootForces, shown: Sequence[Event]) -> Iterator[QualityFlag]:
@@ -61,6 +63,22 @@ def contact_warnings(forces: FootForces, shown: Sequence[Event]) -> Iterator[Qua
                 f"{'later' if stray > 0 else 'earlier'} than the markers show it, beside the "
                 "others: the plate was silent or stuck, or something else was on it",
             )  # fmt: skip
+
+
+def while_seen(
+    events: Sequence[Event], recording: Recording, landmarks: Mapping[str, str]
+) -> Iterator[Event]:
+    """Those of the `events` by markers beside which no marker of the foot is hidden: a gap begins
+    or ends where it does, not where the foot strikes.
+    """
+    near = round(BESIDE_GAP_S * recording.marker_rate)
+    for event in events:
+        at = round((event.time - recording.start) * recording.marker_rate)
+        names = [landmarks.get(f"{event.side[0].upper()}.{each}") for each in FEET]
+        during = slice(max(at - near, 0), at + near + 1)
+        paths = [recording.marker(str(name)) for name in names if name in recording.names]
+        if all(np.isfinite(path[during]).all() for path in paths if np.isfinite(path).any()):
+            yield event
 
 
 def _drift(late: Sequence[tuple[Side, float, float]]) -> float:

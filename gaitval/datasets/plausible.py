@@ -321,10 +321,17 @@ def no_body(
         ]
     if swapped:
         new_mass, new_height = swapped[0]
+        pounds, inches = mass * 0.45359237, height * 0.0254
+        american = (
+            f" If these are pounds and inches, give mass_kg = {pounds:.1f} and height_m = "
+            f"{inches:.3f}."
+            if plausible(pounds, inches)
+            else ""
+        )
         return [
             f"{seen}: the columns look swapped (a body mass of {mass:g} kg at {height:g} m is "
             f"impossible, {new_mass:g} kg at {new_height:g} m is not). "
-            f"Give mass_kg = {new_mass:g} and height_m = {new_height:g}."
+            f"Give mass_kg = {new_mass:g} and height_m = {new_height:g}.{american}"
         ]
     if plausible(mass * 0.45359237, height):
         return [
@@ -332,11 +339,18 @@ def no_body(
             f"{mass / height**2:.1f} kg/m², outside {of_both[0]:g}-{of_both[1]:g}; this looks like "
             f"pounds. Give kilograms: mass_kg = {mass * 0.45359237:.1f}."
         ]
-    if plausible(mass, height * 0.3048):
-        return [
-            f"height_m = {height:g}: this looks like feet. "
-            f"Give metres: height_m = {height * 0.3048:.3f}."
-        ]
+    for unit, in_metres in (("feet", 0.3048), ("inches", 0.0254), ("millimetres", 1e-3)):
+        if plausible(mass, height * in_metres):
+            return [
+                f"height_m = {height:g}: this looks like {unit}. "
+                f"Give metres: height_m = {height * in_metres:.3f}."
+            ]
+    for unit, in_kilograms in (("newtons", 1.0 / STANDARD_GRAVITY), ("grams", 1e-3)):
+        if plausible(mass * in_kilograms, height):
+            return [
+                f"mass_kg = {mass:g}: this looks like {unit}. "
+                f"Give kilograms: mass_kg = {mass * in_kilograms:.1f}."
+            ]
     problems = [
         f"{name} = {value:g}: outside {limits[0]:g}-{limits[1]:g} {unit}. Check value and unit."
         for name, value, limits, unit in (

@@ -25,6 +25,7 @@ from gaitval.gait.feet_on_plates import (
 )
 from gaitval.mocap.findings import Finding, finding
 from gaitval.mocap.force_plates import RENUMBER, numbered_other_way
+from gaitval.mocap.lost_frames import lost_frames, lost_text
 from gaitval.mocap.recording import Event, Plate, Recording
 
 OUTSIDE_FOOT: Final = 0.06
@@ -263,6 +264,13 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
             f"{seen}, but with right and left of the plates exchanged they do so at the same time: "
             f"the plates show each foot's forces under the other one. {_why_exchanged(recording)}"
             " (Forces that are half a stride late would look the same.)"
+        )
+    if lost := lost_frames(recording.markers):
+        at = recording.start + lost[0].frame / recording.marker_rate
+        raise RecordError(
+            f"{seen}: before {at:.2f} s of the markers {lost_text(lost[0].frames)}, so the two "
+            "clocks differ. Export the trial again, with all its frames and the forces of the "
+            "same time, or use a part without a loss (--trial-time)."
         )
     raise RecordError(
         f"{seen}: the forces are of another trial, or not synchronised with the cameras, or the "

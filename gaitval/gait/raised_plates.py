@@ -1,4 +1,4 @@
-"""Force plates that no foot can be on: handrails, seats, walls.
+"""Force plates that no foot can be on: handrails, seats, walls, and what is no plate: devices.
 
 Axes: the project's (REP-103, z up).
 """
@@ -21,6 +21,13 @@ CLEAR_M: Final = 0.1
 """m above the highest place at which a whole foot ever is: the markers are on top of the shoe."""
 USUAL: Final = 98.0
 """Percentile of a foot's heights that stands for the highest: a marker may be a ghost for once."""
+OVERHEAD_M: Final = 1.5
+"""m above the highest marker, at which a support may hang."""
+NO_WEIGHT_N: Final = 20.0
+"""N. Who never pushes a plate down by more does not stand on it."""
+OFF_FLOOR_M: Final = 0.04
+"""m above the lowest marker of the feet. What pushes sideways there, and never down, is no floor's,
+whose point of application is below the markers."""
 LOADED_N: Final = 10.0
 """N. The point of a smaller force is not known."""
 
@@ -50,20 +57,43 @@ def without_raised(
     head = float(np.nanmax(recording.markers[..., 2]))
     kept, flags = list[Plate](), list[QualityFlag]()
     for plate, height in zip(recording.plates, heights, strict=True):
-        if not max(floor + LOWEST_M, reached + CLEAR_M) < height < head:
+        high = max(floor + LOWEST_M, reached + CLEAR_M)
+        # Where the corners are known, it is a plate, and its vertical channel is dead.
+        sideways = height <= high and np.isnan(plate.corners).any() and _never_down(plate)
+        if not (floor + OFF_FLOOR_M if sideways else high) < height < head + OVERHEAD_M:
             kept.append(plate)
             continue
         load = float(np.linalg.norm(plate.force - np.median(plate.force, axis=0), axis=1).max())
+        unused = f"It is used for no foot (its force changes by up to {load:.0f} N)"
+        above = f"{height - floor:.2f} m above the floor"
+        if sideways:
+            what = (
+                f"its force acts {above}, and never downwards: no force plate, but a device on "
+                f"the body, such as an exoskeleton's cuff. {unused}: joint moments are those of "
+                "person and device together"
+            )
+        elif height > head:
+            what = (
+                f"it is {above}, over the head: a support that carries a part of the body. "
+                f"{unused}. If it did, say so with --aid support"
+            )
+        else:
+            what = (
+                f"it is {above}, where no foot ever is: a handrail, a seat, a device or what else "
+                f"the body leans on. {unused}. If the person held on to it, say so with --aid rail"
+            )
         flags.append(
             QualityFlag(
                 "plate above the feet", f"plate {plate.name}", height - floor, LOWEST_M, "m",
-                f"it is {height - floor:.2f} m above the floor, where no foot ever is: a handrail, "
-                "a seat or what else the body leans on. It is used for no foot (its force changes "
-                f"by up to {load:.0f} N). If the person held on to it, say so with --aid rail",
-                plate=plate.name,
+                what, plate=plate.name,
             )
         )  # fmt: skip
     return replace(recording, plates=tuple(kept)), () if aid else tuple(flags)
+
+
+def _never_down(plate: Plate) -> bool:
+    """Whether a plate's force pushes nobody up."""
+    return bool(np.abs(plate.force[:, 2]).max(initial=0.0) < NO_WEIGHT_N)
 
 
 def _height(plate: Plate) -> float:

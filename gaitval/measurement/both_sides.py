@@ -298,8 +298,11 @@ def _turned(model: BodyModel, standing: Array, walks: Sequence[WalkingTrial]) ->
     """
     feet = [SEGMENTS.index(f"foot_{side}") for side in "rl"]
     out = np.array([-1.0, -1.0])  # the left foot's angle is positive outwards
-    pose = segment_frames(model, standing[None])[0, feet]
-    stood = out @ np.arctan2(pose[:, 1, 0], pose[:, 0, 0])
+    pose = segment_frames(model, standing[None])[0]
+    pelvis, *angles_stood = np.arctan2(pose[:, 1, 0], pose[:, 0, 0])[
+        [SEGMENTS.index("pelvis"), *feet]
+    ]
+    stood = out @ np.array(angles_stood)
     walked: list[list[Array]] = [[], []]
     for walk in walks:
         frames = segment_frames(model, walk.kinematics.positions)[:, feet]
@@ -312,4 +315,9 @@ def _turned(model: BodyModel, standing: Array, walks: Sequence[WalkingTrial]) ->
     known = [np.concatenate(angles) if angles else np.empty(0) for angles in walked]
     if any(len(angles) < LEAST_FRAMES for angles in known):
         return None
-    return float(stood - out @ [np.median(angles) for angles in known])
+    walking = out @ [np.median(angles) for angles in known]
+    # Who stands aslant turns both feet with the pelvis, which has errors of its own.
+    beside_axis, beside_pelvis = stood - walking, stood - pelvis * out.sum() - walking
+    if beside_axis * beside_pelvis <= 0.0:
+        return 0.0
+    return float(min(beside_axis, beside_pelvis, key=abs))

@@ -28,6 +28,11 @@ RAISED_M: Final = 0.08
 """A foot that is held so much above the other one does not stand on the ground."""
 JUMPS: Final = 0.02
 """Share of the time in which both heels are raised: a jump of 0.1 m in 10 s."""
+OFF_GROUND_M: Final = 0.06
+"""m. The lowest marker of the feet of walkers, also of children who turn, is within 0.034 m of
+where it is lowest in a stride; runners and jumpers raise it by 0.1 to 0.46 m."""
+WHILE_S: Final = 1.4
+"""s, more than a stride, in which one of the feet is on the ground."""
 STEPS: Final = 0.1
 """Share of the time for which each foot of somebody who steps on the spot is raised."""
 FEET: Final = ("Heel", "MT1", "MT2", "MT5", "Toe")
@@ -117,6 +122,32 @@ def check_level(recording: Recording, landmarks: Mapping[str, str], pelvis: Arra
             f"by {abs(slope):.0f}°: this is a slope. Only walking on level ground can be analysed; "
             "give such a trial. If the floor was level, the laboratory's axes are tilted: "
             "calibrate the cameras to the floor."
+        )
+
+
+def check_on_ground(recording: Recording, landmarks: Mapping[str, str]) -> None:
+    """Refuse who leaves the ground with both feet, at any speed; not where a heel or all of a
+    forefoot has no marker, which does not show it.
+    """
+    low = []
+    for side in "RL":
+        names = [landmarks.get(f"{side}.{each}") for each in FEET]
+        if names[0] not in recording.names or not {*names[1:]} & {*recording.names}:
+            return
+        heights = [recording.marker(str(each))[:, 2] for each in names if each in recording.names]
+        low.append(np.min(heights, axis=0))  # NaN where one is not seen
+    lowest = np.min(low, axis=0)
+    known = np.asarray(np.isfinite(lowest))
+    half = round(0.5 * WHILE_S * recording.marker_rate)
+    ground = np.where(known, lowest, np.inf)
+    padded = np.pad(ground, half, constant_values=np.inf)
+    ground = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).min(axis=1)
+    off = (lowest[known] - ground[known]) > OFF_GROUND_M
+    if off.sum() > JUMPS * len(lowest):
+        raise RecordError(
+            f"{recording.source}: both feet are off the ground at once, {100 * off.mean():.0f} % "
+            "of the time: the person runs, hops or jumps. Only walking can be analysed; give a "
+            "walking trial, or the part of this one in which the person walks with --trial-time."
         )
 
 

@@ -20,11 +20,13 @@ import numpy as np
 from gaitval.arrays import Array, Flags, runs
 from gaitval.constants import GRAVITY
 from gaitval.errors import RecordError
-from gaitval.mocap.activities import check_level, what_instead
+from gaitval.mocap.activities import check_level, check_on_ground, what_instead
 from gaitval.mocap.recording import Recording
 
 LARGEST_LEAN: Final = float(np.radians(20.0))
 """A standing person's pelvis is above the ankles to within this angle, rad."""
+OPPOSITE: Final = float(np.cos(np.radians(130.0)))
+"""Cosine of the angle between the feet beyond which one points backwards; feet turn out by 25°."""
 LARGEST_TURN: Final = float(np.radians(30.0))
 """A person who faces along an axis of the laboratory does so to within this angle, rad."""
 
@@ -128,6 +130,7 @@ def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> Laborator
             "trial, or the floor is not parallel to two of the laboratory's axes. Give a "
             'standing trial, or give the axes, for example --axes "forward=+x up=+z".'
         )
+    _check_feet(where, points, up)
     facing = facing_of(points, up)
     forward, turn = nearest_axis(facing)
     if turn > LARGEST_TURN:
@@ -214,14 +217,38 @@ def facing_of(points: Mapping[str, Array], up: Array) -> Array:
     toeing out cancels.
     """
     # One unit vector a foot: the direction of their sum halves the angle between the feet.
-    feet = [
-        unit_vector(_level(_mean(points, _TOES, side) - _mean(points, _HEEL, side), up))
-        for side in "RL"
-        if all(any(f"{side}.{name}" in points for name in part) for part in (_HEEL, _TOES))
-    ]
+    feet = _feet_of(points, up)
     if not feet:
         return unit_vector(_level(_mean(points, _TOES) - _mean(points, _HEEL), up))
-    return unit_vector(np.sum(feet, axis=0))
+    return unit_vector(np.sum([*feet.values()], axis=0))
+
+
+def _feet_of(points: Mapping[str, Array], up: Array) -> dict[str, Array]:
+    """Horizontal unit vector (3,) from heel to toes of each side ("R", "L") that has both."""
+    return {
+        side: unit_vector(_level(_mean(points, _TOES, side) - _mean(points, _HEEL, side), up))
+        for side in "RL"
+        if all(any(f"{side}.{name}" in points for name in part) for part in (_HEEL, _TOES))
+    }
+
+
+def _check_feet(where: str, points: Mapping[str, Array], up: Array) -> None:
+    """RecordError, about `where`, if one foot points backwards."""
+    feet = _feet_of(points, up)
+    # Two heels, or toes, that are exchanged between the sides turn both feet by less.
+    if len(feet) < 2 or feet["R"] @ feet["L"] > OPPOSITE:
+        return
+    front = [points[name] for name in _FRONT if name in points]
+    rear = [points[name] for name in _REAR if name in points]
+    ahead = np.mean(front, axis=0) - np.mean(rear, axis=0) if front and rear else feet["L"]
+    side = min(feet, key=lambda each: float(feet[each] @ ahead))
+    which = (
+        {"R": "the right foot", "L": "the left foot"}[side] if front and rear else "one of the two"
+    )
+    raise RecordError(
+        f"{where}: the feet point in opposite directions: heel and toes of {which} are exchanged. "
+        "Correct these labels in the recording program, in all trials, and export them again."
+    )
 
 
 def _level(vector: Array, up: Array) -> Array:
@@ -254,7 +281,7 @@ def check_pelvis(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) 
 
 
 def turn_to_walking_direction(
-    recording: Recording, landmarks: Mapping[str, str]
+    recording: Recording, landmarks: Mapping[str, str], shown: Recording | None = None
 ) -> tuple[Recording, str]:
     """A walking trial turned about the vertical so that the person walks along +x, and what was
     decided, for the user. `recording` is in the project's axes (`Recording.turned` with the axes of
@@ -263,7 +290,8 @@ def turn_to_walking_direction(
     Overground this is the direction of the pelvis' path. On a treadmill, where the feet on the
     ground move faster than the pelvis, it is the direction of the pelvis relative to them. A
     direction within 5° of an axis is taken to lie along it: the trial is then turned by a multiple
-    of 90°.
+    of 90°. `shown` is the same trial without the markers that are not on the body, which decide
+    nothing; left out, all do.
 
     Raises RecordError if the trial is not yet in the project's axes, or its axes or unit differ
     from the standing trial's; the person stands, runs, turns or walks backwards (or front and rear
@@ -275,7 +303,8 @@ def turn_to_walking_direction(
             f"{where}: still in the laboratory's axes. Turn it with the axes of the standing "
             "trial first."
         )
-    pelvis = _path(recording, landmarks, _FRONT + _REAR)
+    shown = recording if shown is None else shown
+    pelvis = _path(shown, landmarks, _FRONT + _REAR)
     seen = np.isfinite(pelvis).all(axis=1)
     if np.count_nonzero(seen) < 2:
         raise RecordError(
@@ -283,12 +312,13 @@ def turn_to_walking_direction(
             "than half of the frames that show one, so the direction of walking is unknown. Label "
             "the trial, or take a part of it that shows them with --trial-time BEGIN:END, in s."
         )
-    _check_same_axes(recording, landmarks, pelvis)
-    _check_straight(recording, landmarks)
-    velocity, how = _walking_velocity(recording, landmarks, pelvis)
+    _check_same_axes(shown, landmarks, pelvis)
+    _check_straight(shown, landmarks)
+    velocity, how = _walking_velocity(shown, landmarks, pelvis)
     speed = float(np.linalg.norm(velocity))
-    check_level(recording, landmarks, pelvis)
-    _check_walks(recording, landmarks, pelvis, velocity)
+    check_level(shown, landmarks, pelvis)
+    _check_walks(shown, landmarks, pelvis, velocity)
+    check_on_ground(shown, landmarks)
     angle = float(np.arctan2(velocity[1], velocity[0]))
     quarter = round(angle / (np.pi / 2)) * np.pi / 2
     along = abs(angle - quarter) <= ALONG_AXIS
@@ -299,7 +329,7 @@ def turn_to_walking_direction(
     if off or not turned_by:
         rotation = np.round(rotation)  # a multiple of a right angle, exactly
     turned = recording.turned(rotation)
-    _check_facing(turned, landmarks)
+    _check_facing(shown.turned(rotation), landmarks)
     # The same turn within −180° to 180°, for the text.
     by = 180.0 - (180.0 - np.degrees(turned_by)) % 360.0
     # that of the strides, which is among the results, differs a little

@@ -27,10 +27,14 @@ ADULT_PELVIS: Final = (0.6, 1.1)
 
 def looks_like(spread: float) -> str:
     """The unit error that makes a person's markers spread over this many metres, in words."""
-    for factor, what in _CONFUSED.items():
-        if PERSON_SPREAD_M[0] <= spread * factor <= PERSON_SPREAD_M[1]:
-            return f" (it looks like {what})"
-    return ""
+    low, high = PERSON_SPREAD_M
+    fits = [factor for factor in _CONFUSED if low <= spread * factor <= high]
+    if not fits:
+        return ""
+    # Of two units that are near to each other the one that gives the more usual size.
+    usual = np.sqrt(low * high)
+    best = min(fits, key=lambda factor: abs(np.log(spread * factor / usual)))
+    return f" (it looks like {_CONFUSED[best]})"
 
 
 def from_middle(points: Array) -> Array:

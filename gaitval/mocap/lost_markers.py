@@ -17,6 +17,9 @@ from gaitval.model.body import PARENTS
 FILLED: Final = 2
 """Frames at one exact place whose three coordinates are equal, as 9999 or -1: no camera measures
 that twice."""
+LEAP_M: Final = 3.0
+"""m. No marker moves so far from one frame to the next, and none on a body is so far from where it
+usually is in one coordinate alone."""
 DENSE: Final = 0.3
 """Share of the frames in which a marker must be on the body: the distance from another marker is
 that of the narrowest range with so many of them."""
@@ -24,6 +27,9 @@ RIGID_M: Final = 0.03
 """m. A distance that varies by more in these frames is not one of a segment."""
 AWAY_M: Final = 0.2
 """m. No skin, and no belt of the pelvis, lets a distance within a segment change by so much."""
+FOOT_AWAY_M: Final = 0.06
+"""m, likewise, of a foot, whose skin hardly moves: 0.02 m at most in eleven recordings of seven
+laboratories (running and jumping, too)."""
 JOINT_AWAY_M: Final = 0.6
 """m, likewise, between segments: a leg that bends nears its ankle to the pelvis by 0.4 m."""
 HELD_AWAY_M: Final = 0.08
@@ -51,36 +57,64 @@ ONE_PLACE_M: Final = 0.005
 
 def without_fill_values(recording: Recording) -> Recording:
     """The trial, in its file's axes, with gaps where a program wrote a number for one: 9999, -1,
-    or the like, in all three coordinates.
+    or the like, in all three coordinates, or in one.
     """
     markers = recording.markers
     with np.errstate(invalid="ignore"):
         equal = (markers[..., 0] == markers[..., 1]) & (markers[..., 1] == markers[..., 2])
-    if not equal.any():
-        return recording
     values, counts = np.unique(markers[..., 0][equal], return_counts=True)
-    filled = equal & np.isin(markers[..., 0], values[counts >= FILLED])
+    in_all = equal & np.isin(markers[..., 0], values[counts >= FILLED])
+    in_one = _one_filled(np.where(in_all[..., None], np.nan, markers))
+    for filled, what in (
+        (in_all, "all three coordinates are"),
+        (np.asarray(in_one.any(axis=2)), "one is"),
+    ):
+        if not filled.any():
+            continue
+        value = markers[in_one][0] if what == "one is" else values[counts >= FILLED][0]
+        seen = zip(recording.names, np.asarray(filled.any(axis=0)), strict=True)
+        names = [name for name, some in seen if some]
+        shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+        passed_over(
+            f"{recording.source}: {shown}: in {np.count_nonzero(filled)} frames {what} "
+            f"{value:.6g} m, which a program writes where a marker was not seen; read as gaps"
+        )
+    filled = np.asarray(in_all | in_one.any(axis=2))
     if not filled.any():
         return recording
-    names = [name for name, some in zip(recording.names, filled.any(axis=0), strict=True) if some]
-    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    passed_over(
-        f"{recording.source}: {shown}: in {np.count_nonzero(filled)} frames all three coordinates "
-        f"are {values[counts >= FILLED][0]:.6g} m, which a program writes where a marker was not "
-        "seen; read as gaps"
-    )
     return recording.with_markers(recording.names, np.where(filled[..., None], np.nan, markers))
+
+
+def _one_filled(markers: Array) -> Flags:
+    """(T, M, 3) which coordinates a program wrote for a gap while it kept the others: they leap to
+    one exact number, far away, again and again.
+    """
+    filled = np.zeros(markers.shape, dtype=bool)
+    with np.errstate(invalid="ignore"):
+        leaps = np.abs(np.diff(markers, axis=0)) > LEAP_M
+        for number, axis in np.argwhere(leaps.any(axis=0)):
+            path = markers[:, number, axis]
+            values, counts = np.unique(path[np.isfinite(path)], return_counts=True)
+            far = np.abs(path - np.nanmedian(path)) > LEAP_M
+            filled[:, number, axis] = far & np.isin(path, values[counts >= FILLED])
+    # A marker that rests where nobody is, is lost in another way.
+    same = np.zeros(markers.shape[:2], dtype=bool)
+    same[1:] = (markers[1:] == markers[:-1]).all(axis=2)
+    same[:-1] |= same[1:]
+    filled[same] = False
+    return filled
 
 
 class _Away(NamedTuple):
     """(T,) m by which the distances of a marker from the others of its segment differ from what
     they usually are: `most` of them differ by at least so much, `own` is the largest of its own
-    segment. 0 where they are not known. The only marker of a segment is `alone`: joints move it
-    from the others, too.
+    segment. 0 where they are not known. More than `furthest` m is not on the segment. The only
+    marker of a segment is `alone`: joints move it from the others, too.
     """
 
     most: Array
     own: Array
+    furthest: float
     alone: bool
 
 
@@ -133,6 +167,16 @@ def leave_out_lost(
     for found in findings:
         markers[found.first : found.last + 1, names.index(found.names[0])] = np.nan
     return findings
+
+
+def without_lost(
+    recording: Recording, segments: Mapping[str, str], standing: Recording | None = None
+) -> Recording:
+    """The trial with gaps where a marker is not on its segment, as by `leave_out_lost`."""
+    markers = recording.markers.copy()
+    markers[~seen_frames(markers)] = np.nan
+    leave_out_lost(recording, markers, segments, standing)
+    return recording.with_markers(recording.names, markers)
 
 
 def _places(standing: Recording | None) -> dict[str, Array]:
@@ -200,7 +244,8 @@ def _away(
     place = np.clip(known // 2, 0, len(stacked) - 1)
     middle = np.take_along_axis(ordered, place[None], axis=0)[0]
     largest = np.nan_to_num(np.stack(within or [0.0 * stacked[0]])).max(axis=0)
-    return _Away(np.where(known >= 2, np.maximum(middle, 0.0), 0.0), largest, not own)
+    furthest = FOOT_AWAY_M if segment.startswith("foot") and len(own) > 1 else AWAY_M
+    return _Away(np.where(known >= 2, np.maximum(middle, 0.0), 0.0), largest, furthest, not own)
 
 
 def _joined(one: str, other: str) -> bool:
@@ -237,7 +282,7 @@ def _lost(path: Array, away: _Away, rate: float, elsewhere: Flags) -> Flags:
     step = np.nan_to_num(np.r_[step[:1], step], nan=np.inf)
     same = _held(path, rate)
     rests = _long(step < RESTS / rate, rate)
-    lost = (off > AWAY_M) | ((rests | elsewhere) & (off > HELD_AWAY_M))
+    lost = (off > away.furthest) | ((rests | elsewhere) & (off > HELD_AWAY_M))
     if away.alone:  # a joint moves it so far, but does not hold it there
         lost = (off > JOINT_AWAY_M) | ((rests | elsewhere) & (off > AWAY_M))
     odd = (off > (AWAY_M if away.alone else SAME_AWAY_M)) | (away.own > ONE_AWAY_M)

@@ -228,11 +228,11 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
 
     A plate is nine columns: force `…force…v{x,y,z}…`, point of application `…force…p{x,y,z}…` and
     torque `…torque…{x,y,z}…`, as in `ground_force_vx1`, `ground_force_r_vx`, `1_ground_force_vx`.
-    The rest of the names is the plate's name; `FP1_vx`, `FP1_px`, `FP1_mx` are read too, and
-    `f1_1`, `p1_1`, `m1_1` of OpenSim's own reader of C3D, also in mm and Nmm. Columns for one foot
-    over all its steps also count as a plate, so a torque may have three components. What is no
-    plate is named and left out: a torque without a force is a device's (`read_device_torques`),
-    other columns are nobody's.
+    The rest of the names is the plate's name; `FP1_vx`, `FP1_px`, `FP1_mx` are read too, as are
+    `FP1_Fx`, `FP1_COPx`, `FP1_Mx` and `Fx1`, `COPx1`, `Tx1`, and `f1_1`, `p1_1`, `m1_1` of
+    OpenSim's own reader of C3D, also in mm and Nmm. Columns for one foot over all its steps also
+    count as a plate, so a torque may have three components. What is no plate is named and left
+    out: a torque without a force is a device's (`read_device_torques`), other columns are nobody's.
 
     Parameters
     ----------
@@ -329,6 +329,13 @@ def _short_names(columns: Sequence[str]) -> dict[str, dict[str, str]]:
         if numbered is not None:
             kind, plate, axis = numbered.groups()
             quantity = f"{'v' if kind == 'f' else kind}{XYZ[int(axis) - 1]}"
+            plates.setdefault(plate, {})[quantity] = column
+        # `FP1_Fx`, `FP1_COPx`, `FP1_Mx`, or `Fx1`, `COPx1`, `Tx1`, as plates' own programs say.
+        lettered = re.fullmatch(r"(|.*[_ .]|.*\d)(f|cop|[mt])([xyz])(_?\d*)", column.lower())
+        if lettered is not None:
+            before, letter, axis, after = lettered.groups()
+            plate = "_".join(re.findall(r"[a-z0-9]+", f"{before}_{after}"))
+            quantity = {"f": "v", "cop": "p"}.get(letter, "m") + axis
             plates.setdefault(plate, {})[quantity] = column
     return {name: parts for name, parts in plates.items() if len(parts) == 9}
 

@@ -28,6 +28,9 @@ FASTEST_HZ: Final = 20_000.0
 SAME_PLACE_M: Final = 0.001
 """m. Two markers of one name that are never farther apart are one marker, stored twice."""
 
+SAME_NAMES: Final = 10
+"""Markers that two people have in common; objects beside a person have other names."""
+
 SPREAD_FRAMES: Final = 50
 """Number of frames, evenly spaced, that this is taken from."""
 
@@ -127,6 +130,7 @@ def _check_markers(recording: Recording) -> None:
             f"{recording.source}: only {shown} of {len(names)} markers are ever seen. "
             "Label the trial and export it again."
         )
+    _check_one_person(recording)
     if recording.marker_rate > FASTEST_HZ:
         raise RecordError(
             f"{recording.source}: the markers are at {recording.marker_rate:g} Hz, but cameras "
@@ -142,6 +146,26 @@ def _check_markers(recording: Recording) -> None:
             "person's spread over 1 to 2 m: the unit that the file states is "
             f"wrong{looks_like(spread)}. Correct the unit in the file (TRC: line 3; C3D: "
             "POINT:UNITS), or export it again."
+        )
+
+
+def _check_one_person(recording: Recording) -> None:
+    """Refuse markers of several people, who have the same names after their own prefixes."""
+    people: dict[str, set[str]] = {}
+    for name in recording.names:
+        before, _, own = name.partition(":")
+        people.setdefault(before if own else "", set()).add(own or name)
+    several = [
+        person
+        for person, own in people.items()
+        if person
+        and any(len(own & each) >= SAME_NAMES for who, each in people.items() if who != person)
+    ]
+    if len(several) > 1:
+        raise RecordError(
+            f"{recording.source}: the markers are of {len(several)} people, by the names before "
+            f"the colon ({', '.join(several[:6])}), and no option chooses one. Export the trials "
+            "of each alone, with one subject active in the recording program."
         )
 
 

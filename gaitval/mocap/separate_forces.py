@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import passed_over
+from gaitval.mocap.findings import passed_over, seen_frames
 from gaitval.mocap.force_plates import certain_load, plate_or_fault
 from gaitval.mocap.recording import PERSON_SPREAD_M, Plate, Recording
 
@@ -22,6 +22,8 @@ LEAST_RATIO: Final = 0.5
 SHORTEST_S: Final = 0.6
 """s. A shorter time that markers and forces share has no gait cycle."""
 
+LEAST_SPREAD_M: Final = 0.25
+"""m. A child's legs spread over more."""
 LARGEST_DISTANCE_M: Final = 1.0
 """The centre of pressure is at most this far outside the volume that the markers fill, m."""
 
@@ -185,6 +187,18 @@ def _unit_of_points(pressure: Array, markers: Array) -> tuple[str, float] | None
     return nearest if off[nearest] < NEAR_FOOT_M else None
 
 
+def _unit_of_person(markers: Array) -> str:
+    """What unit the `markers` (T, M, 3) m look like that no person's are so near or far; empty for
+    a person's size, and where no other unit explains it.
+    """
+    from gaitval.mocap.confused_units import from_middle, unit_of
+
+    seen = seen_frames(markers)
+    frame = int(np.argmax(seen.sum(axis=1)))
+    away = from_middle(markers[frame, seen[frame]])
+    return unit_of(away) if len(away) and 2.0 * np.median(away) < LEAST_SPREAD_M else ""
+
+
 def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
     """The `plate`, of which the forces act under the `markers` (T, M, 3) and push the person up,
     whose `middle` (N, 3) is given for each sample. Raises RecordError where they do not.
@@ -194,6 +208,12 @@ def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
     if not strong.any():
         return plate
     points = markers.reshape(-1, 3)
+    if wrong := _unit_of_person(markers):
+        raise RecordError(
+            f"{path}: the forces cannot be put under the markers, which are no person's size: the "
+            f"unit that the markers' file states is wrong{wrong}. Correct it there (TRC: line 3; "
+            "C3D: POINT:UNITS), or export the trial again."
+        )
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     pressure = plate.centre_of_pressure[strong]
     where = np.median(pressure, axis=0)

@@ -11,7 +11,9 @@ from gaitval.errors import RecordError
 from gaitval.mocap.text_table import numbers_of
 from gaitval.plain_numbers import plain_float
 
-_GAPS = re.compile(r"(?<![^\t,;])\s*(?:NULL|null|NaN|nan|NAN|-nan\(ind\)|#N/A)\s*(?![^\t,;])")
+_GAPS = re.compile(
+    r"(?<![^\t,;])\s*(?:NULL|null|NaN|nan|NAN|-nan\(ind\)|#?N/A|-{1,3})\s*(?![^\t,;])"
+)
 
 
 def cells_of(line: str, separator: str) -> list[str]:

@@ -59,7 +59,8 @@ def text_lines(path: Path) -> list[str]:
 
 
 NOTHING: Final = re.compile(
-    r"(?<![^\s,;])(?:[+-]?nan\(\w*\)|[+-]?1\.#(?:QNAN|SNAN|IND)\d*|NULL|#N/A)(?![^\s,;])",
+    r"(?<![^\s,;])(?:[+-]?nan\(\w*\)|[+-]?1\.#(?:QNAN|SNAN|IND)\d*|NULL|#?N/A|-{1,3})"
+    r"(?![^\s,;])",
     re.IGNORECASE,
 )
 """What other programs write where there is no number: C on Windows, databases, spreadsheets."""

@@ -22,6 +22,7 @@ from gaitval.gait.raised_plates import without_raised
 from gaitval.mocap.axes import LaboratoryAxes, detect_axes, turn_to_walking_direction
 from gaitval.mocap.cleaning import clean
 from gaitval.mocap.findings import Finding
+from gaitval.mocap.lost_markers import without_lost
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import MarkerSet
@@ -187,6 +188,9 @@ def _doubts_beside(
     """Warnings about the markers of a `walk` beside those in standing; RecordError if they are of
     another person. `as_recorded` is the walk before it was cleaned.
     """
+    # What is left out, and said to be, is not doubted once more.
+    in_places = None if request.stands_in_walk else standing
+    as_recorded = without_lost(as_recorded, marker_set.segments, in_places)
     try:
         distances = check_same_person(
             trajectories(standing),
@@ -506,7 +510,9 @@ def prepared(
     `turn_to_walking_direction` and `clean`.
     """
     landmarks = marker_set.landmarks
-    recording, heading = turn_to_walking_direction(recording, landmarks)
+    # A marker that fell off says nothing about where the person walks and faces.
+    shown = without_lost(recording, marker_set.segments, standing)
+    recording, heading = turn_to_walking_direction(recording, landmarks, shown)
     notify("axes", heading)
     recording, findings = clean(
         recording, marker_set.segments, processing, landmarks=landmarks, standing=standing

@@ -71,6 +71,8 @@ def joined(recording: Recording) -> WholeStride | None:
     several = off[len(off) // 4 : -len(off) // 4].min() < 10.0 * CLOSED
     middle, pose = middle[first:], pose[first:]
     velocity = _between_ends(pose, rate)
+    if not velocity.any():  # the trial ends in frames that repeat each other
+        return None
     apart = pose[0] - pose[-1]
     # when the last pose has become the first
     gap = float((apart * velocity).sum() / (velocity**2).sum())

@@ -27,13 +27,33 @@ def test_what_no_foot_reaches_is_a_rail_or_a_seat(height, left_out, corners):
     """A step of a staircase is lower."""
     given = replace(WALK, plates=(*WALK.plates, raised(height, corners=corners)))
     found, flags = without_raised(given, LANDMARKS)
+    # Without corners it may be no plate at all.
+    left_out = left_out or not corners
     assert [plate.name for plate in found.plates] == [
         *(plate.name for plate in WALK.plates),
         *([] if left_out else ["rail"]),
     ]
     assert [flag.plate for flag in flags] == (["rail"] if left_out else [])
-    assert all("--aid rail" in flag.message for flag in flags)
+    said = "--aid rail" if height > 0.4 else "a device on the body"
+    assert all(said in flag.message for flag in flags)
     assert without_raised(given, LANDMARKS, aid="rail")[1] == ()
+
+
+@pytest.mark.parametrize(("height", "up"), [(0.0, 0.0), (0.17, 300.0)])
+def test_what_lies_on_the_floor_or_carries_somebody_is_a_plate(height, up):
+    """A dead vertical channel is said of a plate; a step carries whoever climbs it."""
+    plate = raised(height, corners=False)
+    plate.force[:, 2] += up
+    found, flags = without_raised(replace(WALK, plates=(plate,)), LANDMARKS)
+    assert (len(found.plates), len(flags)) == (1, 0)
+
+
+def test_a_support_above_the_head_is_told_as_one():
+    plate = raised(2.2, corners=False)
+    plate.force[:, 2] += 150.0
+    found, (flag,) = without_raised(replace(WALK, plates=(*WALK.plates, plate)), LANDMARKS)
+    assert len(found.plates) == len(WALK.plates)
+    assert "--aid support" in flag.message
 
 
 def test_the_plates_of_a_treadmill_stay():

@@ -143,6 +143,18 @@ def test_a_standing_pose_unlike_the_walk(bent, turned, where):
         assert f"the {side} foot is turned out" in str(found[0])
 
 
+@pytest.mark.parametrize("aslant", [-40.0, 20.0, 40.0])
+def test_who_stands_aslant_turns_no_foot_out(aslant):
+    """Both feet turn with the pelvis."""
+    walk, trial = walked()
+    standing = np.zeros(len(COORDINATES))
+    standing[COORDINATES.index("pelvis_rz")] = np.radians(aslant)
+    for side in "rl":
+        at = COORDINATES.index(f"knee_angle_{side}")
+        standing[at] = np.percentile(walk.positions[:, at], 2.0)
+    assert [*standing_warnings(walk.model, standing, [trial])] == []
+
+
 def test_one_knee_bent_in_standing():
     walk, trial = walked()
     standing = np.zeros(len(COORDINATES))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gaitval.checks.event_checks import contact_warnings
+from gaitval.checks.event_checks import contact_warnings, while_seen
 from gaitval.gait.stored_events import event_warnings, stored_events
-from gaitval.mocap.recording import Event, FootForces
+from gaitval.mocap.recording import Event, FootForces, Recording
 
 OTHER = {"right": "left", "left": "right"}
 
@@ -90,3 +90,15 @@ def test_strikes_that_scatter_do_not_drift():
     scatter = np.random.default_rng(39).normal(0.0, 0.012, 10)
     shown = [Event(e.time + by, e.side, e.kind) for e, by in zip(walk(), scatter, strict=True)]
     assert not list(contact_warnings(carried(), shown))
+
+
+def test_an_event_beside_a_hidden_marker_is_none_of_the_markers():
+    """A gap that ends in stance looks like a strike there."""
+    markers = np.zeros((600, 4, 3))
+    markers[190:240, 0] = np.nan  # 1.9 to 2.4 s
+    names = ("RHEE", "RTOE", "LHEE", "LTOE")
+    recording = Recording("walk", "project", names, markers, 100.0)
+    landmarks = dict(zip(("R.Heel", "R.Toe", "L.Heel", "L.Toe"), names, strict=True))
+    shown = [*while_seen(walk(), recording, landmarks)]
+    hidden = [e.time for e in walk() if e not in shown]
+    assert hidden == [e.time for e in walk() if e.side == "right" and 1.8 < e.time < 2.5]

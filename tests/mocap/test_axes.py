@@ -238,6 +238,17 @@ class TestGiven:
         assert words in str(caught.value)
         assert "standing.c3d" in str(caught.value)
 
+    @pytest.mark.parametrize(("side", "foot"), [("R", "right"), ("L", "left")])
+    def test_one_foot_whose_heel_and_toes_are_exchanged(self, side, foot):
+        recording = standing()
+        heel = recording.names.index(LANDMARKS[f"{side}.Heel"])
+        toes = [recording.names.index(LANDMARKS[f"{side}.{name}"]) for name in ("MT1", "MT5")]
+        middle = recording.markers[:, toes].mean(axis=1)
+        recording.markers[:, toes] = recording.markers[:, [heel]]
+        recording.markers[:, heel] = middle
+        with pytest.raises(RecordError, match=f"heel and toes of the {foot} foot"):
+            detect_axes(recording, LANDMARKS)
+
     def test_a_person_who_stands_diagonally_needs_them(self):
         recording = standing(about_z(40))
         with pytest.raises(RecordError, match="--axes"):
@@ -269,6 +280,20 @@ class TestWalkingDirection:
         found, text = turn_to_walking_direction(turned(straight, 180), LANDMARKS)
         np.testing.assert_allclose(found.markers, straight.markers, atol=1e-12)
         assert "treadmill" in text
+
+    @pytest.mark.parametrize("belt", [False, True], ids=["overground", "treadmill"])
+    def test_what_is_not_on_the_body_decides_nothing(self, belt):
+        """A marker of the pelvis that lies on the floor turned the pelvis, and kept it back."""
+        recording = walking(1.2, belt=belt)
+        fell = recording.names.index(LANDMARKS["L.ASIS"])
+        shown = recording.with_markers(recording.names, recording.markers.copy())
+        recording.markers[500:, fell] = recording.markers[499, fell]
+        recording.markers[500:, fell] -= (1.5, 0.0, recording.markers[499, fell, 2])
+        shown.markers[500:, fell] = np.nan
+        with pytest.raises(RecordError, match=r"turns|backwards"):
+            turn_to_walking_direction(turned(recording, 90), LANDMARKS)
+        found, _ = turn_to_walking_direction(turned(recording, 90), LANDMARKS, turned(shown, 90))
+        np.testing.assert_allclose(found.markers, recording.markers, atol=1e-12)
 
     def test_forces_are_turned_too(self):
         straight = walking(1.2, belt=False)
@@ -405,6 +430,15 @@ class TestWalkingDirection:
             else:
                 markers[:, i, 2] += 0.34 * time
         with pytest.raises(RecordError, match="these are stairs"):
+            turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
+
+    @pytest.mark.parametrize("belt", [False, True], ids=["overground", "treadmill"])
+    def test_who_leaves_the_ground_with_both_feet_does_not_walk(self, belt):
+        """Whoever runs slowly, hops or jumps ahead, at any speed."""
+        recording = walking(1.2, belt=belt)
+        markers = recording.markers.copy()
+        markers[..., 2] += 0.12 * np.maximum(0.0, np.sin(2 * np.pi * 2 * recording.time))[:, None]
+        with pytest.raises(RecordError, match="both feet are off the ground at once"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
     @pytest.mark.parametrize(("drop", "words"), [(-0.3, "jumps down"), (0.25, "gets onto")])

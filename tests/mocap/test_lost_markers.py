@@ -120,10 +120,43 @@ def test_fill_values_are_gaps(tmp_path, value):
         assert np.isnan(read.markers[100:112, 0]).all()
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("value", [-9.999, 32.767, 1000.0])
+def test_a_fill_value_in_one_coordinate_is_a_gap(axis, value):
+    recording = walked()
+    recording.markers[100:112, 0, axis] = value
+    with pytest.warns(RecordWarning, match=f"heel: in 12 frames one is {value:g} m"):
+        filled = without_fill_values(recording)
+    assert np.isnan(filled.markers[100:112, 0]).all()
+    rest = np.isfinite(filled.markers).all(axis=2)
+    assert np.count_nonzero(~rest) == 12
+
+
+def test_a_ghost_that_stays_far_away_is_no_fill_value():
+    """It is lost, and named as such."""
+    recording = walked()
+    recording.markers[100:112, 0] = (17.0, 3.0, 0.5)
+    assert without_fill_values(recording) is recording
+
+
 def test_a_place_on_the_diagonal_is_no_fill_value():
     recording = walked()
     recording.markers[50, 0] = 0.1
     assert without_fill_values(recording) is recording
+
+
+def test_a_foot_marker_that_dangles_is_lost():
+    """It hangs a decimetre off its place and swings with the foot; a thigh's skin moves more."""
+    recording = walked(belt=True)
+    heel = recording.names.index("heel")
+    time = np.arange(200) / RATE
+    recording.markers[200:, heel] += np.stack(
+        [-0.1 + 0.03 * np.sin(9 * time), 0.09 * np.sin(14 * time), 0.0 * time - 0.02], axis=1
+    )
+    (found,), _ = found_in(recording, stands=standing())
+    assert found.names == ("heel",)
+    assert 200 <= found.first <= 230
+    assert found.last == len(recording.markers) - 1
 
 
 def test_markers_held_together_are_found_by_those_that_are_not():

@@ -135,7 +135,9 @@ class TestStorage:
         assert table.columns == ("f1_1", "f1_2", "f1_3", "p1_1", "p1_2", "p1_3")
         np.testing.assert_allclose(np.c_[table.time, table.values], rows)
 
-    @pytest.mark.parametrize("gap", ["-nan(ind)", "1.#QNAN", "-1.#IND00", "NULL", "#N/A", "nan"])
+    @pytest.mark.parametrize(
+        "gap", ["-nan(ind)", "1.#QNAN", "-1.#IND00", "NULL", "#N/A", "nan", "--", "-"]
+    )
     def test_what_other_programs_write_for_no_number(self, tmp_path, gap):
         text = f"endheader\ntime\ta\tb\n0\t1\t2\n0.1\t{gap}\t3\n0.2\t4\t5\n"
         (tmp_path / "a.sto").write_text(text)
@@ -209,6 +211,26 @@ class TestGroundReaction:
         path = forces(tmp_path / "a.mot", form="FP1_{}", torque_form="FP1_m{}")
         _, _, (plate,) = read_ground_reaction(path)
         assert plate.name == "fp1"
+        np.testing.assert_allclose(plate.free_moment[-1], TORQUE)
+
+    @pytest.mark.parametrize(
+        ("form", "name"),
+        [("FP1_{}{}", "fp1"), ("{}{}1", "1"), ("{}{}_1", "1"), ("Left {}{}", "left")],
+    )
+    @pytest.mark.parametrize("moment", ["M", "T"])
+    def test_letters_of_plates_programs(self, tmp_path, form, name, moment):
+        """In any order of columns."""
+        table = read_storage(forces(tmp_path / "a.mot", form="FP1_{}", torque_form="FP1_m{}"))
+        if " " in form:  # a blank parts the columns of a .mot
+            form = form.replace(" ", ".")
+        letters = {"v": "F", "p": "COP", "m": moment}
+        columns = tuple(form.format(letters[c[-2]], c[-1]) for c in table.columns)
+        other = replace(table, columns=columns[::-1], values=table.values[:, ::-1])
+        write_storage(tmp_path / "b.mot", other)
+        _, _, (plate,) = read_ground_reaction(tmp_path / "b.mot")
+        assert plate.name == name
+        np.testing.assert_allclose(plate.force[-1], FORCE)
+        np.testing.assert_allclose(plate.centre_of_pressure[-1], POINT)
         np.testing.assert_allclose(plate.free_moment[-1], TORQUE)
 
     def test_other_columns_are_no_plate(self, tmp_path):

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from motion_files import FORCE, POINT, TORQUE, forces, recording, refuse, trc
 
-from gaitval.errors import RecordWarning
+from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import write_storage
 from gaitval.mocap.reading import read_recording
+from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc import read_trc
 from gaitval.mocap.trc_writing import write_trc
 
@@ -103,3 +104,16 @@ class TestMarkersWithForces:
     def test_markers_of_an_unknown_kind(self, tmp_path):
         path = forces(tmp_path / "a.mot")
         refuse(read_recording, path, ".c3d, .trc", "not from .mot")
+
+
+def test_two_people_in_one_file_are_refused_before_their_forces(tmp_path):
+    """They have the same names after the colon; objects beside one person have others."""
+    names = [f"M{number}" for number in range(12)]
+    markers = np.random.default_rng(0).uniform(0.0, 1.5, (50, 24, 3))
+    both = (*(f"Ann:{name}" for name in names), *(f"Bob:{name}" for name in names))
+    write_trc(tmp_path / "a.trc", Recording("a", "laboratory", both, markers, 100.0))
+    with pytest.raises(RecordError, match=r"2 people, .*\(Ann, Bob\)"):
+        read_recording(tmp_path / "a.trc")
+    one = (*both[:12], *(f"Table:{number}" for number in range(12)))
+    write_trc(tmp_path / "b.trc", Recording("b", "laboratory", one, markers, 100.0))
+    assert read_recording(tmp_path / "b.trc").names == one

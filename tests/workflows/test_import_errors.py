@@ -585,7 +585,7 @@ def test_two_people_in_one_recording(laboratory: Laboratory) -> None:
     both = laboratory.standing.with_markers(
         names, np.hstack([one, one + np.array([0.0, 0.8, 0.0])])
     )
-    refuse(laboratory.request(standing=both), "stand.trc", "'Anna:", "'Ben:", "keep one")
+    refuse(laboratory.request(standing=both), "stand.trc", "(Anna, Ben)", "each alone")
 
 
 def test_wrong_marker_sets(laboratory: Laboratory) -> None:
@@ -802,6 +802,23 @@ def test_forces_of_another_time(laboratory: Laboratory, whole_walk: Recording, l
         "not synchronised",
         through=everything,
     )
+
+
+def test_frames_that_are_lost_are_told_as_such(laboratory: Laboratory) -> None:
+    """Forces that lost nothing come later from there on, and are of this trial."""
+    walk = laboratory.walking
+    kept = np.r_[:170, 184 : len(walk.markers)]
+    shorter = replace(walk, markers=walk.markers[kept])
+    forces = window(walk, 0.0, len(kept) / walk.marker_rate)
+    request = laboratory.request(walking=shorter, forces=forces)
+    refuse(request, "frames missing", "the two clocks differ", through=everything)
+
+
+def test_markers_in_another_unit_are_told_before_the_forces(laboratory: Laboratory) -> None:
+    """Forces never point to a person of 0.2 m."""
+    small = replace(laboratory.walking, markers=laboratory.walking.markers / 10.0)
+    request = laboratory.request(walking=small, forces=laboratory.walking)
+    refuse(request, "no person's size", "centimetres that are called mm")
 
 
 @pytest.mark.slow
