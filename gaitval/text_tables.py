@@ -13,6 +13,8 @@ from typing import Final, NamedTuple
 
 _DECIMAL: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 """A number with a comma for the point."""
+_SEPARATOR: Final = re.compile(r"\"?sep=.\"?", re.IGNORECASE)
+"""A first line that says what separates the columns."""
 
 
 class TextTable(NamedTuple):
@@ -40,6 +42,8 @@ def text_table(lines: list[str]) -> TextTable:
     all that follows for one cell, or where a column is there twice.
     """
     kept = list(dropwhile(_is_note, lines))
+    if kept and _SEPARATOR.fullmatch(kept[0].strip()):  # which Excel understands
+        kept = list(dropwhile(_is_note, kept[1:]))
     separator = separator_of(kept[0]) if kept else ","
     reader = csv.reader(kept, delimiter=separator, strict=True)
     names = next(reader, [])

@@ -172,7 +172,7 @@ def later(percent):
         (change("angle_hip_adduction_r", lambda a: a.where(a.index != 40)), "a number in row 42"),
         (change("angle_hip_rotation_r", lambda a: a + 30.0 * (a.index == 50)), "jumps by .* betw"),
         (lambda c: c.assign(percent=np.roll(c.percent, 8)), "percent: 93 in row 2, where 0 is "),
-        (lambda c: c.assign(percent=c.percent / 100), "percent: 0.01 in row 3, where 1 is needed"),
+        (lambda c: c.assign(percent=c.percent / 1000), "percent: 0.001 in row 3, where 1 is needed"),
         (lambda c: c.assign(percent=c.percent.where(c.index != 4)), "percent: nan in row 6"),
         (later(7), "force_up_r: .* at 3-5 %, where the foot has landed"),
         (later(-5), "force_up_r: .* in swing"),

@@ -16,6 +16,8 @@ import numpy as np
 from gaitval import file_gate
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, left_strike, smoothed
 from gaitval.arrays import Array
+from gaitval.datasets.curve_causes import explained
+from gaitval.datasets.curve_files import GAPS, unit_problems
 from gaitval.errors import RecordError
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.sampling import SAMPLES
@@ -118,6 +120,11 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
             values = np.full(SAMPLES, np.nan)
         if not np.isfinite(values).all():
             problems.append(f"line {line}: {name} of {who[1]} has a value that is not a number")
+        elif (filled := values[np.isin(np.abs(values), GAPS)]).size:
+            problems.append(
+                f"line {line}: {name} of {who[1]} has {filled[0]:g}, which stands for a value "
+                "that is missing"
+            )
         if name in rows.setdefault(who, {}):
             problems.append(f"line {line}: {name} of {who[1]} is there twice; keep one stride")
         rows[who][name] = values
@@ -131,6 +138,8 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
         PersonStrides(group, subject, trials[group, subject], found)
         for (group, subject), found in rows.items()
     )
+    if not problems:
+        problems = [problem for each in people for problem in _of_person(each)]
     if not problems:
         problems = [
             f"{name}: nearer to healthy people's with its sign changed, in all people together. "
@@ -156,6 +165,20 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
         lines = "\n".join(f"  - {each}" for each in [*shown, *more])
         raise RecordError(f"{path}: cannot be used\n{lines}")
     return people
+
+
+def _of_person(person: PersonStrides) -> list[str]:
+    """What nobody walks like, in a sentence each: another unit, sign or cycle."""
+    units = [
+        problem.removeprefix("column ").replace("Give --angle-unit rad", "Multiply by 180/pi")
+        for problem in unit_problems(person.angles)
+    ]
+    found = units or [
+        f"it seems that {cause}"
+        for side in "rl"
+        if (cause := explained("angle", side, person.angles))
+    ]
+    return [f"{person.subject}: {each}" for each in found]
 
 
 def pelves_apart(people: tuple[PersonStrides, ...]) -> float:
