@@ -13,6 +13,8 @@ from typing import Final, NamedTuple
 
 _DECIMAL: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 """A number with a comma for the point."""
+MISSING: Final = (999.0, 9999.0, 99999.0, 999999.0)
+"""Numbers that programs write where a value is missing, of either sign."""
 _SEPARATOR: Final = re.compile(r"\"?sep=.\"?", re.IGNORECASE)
 """A first line that says what separates the columns."""
 

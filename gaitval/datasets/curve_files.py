@@ -29,6 +29,7 @@ from gaitval.gait.record import (
     REQUIRED_MOMENTS,
 )
 from gaitval.gait.sampling import SAMPLES
+from gaitval.text_tables import MISSING
 
 _AXES: Final = ("forward", "left", "up")
 _FORCES: Final = tuple(f"{axis}_{side}" for side in "rl" for axis in _AXES)
@@ -78,8 +79,6 @@ _NEVER: Final = 0.1
 _IN_THE_AIR: Final = 0.25
 """Nm/kg, with which a foot's own weight and inertia cannot load its ankle."""
 _ZERO: Final = np.zeros(SAMPLES)
-GAPS: Final = (999.0, 9999.0, 99999.0, 999999.0)
-"""Numbers that programs write where a value is missing, of either sign."""
 _FLIGHT: Final = 0.5
 """Stance fraction below which both feet are in the air at times."""
 
@@ -238,7 +237,7 @@ def _gaps(kinds: Mapping[str, Mapping[str, Array]]) -> list[str]:
     for kind, curves in kinds.items():
         for name, values in curves.items():
             bad = np.flatnonzero(~np.isfinite(values))
-            filled = np.flatnonzero(np.isin(np.abs(values), GAPS))
+            filled = np.flatnonzero(np.isin(np.abs(values), MISSING))
             if len(filled):
                 problems.append(
                     f"column {kind}_{name}: {values[filled[0]]:g} in row {filled[0] + 2}"

@@ -17,11 +17,12 @@ from gaitval import file_gate
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, left_strike, smoothed
 from gaitval.arrays import Array
 from gaitval.datasets.curve_causes import explained
-from gaitval.datasets.curve_files import GAPS, unit_problems
+from gaitval.datasets.curve_files import unit_problems
 from gaitval.errors import RecordError
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.sampling import SAMPLES
 from gaitval.plain_numbers import plain_float
+from gaitval.text_tables import MISSING
 
 AXES: Final[Mapping[str, str]] = {
     "pelvis_1": "pelvis_list",
@@ -120,7 +121,7 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
             values = np.full(SAMPLES, np.nan)
         if not np.isfinite(values).all():
             problems.append(f"line {line}: {name} of {who[1]} has a value that is not a number")
-        elif (filled := values[np.isin(np.abs(values), GAPS)]).size:
+        elif (filled := values[np.isin(np.abs(values), MISSING)]).size:
             problems.append(
                 f"line {line}: {name} of {who[1]} has {filled[0]:g}, which stands for a value "
                 "that is missing"
