@@ -186,12 +186,12 @@ def _judged(request: JudgeRequest) -> Judgement:
             found.undecided.append(f"What was given: nothing is judged without --ik.{message}")
         return found
     table = read_storage(request.ik)
-    found.findings += check_times(table.time, request.ik)
     found.motion = motion_of(model, table, str(request.ik))
+    found.findings += check_times(table.time, request.ik)
     check_lengths(model, found.motion, str(request.ik))
     units = check_unit(found.skeleton, found.motion, table.in_degrees, str(request.ik))
-    check_walk(found.skeleton, found.motion, request.ik)
-    odd = [*units, *missing_legs(found.skeleton, found.motion)]
+    still = check_walk(found.skeleton, found.motion, request.ik)
+    odd = [*units, *still, *missing_legs(found.skeleton, found.motion)]
     found.findings += [*odd, *jitter(found.skeleton, found.motion)]
     found.undecided += odd
     _coordinates(found)
@@ -462,8 +462,8 @@ def _dynamics(found: Judgement) -> None:
         found.not_judged.append("Residuals, moments: give inverse dynamics' results with --id.")
         return
     table = read_storage(request.id)
-    found.findings += check_times(table.time, request.id)
     forces, unknown = _generalised_forces(found.model, table, str(request.id))
+    found.findings += check_times(table.time, request.id)
     odd = odd_columns(found.skeleton, forces, unknown, request.id)
     found.findings += odd
     found.undecided += odd
