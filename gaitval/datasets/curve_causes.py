@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.coordinates import mirrored
+from gaitval.coordinates import SIDES, mirrored
 from gaitval.datasets.curve_signs import POSITIVE, healthy
 from gaitval.gait.mean_curves import stance_fraction
 from gaitval.gait.sampling import SAMPLES
@@ -44,7 +44,7 @@ SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 Curves = Mapping[str, Array]
 
 
-class Cause(NamedTuple):
+class Undone(NamedTuple):
     """What may have become of curves, as a sentence without its point; how far they are from
     healthy people's if it is undone.
     """
@@ -83,7 +83,7 @@ def usual_of(kind: str) -> Mapping[str, Array]:
         seen = [
             subject.measured().ground_reaction(side, phase) * sign
             for subject in builtin_subjects()
-            for side, sign in zip(("right", "left"), inward, strict=True)
+            for side, sign in zip(SIDES, inward, strict=True)
         ]
         return dict(zip(("forward", "left", "up"), np.mean(seen, axis=0).T, strict=True))
     names = (*SAGITTAL, "hip_adduction") if kind == "moment" else SAGITTAL
@@ -195,12 +195,12 @@ def _exchanged(degrees: Mapping[str, Array]) -> Iterator[str]:
             )
 
 
-def _causes(kind: str, side: str, own: Curves, usual: Curves) -> Iterator[Cause]:
+def _causes(kind: str, side: str, own: Curves, usual: Curves) -> Iterator[Undone]:
     def of(*names: str) -> str:
         return " and ".join(f"{kind}_{name}_{side}" for name in names)
 
-    def undone(words: str, **changed: Array) -> Cause:
-        return Cause(words, distance({**own, **changed}, usual))
+    def undone(words: str, **changed: Array) -> Undone:
+        return Undone(words, distance({**own, **changed}, usual))
 
     def all_by(change: Callable[[Array], Array]) -> dict[str, Array]:
         return {name: change(values) for name, values in own.items()}
@@ -231,7 +231,7 @@ def _causes(kind: str, side: str, own: Curves, usual: Curves) -> Iterator[Cause]
         (f"the rows of {every} are of stance alone", 0.01 * TOE_OFF * rows),
         (f"the rows of {every} are two cycles", 2.0 * rows % (SAMPLES - 1)),
     ):
-        yield Cause(words, distance(own, {n: np.interp(at, rows, v) for n, v in usual.items()}))
+        yield Undone(words, distance(own, {n: np.interp(at, rows, v) for n, v in usual.items()}))
 
 
 def _shifted(every: str, rows: int) -> str:

@@ -164,12 +164,13 @@ def _refuse_rows(path: Path, table: pd.DataFrame) -> None:
     lines = table.attrs.get("lines")
     if lines is None:
         return
-    curves = [name for name in table if _plain(str(name), "")[0].startswith(KINDS)]
+    curves = [name for name in map(str, table) if _plain(name, "")[0].startswith(KINDS)]
     place = _place(table)
     lines = lines[len(lines) - len(table) :]
     for line, (_, row) in zip(lines, table.iterrows(), strict=True):
-        texts = [str(row[name]).strip() for name in curves]
-        at = str(row[place]).strip() if place else ""
+        cells = {str(name): str(cell).strip() for name, cell in row.items()}
+        texts = [cells[name] for name in curves]
+        at = cells[place] if place else ""
         if curves and any(texts) and not any(map(_is_number, texts)) and len(curves) > 1:
             seen = ", ".join([text for text in texts if text][:2])
             raise RecordError(
@@ -194,6 +195,8 @@ def _of_cycle(
 ) -> tuple[dict[str, Array], list[str]]:
     """The columns at 0, 1, … 100 % of the cycle, and a sentence if they had other rows."""
     place, rows = _place(table), len(table)
+    if not rows:
+        raise RecordError(_another_length(path, table))
     percent = None
     if place is not None:
         percent = pd.to_numeric(table[place], errors="coerce").to_numpy(dtype=float)

@@ -16,7 +16,7 @@ import numpy as np
 from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, mirrored
-from gaitval.datasets.curve_causes import SAGITTAL, advised, doubts
+from gaitval.datasets.curve_causes import SAGITTAL, advised, doubts, explained
 from gaitval.datasets.curve_columns import AngleUnit, read_columns
 from gaitval.datasets.curve_signs import POSITIVE, signs
 from gaitval.datasets.wbds_files import MOMENT_SEAM, read_angles, read_kinetics, refuse
@@ -227,7 +227,8 @@ def _of_kind(
             problems.append(f"column {kind}_{name}: not the name of a curve.{hint}")
     missing = [f"{kind}_{name}" for name in required if name not in found]
     if missing:
-        problems.append(f"missing columns: {', '.join(missing)}.")
+        none = "" if found else f" None begins with {kind}_: rename yours."
+        problems.append(f"missing columns: {', '.join(missing)}.{none}")
     refuse(where, problems)
     return found
 
@@ -431,7 +432,8 @@ def _force_problems(forces: Mapping[str, Array], side: str) -> list[str]:
     for axis, values, most in (("forward", forward, 0.8), ("left", left, 0.5)):
         if np.abs(values).max() > most and np.abs(values).max() > np.abs(up).max():
             unit = _unit_of(np.abs(values).max(), _SHEAR_UNITS, "body weights")
-            return [f"column force_{axis}_{side}: {unit}"]
+            cause = explained("force", side, forces)
+            return [f"column force_{axis}_{side}: {f'it seems that {cause}.' if cause else unit}"]
     if up[10:50].mean() < 0.3:
         odd = (
             f"{name}: its mean is {up[10:50].mean():.2g} body weights in stance (10-50 %); the "

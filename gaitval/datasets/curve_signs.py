@@ -281,7 +281,7 @@ def _turned_off(side: str, degrees: Mapping[str, Array], *changed: str) -> float
     """deg, RMS, by which the angles from pelvis to ankle turn the foot otherwise than its own
     angles do; those `changed` with the other sign.
     """
-    rows = ON_ONE_LEG
+    rows = slice(SAMPLES)
     turned = {each: -values if each in changed else values for each, values in degrees.items()}
     seen = np.stack([turned[f"{each}_{side}"][rows] for each in _FOOT], axis=1)
     rotation = _turns(turned, side, rows)[-1].as_matrix()

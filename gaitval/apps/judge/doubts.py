@@ -76,8 +76,8 @@ def check_times(time: Array, source: str | Path) -> list[str]:
 
 
 def check_walk(known: Skeleton, motion: Motion, source: str | Path) -> list[str]:
-    """Raise RecordError if the legs are not in the `motion`, or are faster than legs can be; returns
-    a sentence if they stand still.
+    """Raise RecordError if the legs are not in the `motion`, or are faster than legs can be;
+    returns a sentence if they stand still.
     """
     legs = {
         ours: motion.values[name]
@@ -316,7 +316,7 @@ def _right(known: Skeleton) -> Array:
     """(3,), to the right of the person who stands."""
     across = np.asarray(known.origin("thigh_r")) - np.asarray(known.origin("thigh_l"))
     across = across - (across @ known.model.up) * known.model.up
-    return across / np.linalg.norm(across)
+    return np.asarray(across / np.linalg.norm(across))
 
 
 def _cause(known: Skeleton, motion: Motion, gait: JudgedGait, side: Side) -> str:

@@ -51,7 +51,7 @@ from gaitval.apps.judge.opensim.placing import (
     place,
 )
 from gaitval.apps.judge.request import JudgeRequest
-from gaitval.apps.judge.residuals import residual_wrench
+from gaitval.apps.judge.residuals import generalised_forces, residual_wrench
 from gaitval.apps.judge.skeleton import Skeleton, skeleton
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import RANGES, SIDES, Side
@@ -60,9 +60,7 @@ from gaitval.gait import agreement
 from gaitval.inverse.inverse_dynamics import Residuals, residual_measures
 from gaitval.metrics.recording_limits import State, state_of
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate, measured
-from gaitval.mocap.findings import passed_over
 from gaitval.mocap.mot import read_storage
-from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.reading import read_recording
 from gaitval.scaling.anthropometry import WINTER
 
@@ -462,7 +460,7 @@ def _dynamics(found: Judgement) -> None:
         found.not_judged.append("Residuals, moments: give inverse dynamics' results with --id.")
         return
     table = read_storage(request.id)
-    forces, unknown = _generalised_forces(found.model, table, str(request.id))
+    forces, unknown = generalised_forces(found.model, table, str(request.id))
     found.findings += check_times(table.time, request.id)
     odd = odd_columns(found.skeleton, forces, unknown, request.id)
     found.findings += odd
@@ -474,31 +472,6 @@ def _dynamics(found: Judgement) -> None:
         )
     _residuals(found, table.time, forces)
     _moments(found, table.time, forces)
-
-
-def _generalised_forces(
-    model: OsimModel, table: StorageTable, source: str
-) -> tuple[dict[str, Array], list[str]]:
-    """Forces by coordinate, and coordinates whose force is not known at any time."""
-    found, unknown = {}, []
-    for name in model.coordinates:
-        column = next((c for c in (f"{name}_moment", f"{name}_force") if c in table.columns), None)
-        if column is not None:
-            values = table.column(column)
-            if np.isinf(values).any():
-                raise RecordError(f"{source}: {column}: a value is infinite. Export again.")
-            if np.isnan(values).all():
-                unknown.append(name)
-                continue
-            if gaps := int(np.isnan(values).sum()):
-                passed_over(f"{source}: {column} is not known in {gaps} of {len(values)} rows")
-            found[name] = values
-    if not found:
-        raise RecordError(
-            f"{source}: has no moment of the model's coordinates (knee_angle_r_moment, …), but "
-            f"{', '.join(table.columns[:5])} …. Give inverse dynamics' results for this model."
-        )
-    return found, unknown
 
 
 def _residuals(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None:

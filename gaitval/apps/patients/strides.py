@@ -140,7 +140,7 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
         for (group, subject), found in rows.items()
     )
     if not problems:
-        problems = [problem for each in people for problem in _of_person(each)]
+        problems = [problem for each in people for problem in _units(each)]
     if not problems:
         problems = [
             f"{name}: nearer to healthy people's with its sign changed, in all people together. "
@@ -153,6 +153,8 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
             f"together. {POSITIVE}, on both sides"
             for name in one_side_turned(people)
         ]
+    if not problems:
+        problems = [problem for each in people for problem in _causes(each)]
     if not problems and people and (apart := pelves_apart(people)) > ONE_PELVIS:
         problems = [
             f"pelvis: right and left differ by {apart:.1f}° (median of all people) however they "
@@ -168,18 +170,28 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
     return people
 
 
-def _of_person(person: PersonStrides) -> list[str]:
-    """What nobody walks like, in a sentence each: another unit, sign or cycle."""
-    units = [
-        problem.removeprefix("column ").replace("Give --angle-unit rad", "Multiply by 180/pi")
+def _units(person: PersonStrides) -> list[str]:
+    """A sentence on each angle that is in another unit than degrees."""
+    return [
+        f"{person.subject}: "
+        + problem.removeprefix("column ").replace("Give --angle-unit rad", "Multiply by 180/pi")
         for problem in unit_problems(person.angles)
     ]
-    found = units or [
-        f"it seems that {cause}"
+
+
+def _causes(person: PersonStrides) -> list[str]:
+    """A sentence on each side that is a walker's with one thing changed back: a sign, the cycle."""
+    never = [
+        f"{person.subject}: {name}: nearer to healthy people's with its sign changed, and nobody "
+        f"walks so. {POSITIVE}"
+        for name in turned((person,))
+        if name in NOBODY
+    ]
+    return never or [
+        f"{person.subject}: it seems that {cause}"
         for side in "rl"
         if (cause := explained("angle", side, person.angles))
     ]
-    return [f"{person.subject}: {each}" for each in found]
 
 
 def pelves_apart(people: tuple[PersonStrides, ...]) -> float:
