@@ -107,6 +107,11 @@ def read_insoles(
     weights = found.forces / (mass * STANDARD_GRAVITY)
     _in_newton(path, found, weights)
     by_foot = [_cycles(path, weights[:, i], rate, name) for i, name in enumerate(found.names)]
+    if np.array_equal(*found.forces.T, equal_nan=True):
+        raise RecordError(
+            f"{path}: {' and '.join(found.names)} are the same in all rows: one is a copy of the "
+            "other. Give each foot's own."
+        )
     time = float(np.mean([np.median([e - b for b, e in each]) for each in by_foot])) / rate
     if abs(time / stride_time - 1.0) > SAME_STRIDE:
         raise RecordError(
@@ -147,11 +152,6 @@ def _read(path: Path, columns: tuple[str, str]) -> _Table:
             "right and the left foot are needed, N. Name them with --insole-columns RIGHT LEFT."
         )
     forces = values[:, [plain.index(name) for name in columns]]
-    if np.array_equal(forces[:, 0], forces[:, 1], equal_nan=True):
-        raise RecordError(
-            f"{path}: {columns[0]} and {columns[1]} are the same in all rows: one is a copy of the "
-            "other. Give each foot's own."
-        )
     return _Table(time, np.where(np.isin(np.abs(forces), MISSING), np.nan, forces), columns)
 
 

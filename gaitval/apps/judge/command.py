@@ -134,6 +134,9 @@ def _say(result: "JudgeResult", model: str, page: str) -> None:
             rows.append([one.title, one.target, *shown, "FAILED"])
     if len(rows) > 1:
         display.print_rows(rows, f"{model}: limits that are not kept")
+    # First: what it names explains what is said of forces below.
+    for reason in result.undecided:
+        display.plain(f"NOT JUDGED. {reason}", "red")
     for finding in result.findings:
         if finding not in result.undecided:
             display.plain(finding)
@@ -142,8 +145,6 @@ def _say(result: "JudgeResult", model: str, page: str) -> None:
     if any(one.verdict == "not judged" for one in result.limits):
         display.plain(f"Not judged. Residuals: {WHY_NOT_JUDGED}; give --reduced for one.")
     kept = sum(one.decides and one.passed for one in result.limits)
-    for reason in result.undecided:
-        display.plain(f"NOT JUDGED. {reason}", "red")
     if result.verdict == "not judged":
         display.plain(
             f"Not judged: {kept} limits are kept, none failed, but not those that decide. {page}"
