@@ -295,8 +295,6 @@ def _unread(path: Path, error: Exception) -> str:
     if path.suffix.lower() in (".parquet", ".pq"):
         return "cannot be read as Parquet; it is damaged, or something else. Export it again."
     if isinstance(error, UnicodeDecodeError):
-        if error.object[:4] == b"PK\x03\x04":
-            return "is a workbook of a spreadsheet, or a ZIP file, by its content. Save it as CSV."
         return "cannot be read as CSV: it is not UTF-8 text. Export it as CSV in UTF-8."
     why = f" ({error})" if isinstance(error, csv.Error) else ""
     return (

@@ -107,7 +107,7 @@ def read_insoles(
     weights = found.forces / (mass * STANDARD_GRAVITY)
     _in_newton(path, found, weights)
     by_foot = [_cycles(path, weights[:, i], rate, name) for i, name in enumerate(found.names)]
-    if np.array_equal(*found.forces.T, equal_nan=True):
+    if np.array_equal(found.forces[:, 0], found.forces[:, 1], equal_nan=True):
         raise RecordError(
             f"{path}: {' and '.join(found.names)} are the same in all rows: one is a copy of the "
             "other. Give each foot's own."

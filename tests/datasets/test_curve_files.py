@@ -345,6 +345,12 @@ def test_tables_as_others_write_them_have_the_same_curves(good, tmp_path, change
     np.testing.assert_allclose(found.forces["left"][:, 2], good.force_up_l, atol=0.05)
 
 
+def test_a_workbook_that_is_called_csv_is_told(tmp_path):
+    (tmp_path / "means.csv").write_bytes(b"PK\x03\x04" + bytes(range(256)))
+    with pytest.raises(RecordError, match="a workbook of a spreadsheet"):
+        read_mean_curves([tmp_path / "means.csv"])
+
+
 def test_a_first_line_for_excel_is_passed_over(good, tmp_path):
     path = written(tmp_path, good, "semicolon.csv")
     path.write_text("sep=;\n" + path.read_text())
