@@ -77,8 +77,8 @@ def read_text(
         raise _too_large(path, refusal, largest // 4)
     if content[:4] == b"PK\x03\x04":
         raise refusal(
-            f"{path}: a workbook of a spreadsheet, or a ZIP file, by its content. Save the table as "
-            "CSV."
+            f"{path}: a workbook of a spreadsheet, or a ZIP file, by its content. Save the table "
+            "as CSV."
         )
     if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
         encodings = ("utf-16",)
