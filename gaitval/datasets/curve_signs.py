@@ -202,11 +202,19 @@ def _of_leg(side: str, degrees: Mapping[str, Array]) -> tuple[float, float]:
 
 
 def _odd_sole(degrees: Mapping[str, Array]) -> list[str]:
-    """A sentence about the sole that is off the level while the other side's is level: an angle of
-    its side has an offset.
+    """A sentence about a sole that is off the level while the other side's is level, or about both:
+    an angle of its side, or of both, has an offset.
     """
     pitched = {side: leg - tilt for side in "rl" for leg, tilt in (_of_leg(side, degrees),)}
     least, most = sorted(pitched, key=lambda side: abs(pitched[side]))
+    if abs(pitched[least]) > LEVEL[0]:
+        return [
+            "angle_hip_flexion, angle_knee_angle, angle_ankle_angle and angle_pelvis_tilt: "
+            "together they put both soles off the level when the foot is flat, by "
+            f"{pitched['r']:.0f} and {pitched['l']:.0f}° (right and left). One of them has another "
+            "zero: hip flexion is from the pelvis and not from the vertical, the ankle is 0 in "
+            "standing."
+        ]
     if not (abs(pitched[most]) > LEVEL[0] and abs(pitched[least]) < LEVEL[1]):
         return []
     return [

@@ -272,6 +272,16 @@ def test_what_people_may_do_is_said_and_not_refused(good, tmp_path, damage, mess
     assert re.search(message, "; ".join(found)), found
 
 
+def test_hips_from_the_vertical_are_said_without_the_angles_of_the_feet(good, tmp_path):
+    lacking = [n for n in good if any(f"angle_{each}" in n for each in SKIPPED)]
+    thigh = good.drop(columns=lacking).assign(
+        **{f"angle_hip_flexion_{s}": good[f"angle_hip_flexion_{s}"] - good[f"angle_pelvis_tilt_{s}"]
+           for s in "rl"}
+    )  # fmt: skip
+    found = read_mean_curves([written(tmp_path, thigh)]).warnings
+    assert any("both soles off the level" in each for each in found), found
+
+
 def test_angles_that_are_late_are_said_without_forces_too(good, tmp_path):
     late = later(10)(good.drop(columns=[n for n in good if not n.startswith(("angle", "perc"))]))
     found = read_mean_curves([written(tmp_path, late)]).warnings
