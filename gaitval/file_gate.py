@@ -75,6 +75,11 @@ def read_text(
     content = read_bytes(path, refusal, largest=largest, fix=fix)
     if len(content) > largest // 4 and not content.isascii():
         raise _too_large(path, refusal, largest // 4)
+    if content[:4] == b"PK\x03\x04":
+        raise refusal(
+            f"{path}: a workbook of a spreadsheet, or a ZIP file, by its content. Save the table "
+            "as CSV."
+        )
     if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
         encodings = ("utf-16",)
     for encoding in encodings[:-1]:

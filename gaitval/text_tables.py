@@ -13,6 +13,10 @@ from typing import Final, NamedTuple
 
 _DECIMAL: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 """A number with a comma for the point."""
+MISSING: Final = (999.0, 9999.0, 99999.0, 999999.0)
+"""Numbers that programs write where a value is missing, of either sign."""
+_SEPARATOR: Final = re.compile(r"\"?sep=.\"?", re.IGNORECASE)
+"""A first line that says what separates the columns."""
 
 _ENDINGS: Final = {
     **{"s": "s", "rad": "rad", "deg": "deg", "Nm/kg": "nm_kg", "W/kg": "w_kg", "1": "1"},
@@ -46,6 +50,8 @@ def text_table(lines: list[str]) -> TextTable:
     all that follows for one cell, or where a column is there twice.
     """
     kept = list(dropwhile(_is_note, lines))
+    if kept and _SEPARATOR.fullmatch(kept[0].strip()):  # which Excel understands
+        kept = list(dropwhile(_is_note, kept[1:]))
     separator = separator_of(kept[0]) if kept else ","
     reader = csv.reader(kept, delimiter=separator, strict=True)
     names = next(reader, [])

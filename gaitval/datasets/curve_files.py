@@ -6,22 +6,22 @@ names and signs are those of `gaitval.gait.record.GaitRecord`. The names may end
 unit, as in the table that an import writes. Other columns are left alone.
 """
 
-import csv
 import difflib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
-import pandas as pd
 
 from gaitval import file_gate
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, mirrored
+from gaitval.datasets.curve_causes import SAGITTAL, advised, doubts, explained
+from gaitval.datasets.curve_columns import AngleUnit, read_columns
 from gaitval.datasets.curve_signs import POSITIVE, signs
 from gaitval.datasets.wbds_files import MOMENT_SEAM, read_angles, read_kinetics, refuse
 from gaitval.errors import RecordError
-from gaitval.gait.mean_curves import MeanCurves
+from gaitval.gait.mean_curves import MeanCurves, stance_fraction
 from gaitval.gait.record import (
     ANGLE_NAMES,
     MOMENT_NAMES,
@@ -29,9 +29,7 @@ from gaitval.gait.record import (
     REQUIRED_MOMENTS,
 )
 from gaitval.gait.sampling import SAMPLES
-from gaitval.text_tables import text_table, without_unit
-
-AngleUnit = Literal["deg", "rad"]
+from gaitval.text_tables import MISSING
 
 _AXES: Final = ("forward", "left", "up")
 _FORCES: Final = tuple(f"{axis}_{side}" for side in "rl" for axis in _AXES)
@@ -55,13 +53,38 @@ _FORCE_UNITS: Final = (
 )
 """Likewise of the largest vertical force, which is 0.8 to 1.5 body weights."""
 
+_SHEAR_UNITS: Final = (
+    (0.8, 6.0, "N/kg", "Divide forces by 9.80665"),
+    (6.0, 50.0, "% of body weight", "Divide forces by 100"),
+    (50.0, 1e3, "N", "Divide by weight, N: mass times 9.80665"),
+)
+"""Likewise of the largest horizontal force, which is 0.05 to 0.35 body weights."""
+
+_COLUMNS_OR_ROWS: Final = (
+    "Are columns exchanged, or are the rows not 0 to 100 % of this side's own cycle?"
+)
+_ZEROS: Final[Mapping[str, tuple[str, float]]] = {
+    "knee_angle": ("180° in standing", 90.0),
+    "ankle_angle": ("90° in standing", 45.0),
+    "hip_flexion": ("90° or 180° in standing", 60.0),
+    "pelvis_tilt": ("another axis than the vertical", 50.0),
+    "pelvis_list": ("another axis than the vertical", 30.0),
+    "pelvis_rotation": ("an axis of the laboratory and not from the way of walking", 40.0),
+}
+"""Where an angle may be measured from, and the median, deg, that shows it."""
+_NO_SWING: Final = {"knee_angle": 2.0, "hip_flexion": 1.2, "ankle_angle": 1.0}
+"""deg. Who walks swings knee and hip by 20 and more; so does a sound ankle, in radians 0.4."""
+_NEVER: Final = 0.1
+"""deg. A joint that spans less is still in any unit."""
+_IN_THE_AIR: Final = 0.25
+"""Nm/kg, with which a foot's own weight and inertia cannot load its ankle."""
+_ZERO: Final = np.zeros(SAMPLES)
+_FLIGHT: Final = 0.5
+"""Stance fraction below which both feet are in the air at times."""
+
 _WEAKEST: Final = 0.35
 """Nm/kg. Where neither ankle's largest moment reaches this, the body's weight 36 mm before the
 joint, the unit is wrong: slow walkers, children and patients have 0.6 on one side at least."""
-_NAMED: Final = {"angle": ("deg", "rad"), "moment": ("Nm/kg",), "force": ("BW",)}
-"""Units that the name of a column may end in, by its first word."""
-SAME_PERCENT: Final = 0.01
-"""Of the cycle, %, within which a row is of the percent that its place says."""
 _LANDED: Final = 0.05
 """Body weights on a foot that has landed; the ten have 0.24 to 0.6 at 3 to 5 % of their cycle."""
 _NONE: Final = 0.05
@@ -70,22 +93,21 @@ _STILL: Final = 0.5
 """deg. Every angle of pelvis and leg but the tilt spans more over a cycle: those of 104 people,
 healthy and patients, one stride a side, at least 1.0°."""
 
-_NO_TABLES: Final = (".toml", ".c3d", ".trc", ".mot", ".sto", ".osim", ".json", ".xlsx")
-
 
 def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") -> MeanCurves:
-    """The curves of one trial from one file or several (`paths`), angles in `angle_unit` unless the
-    names of their columns say another (`angle_hip_flexion_r_mean_rad`). Raises
+    """The curves of one trial from one file or several (`paths`), angles in `angle_unit`. Raises
     RecordError, which lists what is wrong, and where, if a file or a curve cannot be used.
     """
     if any(_is_wbds(path) for path in paths):
         return _from_wbds(paths)
     columns: dict[str, tuple[Path, Array]] = {}
     left_out: list[str] = []
+    notes: list[str] = []
     for path in paths:
-        curves, others = _table(path, angle_unit)
-        left_out += others
-        for name, values in curves.items():
+        read = read_columns(path, angle_unit)
+        left_out += read.others
+        notes += read.notes
+        for name, values in read.curves.items():
             if name in columns:
                 raise RecordError(
                     f"{path}: column {name} is in {columns[name][0]} too. Give each curve once."
@@ -97,12 +119,9 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
     moments = _of_kind(columns, "moment", MOMENT_NAMES, REQUIRED_MOMENTS, where) if kinetic else {}
     forces = _of_kind(columns, "force", _FORCES, _FORCES, where) if kinetic else {}
     degrees = angles if angle_unit == "deg" else {k: np.degrees(v) for k, v in angles.items()}
-    problems = [
-        *_gaps({"angle": angles, "moment": moments, "force": forces}),
-        *_angle_problems(degrees, angle_unit),
-        *_kinetic_problems(moments, forces),
-    ]
-    refuse(where, problems)
+    refuse(where, _gaps({"angle": angles, "moment": moments, "force": forces}))
+    refuse(where, _running(forces))
+    refuse(where, [*_angle_problems(degrees, angle_unit), *_kinetic_problems(moments, forces)])
     refuse(where, _jumps({"angle": degrees, "moment": moments, "force": forces}))
     known = signs(degrees, moments, forces)
     refuse(where, known.wrong)
@@ -115,8 +134,33 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
             if forces
         },
         left_out=tuple(dict.fromkeys(left_out)),
-        warnings=(*known.warnings, *_untold(known.untold)),
+        warnings=(
+            *known.warnings,
+            *doubts(degrees, moments, forces),
+            *_untold(known.untold),
+        ),
+        notes=tuple(dict.fromkeys(notes)),
     )
+
+
+def _running(forces: Mapping[str, Array]) -> list[str]:
+    """A sentence if both feet are in the air at times."""
+    if not forces or not np.isfinite([*forces.values()]).all():
+        return []
+    ends = [_stance_of(forces[f"up_{side}"]) for side in "rl"]
+    if not max(ends) < _FLIGHT:
+        return []
+    return [
+        f"columns force_up_r and force_up_l: each foot is on the ground for only "
+        f"{100 * ends[0]:.0f} and {100 * ends[1]:.0f} % of its cycle, so both are in the air at "
+        "times: this is running. gaitval takes walking only."
+    ]
+
+
+def _stance_of(up: Array) -> float:
+    """Stance fraction; of a force that is not loaded once, from the strike, 1."""
+    normal = up[3:20].mean() > 0.2 and np.abs(up[55:97]).max() < 0.1
+    return stance_fraction(up) if normal else 1.0
 
 
 def _untold(names: Sequence[str]) -> list[str]:
@@ -163,110 +207,6 @@ def _from_wbds(paths: Sequence[Path]) -> MeanCurves:
     return MeanCurves(found, of_forces.moments, of_forces.forces, MOMENT_SEAM)
 
 
-def _table(path: Path, angle_unit: AngleUnit) -> tuple[dict[str, Array], list[str]]:
-    """Columns of curves in a file, without `_mean` and the unit, angles in `angle_unit`, and the
-    names of the others.
-    """
-    if path.suffix.lower() in _NO_TABLES:
-        raise RecordError(
-            f"{path}: a {path.suffix} file is no table of mean curves. Give CSV or Parquet, or "
-            "WBDS's ang.txt and knt.txt; `gaitval curves --template` writes a CSV to fill in."
-        )
-    try:
-        table = _parquet(path) if path.suffix.lower() in (".parquet", ".pq") else _csv(path)
-    except RecordError:
-        raise
-    except Exception as error:  # the readers have no common error
-        raise RecordError(f"{path}: {_unread(path, error)}") from None
-    found, others = {}, []
-    for name in map(str, table.columns):
-        plain, unit = without_unit(name.strip())
-        plain = plain.removesuffix("_mean")
-        beside = plain.endswith(("_sd", "_band90", "_uncorrected"))
-        if not plain.startswith(("angle_", "moment_", "force_")) or beside:
-            if plain.lower() == "percent":
-                _check_percent(path, pd.to_numeric(table[name], errors="coerce").to_numpy())
-            others.append(name.strip())
-            continue
-        values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
-        if len(values) != SAMPLES:
-            raise RecordError(_another_length(path, len(values)))
-        if unit and unit not in _NAMED.get(plain.partition("_")[0], ()):
-            raise RecordError(
-                f"{path}: column {name.strip()}: {unit} is no unit of such a curve. Give angles in "
-                "deg or rad, moments in nm_kg, forces in bw (body weights), or leave the unit out."
-            )
-        if unit == "rad" and angle_unit == "deg":
-            values = np.degrees(values)
-        elif unit == "deg" and angle_unit == "rad":
-            values = np.radians(values)
-        found[plain] = values
-    if not found:
-        seen = ", ".join(map(str, list(table.columns)[:6]))
-        raise RecordError(
-            f"{path}: no column of a curve; its columns are {seen}. Name them by kind and "
-            "coordinate: angle_hip_flexion_r, moment_knee_angle_l, force_up_r. `gaitval curves "
-            "--template` writes a file with all of them."
-        )
-    return found, others
-
-
-def _check_percent(path: Path, percent: Array) -> None:
-    """Refuse rows whose own column says that they are not 0 to 100 % of the cycle, in order."""
-    wrong = np.flatnonzero(~(np.abs(percent - np.arange(len(percent))) < SAME_PERCENT))
-    if len(percent) == SAMPLES and len(wrong):
-        row = int(wrong[0])
-        raise RecordError(
-            f"{path}: column percent: {percent[row]:g} in row {row + 2}, where {row} is needed. "
-            "Rows are 0, 1, … 100 % of the gait cycle, from heel strike to heel strike. Sort or "
-            "resample the curves, or leave the column out if it is something else."
-        )
-
-
-def _parquet(path: Path) -> pd.DataFrame:
-    """The table of a file; one of another length is not read."""
-    rows = file_gate.parquet_rows(path, RecordError, largest=file_gate.VALUES)
-    if rows != SAMPLES:
-        raise RecordError(_another_length(path, rows))
-    return pd.read_parquet(path)
-
-
-def _csv(path: Path) -> pd.DataFrame:
-    """The table of a file, NaN where a row ends early, without the empty rows at its end."""
-    text = file_gate.read_text(path, RecordError, largest=file_gate.VALUES)
-    names, rows = text_table(text.splitlines())
-    while rows and not any(map(str.strip, rows[-1][1])):
-        rows.pop()
-    for line, cells in rows:
-        if any(map(str.strip, cells[len(names) :])):
-            raise RecordError(
-                f"{path}: cannot be read as CSV: line {line} has {len(cells)} values, but the "
-                f"header has {len(names)}. Export it with one header and a value for each column "
-                "in every row."
-            )
-    return pd.DataFrame([dict(zip(names, cells, strict=False)) for _, cells in rows], columns=names)
-
-
-def _another_length(path: Path, rows: int) -> str:
-    return (
-        f"{path}: {rows} rows of data, but there must be {SAMPLES}: 0 to 100 % of each side's own "
-        "gait cycle. Resample the curves."
-    )
-
-
-def _unread(path: Path, error: Exception) -> str:
-    """Why a file is no table of curves, for whoever exported it."""
-    if path.suffix.lower() in (".parquet", ".pq"):
-        return "cannot be read as Parquet; it is damaged, or something else. Export it again."
-    if isinstance(error, UnicodeDecodeError):
-        return "cannot be read as CSV: it is not UTF-8 text. Export it as CSV in UTF-8."
-    why = f" ({error})" if isinstance(error, csv.Error) else ""
-    return (
-        f"cannot be read as CSV{why}. Export it again, with a header and the same columns in each "
-        "row."
-    )
-
-
 def _of_kind(
     columns: Mapping[str, tuple[Path, Array]],
     kind: str,
@@ -287,7 +227,8 @@ def _of_kind(
             problems.append(f"column {kind}_{name}: not the name of a curve.{hint}")
     missing = [f"{kind}_{name}" for name in required if name not in found]
     if missing:
-        problems.append(f"missing columns: {', '.join(missing)}.")
+        none = "" if found else f" None begins with {kind}_: rename yours."
+        problems.append(f"missing columns: {', '.join(missing)}.{none}")
     refuse(where, problems)
     return found
 
@@ -297,7 +238,14 @@ def _gaps(kinds: Mapping[str, Mapping[str, Array]]) -> list[str]:
     for kind, curves in kinds.items():
         for name, values in curves.items():
             bad = np.flatnonzero(~np.isfinite(values))
-            if len(bad):
+            filled = np.flatnonzero(np.isin(np.abs(values), MISSING))
+            if len(filled):
+                problems.append(
+                    f"column {kind}_{name}: {values[filled[0]]:g} in row {filled[0] + 2}"
+                    + (f" and {len(filled) - 1} others" if len(filled) > 1 else "")
+                    + " stands for a value that is missing; a mean curve has no gaps."
+                )
+            elif len(bad):
                 problems.append(
                     f"column {kind}_{name}: not a number in row {bad[0] + 2}"
                     + (f" and {len(bad) - 1} others" if len(bad) > 1 else "")
@@ -308,61 +256,118 @@ def _gaps(kinds: Mapping[str, Mapping[str, Array]]) -> list[str]:
 
 def _angle_problems(angles: Mapping[str, Array], unit: AngleUnit) -> list[str]:
     """What is wrong with angles in degrees."""
-    problems = []
-    other = "radians" if unit == "deg" else "degrees"
-    option = "rad" if unit == "deg" else "deg"
+    problems = [*_other_zeros(angles), *unit_problems(angles, unit)]
+    if problems:
+        return problems
     for side in "rl":
         knee, hip = angles[f"knee_angle_{side}"], angles[f"hip_flexion_{side}"]
         ankle, name = angles[f"ankle_angle_{side}"], f"column angle_knee_angle_{side}"
         if not np.isfinite([knee, hip, ankle]).all():
             continue
-        for joint, curve, neutral in (("knee", knee, 180.0), ("ankle", ankle, 90.0)):
-            if np.median(np.abs(curve)) > 0.5 * neutral and unit == "deg":
-                problems.append(
-                    f"column angle_{joint}_angle_{side}: {np.median(curve):.0f}° (median). It is "
-                    f"measured from {neutral:.0f}° in standing, but here standing is 0: give the "
-                    "difference, positive in flexion of the knee and dorsiflexion of the ankle."
-                )
-                return problems
         span = float(np.ptp(knee))
-        if span < 2.0 or span > 180.0:
-            problems.append(
-                f"{name}: it spans {span:.3g}° if it is in {'degrees' if unit == 'deg' else unit}; "
-                f"this looks like {other}. Give --angle-unit {option}."
-            )
-        elif 55 <= np.argmin(knee) <= 90 and not 55 <= np.argmax(knee) <= 90:
-            problems.append(
+        odd = advice = ""
+        if 55 <= np.argmin(knee) <= 90 and not 55 <= np.argmax(knee) <= 90:
+            odd = (
                 f"{name}: smallest at {np.argmin(knee)} % of the cycle. Knee flexion is positive, "
-                "and largest in swing (55-90 %). Change its sign."
+                "and largest in swing (55-90 %)."
             )
+            advice = "Change its sign."
         elif not 55 <= np.argmax(knee) <= 90 or span < 25:
-            problems.append(
+            odd = (
                 f"{name}: largest at {np.argmax(knee)} % of the cycle with a range of {span:.3g}°; "
-                "knee flexion is largest in swing (55-90 %) with more than 25°. Are columns "
-                "exchanged, or are the rows not 0 to 100 % of this side's own cycle?"
+                "knee flexion is largest in swing (55-90 %) with more than 25°."
             )
+            advice = _COLUMNS_OR_ROWS
         elif 35 <= np.argmax(hip) <= 75:
-            problems.append(
+            odd = (
                 f"column angle_hip_flexion_{side}: largest at {np.argmax(hip)} % of the cycle. Hip "
-                "flexion is positive, and smallest at 35-75 %. Change its sign."
+                "flexion is positive, and smallest at 35-75 %."
             )
+            advice = "Change its sign."
         elif not 35 <= np.argmin(hip) <= 75:
-            problems.append(
+            odd = (
                 f"column angle_hip_flexion_{side}: smallest at {np.argmin(hip)} % of the cycle; "
-                "the hip is most extended at 35-75 %. Are columns exchanged, or are the rows not "
-                "0 to 100 % of this side's own cycle?"
+                "the hip is most extended at 35-75 %."
             )
+            advice = _COLUMNS_OR_ROWS
         elif ankle[35:52].mean() < ankle[57:72].mean():
-            problems.append(
+            odd = (
                 f"column angle_ankle_angle_{side}: larger after push-off (57-72 %) than before it. "
-                "Dorsiflexion is positive. Change its sign."
+                "Dorsiflexion is positive."
+            )
+            advice = "Change its sign."
+        if odd:
+            problems.append(f"{odd} {advised('angle', side, angles, advice)}")
+    return problems
+
+
+def _other_zeros(angles: Mapping[str, Array]) -> list[str]:
+    """Angles that are measured from 90°, 180° or another zero than standing, or direction."""
+    problems = []
+    for name, (zero, farthest) in _ZEROS.items():
+        off = {
+            side: float(np.median(angles[f"{name}_{side}"]))
+            for side in "rl"
+            if f"{name}_{side}" in angles
+            and np.median(np.abs(angles[f"{name}_{side}"])) > farthest
+            and np.ptp(angles[f"{name}_{side}"]) < 180.0
+        }
+        for side, median in off.items():
+            problems.append(
+                f"column angle_{name}_{side}: {median:.0f}° (median). It is measured from {zero}, "
+                f"but here standing is 0: give the difference; {POSITIVE[name]}."
+            )
+    return problems
+
+
+def unit_problems(angles: Mapping[str, Array], unit: AngleUnit = "deg") -> list[str]:
+    """What shows that angles in degrees, which were said to be in `unit`, are not, or not all."""
+    problems = []
+    other, option = ("radians", "rad") if unit == "deg" else ("degrees", "deg")
+    spans = {
+        name: float(np.ptp(values))
+        for name, values in angles.items()
+        if name[:-2] in SAGITTAL and np.isfinite(values).all()
+    }
+    small = [name for name, span in spans.items() if _NEVER < span < _NO_SWING[name[:-2]]]
+    knees = [
+        name
+        for name, span in spans.items()
+        if name.startswith("knee") and (span > 180.0 or name in small)
+    ]
+    for name in knees:
+        problems.append(
+            f"column angle_{name}: it spans {spans[name]:.3g}° if it is in "
+            f"{'degrees' if unit == 'deg' else unit}; this looks like {other}. Give "
+            f"--angle-unit {option}."
+        )
+    if len(knees) == 2:
+        return problems
+    for name, span in spans.items():
+        if span <= _NEVER and not name.startswith("ankle"):  # a prosthesis may have no ankle
+            problems.append(
+                f"column angle_{name}: is {angles[name][0]:.3g}° in all rows, and nobody walks "
+                "without moving it. Is the column empty, or filled in?"
+            )
+        elif name not in knees and (name in small or span > 180.0):
+            problems.append(
+                f"column angle_{name}: it spans {span:.2g}°, and a knee "
+                f"{max(spans.values()):.0f}°; this looks like {other}, unlike other columns. "
+                "Write all of them in one unit."
             )
     return problems or _still_angles(angles)
 
 
 def _still_angles(angles: Mapping[str, Array]) -> list[str]:
-    """Angles that hardly move on either side, while the knee does: they are in radians."""
+    """Angles that hardly move, on one side or both, while the knee does: they are in radians."""
     problems = []
+    for name in (name for name in angles if "tilt" not in name):
+        span, other = (float(np.ptp(angles.get(each, _ZERO))) for each in (name, mirrored(name)))
+        if 0.0 < span < _STILL and other > 2 * _STILL and 0.2 < np.degrees(span) / other < 5.0:
+            problems.append(
+                f"column angle_{name}: it spans {span:.2g}°, and that of the other side "
+                f"{other:.2g}°; this looks like radians. Write all columns in one unit."
+            )
     for name in dict.fromkeys(name[:-2] for name in angles if "tilt" not in name):
         spans = [float(np.ptp(angles[f"{name}_{s}"])) for s in "rl" if f"{name}_{s}" in angles]
         if 0.0 < max(spans) < _STILL and np.degrees(max(spans)) > 2 * _STILL:
@@ -379,67 +384,100 @@ def _kinetic_problems(moments: Mapping[str, Array], forces: Mapping[str, Array])
     problems = []
     for side in "rl" if moments else "":
         ankle, up = moments[f"ankle_angle_{side}"], forces[f"up_{side}"]
-        if not np.isfinite([ankle, up]).all():
-            continue
-        name = f"column moment_ankle_angle_{side}"
-        largest = np.abs(ankle).max()
-        if largest > _MOMENT_UNITS[0][0]:
-            problems.append(f"{name}: {_unit_of(largest, _MOMENT_UNITS, 'Nm/kg')}")
-        elif ankle[40:55].mean() > 0.1:
-            problems.append(
-                f"{name}: {ankle[40:55].mean():.2g} Nm/kg at push-off (40-55 %). Moments are "
-                "internal and positive where they increase the angle, so the calf's is below "
-                "0. Change its sign."
-            )
-        elif side == "r" and (weak := _weak_ankles(moments)):
-            problems.append(weak)
-        elif largest < _NONE:
-            problems.append(
-                f"{name}: reaches only {largest:.2g} Nm/kg, which no foot on the ground has. Is "
-                "the column empty, or another joint's?"
-            )
-        name = f"column force_up_{side}"
-        if np.abs(up).max() > _FORCE_UNITS[0][0]:
-            problems.append(f"{name}: {_unit_of(np.abs(up).max(), _FORCE_UNITS, 'body weights')}")
-        elif up[10:50].mean() < 0.3:
-            problems.append(
-                f"{name}: its mean is {up[10:50].mean():.2g} body weights in stance (10-50 %); the "
-                "ground pushes up. Is its sign changed, or is it the other foot's?"
-            )
-        elif up[75:97].max() > 0.1:
-            problems.append(
-                f"{name}: {up[75:97].max():.2g} body weights in swing (75-96 %). Are the sides "
-                "exchanged, or the rows not of this side's own cycle?"
-            )
-        elif up[3:6].mean() < _LANDED:
-            problems.append(
-                f"{name}: {up[3:6].mean():.2g} body weights at 3-5 %, where the foot has landed. "
-                "Are the rows not from heel strike to heel strike of this side?"
-            )
-        elif not forces[f"forward_{side}"][5:25].mean() < forces[f"forward_{side}"][40:58].mean():
-            problems.append(
-                f"column force_forward_{side}: it does not brake first (5-25 %) and drive then "
-                "(40-58 %). The force on the foot is positive forward. Change its sign."
-            )
-        else:
-            inward = {
-                each: sign * forces[f"left_{each}"][15:45].mean()
-                for each, sign in (("r", 1.0), ("l", -1.0))
-            }
-            if max(inward.values()) < 0.0 and side == "r":
-                problems.append(
-                    "columns force_left_r and force_left_l: both point away from the midline in "
-                    "mid-stance. Either right and left are exchanged, in all columns: exchange "
-                    "them; or this force is positive to the right: then change its sign on both "
-                    "feet. It is positive to the person's left on both. Look which it is: a sign "
-                    "that is changed would hide exchanged sides."
-                )
-            elif inward[side] < 0.0 <= max(inward.values()):
-                problems.append(
-                    f"column force_left_{side}: it points away from the midline in mid-stance. It "
-                    "is positive to the person's left on both feet. Change its sign."
-                )
+        if np.isfinite([ankle, up]).all():
+            problems += _ankle_problems(moments, side)
+            problems += _force_problems(forces, side)
     return problems
+
+
+def _ankle_problems(moments: Mapping[str, Array], side: str) -> list[str]:
+    """What is wrong with the moment of the ankle, which shows the unit and the cycle of all."""
+    ankle, name = moments[f"ankle_angle_{side}"], f"column moment_ankle_angle_{side}"
+    largest = np.abs(ankle).max()
+    if largest > _MOMENT_UNITS[0][0]:
+        return [f"{name}: {_unit_of(largest, _MOMENT_UNITS, 'Nm/kg')}"]
+    if ankle[40:55].mean() > 0.1:
+        advice = advised("moment", side, moments, "Change its sign.")
+        return [
+            f"{name}: {ankle[40:55].mean():.2g} Nm/kg at push-off (40-55 %). Moments are internal "
+            f"and positive where they increase the angle, so the calf's is below 0. {advice}"
+        ]
+    if np.abs(ankle[75:97]).max() > _IN_THE_AIR:
+        advice = advised("moment", side, moments, _COLUMNS_OR_ROWS)
+        return [
+            f"{name}: {np.abs(ankle[75:97]).max():.2g} Nm/kg in swing (75-96 %), where the foot is "
+            f"in the air. {advice}"
+        ]
+    if side == "r" and (weak := _weak_ankles(moments)):
+        return [weak]
+    if largest < _NONE:
+        return [
+            f"{name}: reaches only {largest:.2g} Nm/kg, which no foot on the ground has. Is the "
+            "column empty, or another joint's?"
+        ]
+    return []
+
+
+def _force_problems(forces: Mapping[str, Array], side: str) -> list[str]:
+    """What is wrong with the ground reaction on one foot."""
+    forward, left, up = (forces[f"{axis}_{side}"] for axis in _AXES)
+    name, odd, advice = f"column force_up_{side}", "", _COLUMNS_OR_ROWS
+    if np.abs(up).max() > _FORCE_UNITS[0][0]:
+        return [f"{name}: {_unit_of(np.abs(up).max(), _FORCE_UNITS, 'body weights')}"]
+    if np.abs(up).max() == 0.0:
+        return [
+            f"{name}: is 0 in all rows. If forces were not measured, leave out all columns of "
+            "forces and moments, and give --stance."
+        ]
+    for axis, values, most in (("forward", forward, 0.8), ("left", left, 0.5)):
+        if np.abs(values).max() > most and np.abs(values).max() > np.abs(up).max():
+            unit = _unit_of(np.abs(values).max(), _SHEAR_UNITS, "body weights")
+            cause = explained("force", side, forces)
+            return [f"column force_{axis}_{side}: {f'it seems that {cause}.' if cause else unit}"]
+    if up[10:50].mean() < 0.3:
+        odd = (
+            f"{name}: its mean is {up[10:50].mean():.2g} body weights in stance (10-50 %); the "
+            "ground pushes up."
+        )
+        advice = "Is its sign changed, or is it the other foot's?"
+    elif up[75:97].max() > 0.1:
+        odd = f"{name}: {up[75:97].max():.2g} body weights in swing (75-96 %)."
+        advice = "Are the sides exchanged, or the rows not of this side's own cycle?"
+    elif up[3:6].mean() < _LANDED:
+        return [
+            f"{name}: {up[3:6].mean():.2g} body weights at 3-5 %, where the foot has landed. "
+            "Are the rows not from heel strike to heel strike of this side?"
+        ]
+    elif not forward[5:25].mean() < forward[40:58].mean():
+        odd = (
+            f"column force_forward_{side}: it does not brake first (5-25 %) and drive then "
+            "(40-58 %). The force on the foot is positive forward."
+        )
+        advice = "Change its sign."
+    if odd:
+        return [f"{odd} {advised('force', side, forces, advice)}"]
+    return _off_the_midline(forces, side)
+
+
+def _off_the_midline(forces: Mapping[str, Array], side: str) -> list[str]:
+    inward = {
+        each: sign * forces[f"left_{each}"][15:45].mean()
+        for each, sign in (("r", 1.0), ("l", -1.0))
+    }
+    if max(inward.values()) < 0.0 and side == "r":
+        return [
+            "columns force_left_r and force_left_l: both point away from the midline in "
+            "mid-stance. Either right and left are exchanged, in all columns: exchange them; or "
+            "this force is positive to the right: then change its sign on both feet. It is "
+            "positive to the person's left on both. Look which it is: a sign that is changed would "
+            "hide exchanged sides."
+        ]
+    if inward[side] < 0.0 <= max(inward.values()):
+        return [
+            f"column force_left_{side}: it points away from the midline in mid-stance. It is "
+            "positive to the person's left on both feet. Change its sign."
+        ]
+    return []
 
 
 def _unit_of(largest: float, units: Sequence[tuple[float, float, str, str]], wanted: str) -> str:
@@ -462,8 +500,9 @@ def _weak_ankles(moments: Mapping[str, Array]) -> str:
         return ""
     return (
         f"columns moment_ankle_angle_r and _l: reach {right:.2g} and {left:.2g}; a walker's are "
-        "0.6 to 2 Nm/kg, and less on one side only. Were they divided by the body mass twice, or "
-        "are they another joint's? They must be in Nm/kg."
+        "0.6 to 2 Nm/kg, and less on one side only. Were they divided by the body mass twice, by "
+        "the weight in N (then multiply by 9.80665) or by weight times height (then by the height, "
+        "m, too), or are they another joint's? They must be in Nm/kg."
     )
 
 

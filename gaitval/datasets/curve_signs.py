@@ -9,7 +9,7 @@ together turn the foot as it is turned. Where nothing of this speaks, against he
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from itertools import product
+from itertools import combinations, product
 from typing import Final
 
 import numpy as np
@@ -67,6 +67,9 @@ POSITIVE: Final[Mapping[str, str]] = {
     "is positive with the right side forward)",
 }
 """Of angles, and what other programs have."""
+_FOOT: Final = ("foot_pitch", "foot_list", "foot_progression")
+_CHAIN: Final = (*_FOOT, "knee_adduction", "knee_rotation", "ankle_rotation")
+"""Angles with which all turns from the pelvis to the foot are known."""
 MOMENTS: Final = (
     "Moments are internal, as in OpenSim, and positive where they increase the angle. In Plug-in "
     "Gait those of extensors, abductors and plantarflexors are positive"
@@ -96,22 +99,23 @@ def signs(
     the kind, show of their signs; without gaps.
     """
     warnings, untold = [], []
-    found = {name: _angle(name, degrees) for name in POSITIVE}
+    found = {name: _angle(name, degrees) for name in (*POSITIVE, *_CHAIN)
+             if f"{name}_r" in degrees and f"{name}_l" in degrees}  # fmt: skip
     for name, of_sides in found.items():
         bad = [side for side, (verdict, _) in of_sides.items() if verdict == "wrong"]
         if bad:
             columns = " and ".join(f"angle_{name}_{side}" for side in bad)
             why = "; ".join(dict.fromkeys(of_sides[side][1] for side in bad))
             warnings.append(
-                f"{columns}: {why}. Here {POSITIVE[name]}: if yours is the other way round, change "
-                "the sign of the column."
+                f"{columns}: {why}. Here {POSITIVE.get(name, 'signs are those of an import')}: "
+                "if yours is the other way round, change the sign of the column."
             )
         elif any(verdict == "untold" for verdict, _ in of_sides.values()) or (
             name in OF_EACH_LEG and _opposed(*(degrees[f"{name}_{side}"] for side in "rl"))
         ):
             untold.append(name)
     if not warnings:
-        warnings += _odd_sole(degrees)
+        warnings += [*_odd_sole(degrees), *_odd_chain(degrees)]
     wrong: list[str] = []
     for side in SIDES if moments and forces else ():
         if fixed := _not_abducted(moments, side):
@@ -141,6 +145,8 @@ def _of_side(name: str, side: str, degrees: Mapping[str, Array]) -> tuple[str, s
         return by_chain
     if name == "pelvis_tilt" and (by_sole := _by_sole(side, degrees)) is not None:
         return by_sole
+    if name in _CHAIN:
+        return "right", ""  # what their signs are, only the whole chain shows
     shape = nearness(degrees[f"{name}_{side}"], healthy()[f"angle_{name}"])
     if name in ("hip_adduction", "pelvis_list"):
         adduction, tilted = (
@@ -196,11 +202,19 @@ def _of_leg(side: str, degrees: Mapping[str, Array]) -> tuple[float, float]:
 
 
 def _odd_sole(degrees: Mapping[str, Array]) -> list[str]:
-    """A sentence about the sole that is off the level while the other side's is level: an angle of
-    its side has an offset.
+    """A sentence about a sole that is off the level while the other side's is level, or about both:
+    an angle of its side, or of both, has an offset.
     """
     pitched = {side: leg - tilt for side in "rl" for leg, tilt in (_of_leg(side, degrees),)}
     least, most = sorted(pitched, key=lambda side: abs(pitched[side]))
+    if abs(pitched[least]) > LEVEL[0]:
+        return [
+            "angle_hip_flexion, angle_knee_angle, angle_ankle_angle and angle_pelvis_tilt: "
+            "together they put both soles off the level when the foot is flat, by "
+            f"{pitched['r']:.0f} and {pitched['l']:.0f}° (right and left). One of them has another "
+            "zero: hip flexion is from the pelvis and not from the vertical, the ankle is 0 in "
+            "standing."
+        ]
     if not (abs(pitched[most]) > LEVEL[0] and abs(pitched[least]) < LEVEL[1]):
         return []
     return [
@@ -224,21 +238,10 @@ def _by_sole(side: str, degrees: Mapping[str, Array]) -> tuple[str, str] | None:
 
 def _by_chain(name: str, side: str, degrees: Mapping[str, Array]) -> tuple[str, str] | None:
     """By how the foot is turned, where a file has that too."""
-    feet = [f"{each}_{side}" for each in ("foot_pitch", "foot_list", "foot_progression")]
-    legs = [f"{each}_{side}" for each in ("knee_adduction", "knee_rotation", "ankle_rotation")]
-    if not all(each in degrees for each in (*feet, *legs)):
+    if not _has_chain(side, degrees):
         return None
-    rows = ON_ONE_LEG
-    seen = np.stack([degrees[each][rows] for each in feet], axis=1)
-
-    def off(*changed: str) -> float:
-        turned = {each: -values if each in changed else values for each, values in degrees.items()}
-        rotation = _turns(turned, side, rows)[-1].as_matrix()
-        angles = np.degrees(foot_angles(rotation, "right" if side == "r" else "left"))
-        return float(np.abs(_rms(angles - seen)))
-
-    own = off()
-    others = {each: off(f"{each}_{side}") for each in POSITIVE}
+    own = _turned_off(side, degrees)
+    others = {each: _turned_off(side, degrees, f"{each}_{side}") for each in (*POSITIVE, *_CHAIN)}
     best = min(others, key=lambda each: others[each])
     if own > TURNED_FOOT and others[best] < 0.5 * own:
         # One wrong sign disturbs all; the one that explains it is named.
@@ -247,6 +250,51 @@ def _by_chain(name: str, side: str, degrees: Mapping[str, Array]) -> tuple[str, 
             f"own angles do, with the sign changed {others[name]:.1f}°"
         ))  # fmt: skip
     return ("right", "") if own < TURNED_FOOT and others[name] > own + 1.0 else None
+
+
+def _odd_chain(degrees: Mapping[str, Array]) -> Iterator[str]:
+    """A sentence if the angles of a side do not turn its foot as its own angles do, and no single
+    sign explains it.
+    """
+    for side in "rl":
+        if not _has_chain(side, degrees):
+            continue
+        own = _turned_off(side, degrees)
+        names = [f"{each}_{side}" for each in (*POSITIVE, *_CHAIN) if f"{each}_{side}" in degrees]
+        if own <= TURNED_FOOT:
+            continue
+        exchanged = {
+            pair: _turned_off(side, {**degrees, pair[0]: degrees[pair[1]],
+                                     pair[1]: degrees[pair[0]]})
+            for pair in combinations(names, 2)
+        }  # fmt: skip
+        best = min(exchanged, key=lambda pair: exchanged[pair])
+        why = (
+            f"with angle_{best[0]} and angle_{best[1]} exchanged {exchanged[best]:.1f}°. Are they?"
+            if exchanged[best] < 0.5 * own
+            else "and no single sign explains it. Is one of them exchanged, of another zero, or "
+            "of another order of axes?"
+        )
+        yield (
+            f"angles of side {side}: those from pelvis to ankle turn the foot {own:.0f}° (RMS) "
+            f"otherwise than its own angles (foot_pitch, foot_list, foot_progression) do, {why}"
+        )
+
+
+def _has_chain(side: str, degrees: Mapping[str, Array]) -> bool:
+    return all(f"{each}_{side}" in degrees for each in _CHAIN)
+
+
+def _turned_off(side: str, degrees: Mapping[str, Array], *changed: str) -> float:
+    """deg, RMS, by which the angles from pelvis to ankle turn the foot otherwise than its own
+    angles do; those `changed` with the other sign.
+    """
+    rows = slice(SAMPLES)
+    turned = {each: -values if each in changed else values for each, values in degrees.items()}
+    seen = np.stack([turned[f"{each}_{side}"][rows] for each in _FOOT], axis=1)
+    rotation = _turns(turned, side, rows)[-1].as_matrix()
+    angles = np.degrees(foot_angles(rotation, "right" if side == "r" else "left"))
+    return float(np.abs(_rms(angles - seen)))
 
 
 def _turns(degrees: Mapping[str, Array], side: str, rows: slice) -> tuple[Rotation, ...]:

@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
 from gaitval.artefacts import write_text
-from gaitval.datasets.curve_files import AngleUnit, read_mean_curves
+from gaitval.datasets.curve_columns import AngleUnit
+from gaitval.datasets.curve_files import read_mean_curves
 from gaitval.datasets.gait_values import gait_values
 from gaitval.datasets.identity import identity
+from gaitval.datasets.plausible import unusual_build
 from gaitval.datasets.subject import TAPE, Subject, make_subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
@@ -77,7 +79,10 @@ def new_subject(files: Sequence[Path], out: Path, person: PersonDetails, **trial
         "tape": _tape(person.tape, person.height or 0.0),
         **_of_trial(files, **trial),
     }
-    write_text(out, make_subject(values, str(out)).to_toml())
+    subject = make_subject(values, str(out))
+    write_text(out, subject.to_toml())
+    for doubt in unusual_build(subject.mass_kg, subject.height_m, subject.age_years):
+        _say(f"{doubt.message}.", trial.get("notify"), str(out))
     if known.guessed and trial.get("notify"):
         trial["notify"](f"Assumed: {known.guessed}. Say so with --person and --laboratory.")
     return out
@@ -129,10 +134,7 @@ def _of_trial(
     curves = read_mean_curves([Path(path) for path in files], angle_unit=unit)
     values = gait_values(curves, where, stance)
     for warning in curves.warnings:
-        if notify is None:
-            passed_over(f"{where}: {warning}")
-        else:
-            notify(f"Warning: {warning}")
+        _say(warning, notify, where)
     if notify is not None:
         read = {"deg": "degrees", "rad": "radians"}[unit]
         stances = values["stance_fraction"]
@@ -143,6 +145,13 @@ def _of_trial(
             f"{100 * stances.right:.0f} % (right) and {100 * stances.left:.0f} % (left) of it."
         )
     return {"walking_speed_m_s": speed, "stride_time_s": stride_time, **values}
+
+
+def _say(warning: str, notify: Callable[[str], None] | None, where: str) -> None:
+    if notify is None:
+        passed_over(f"{where}: {warning}")
+    else:
+        notify(f"Warning: {warning}")
 
 
 def _check_target(out: Path) -> None:

@@ -29,6 +29,7 @@ LEG_RATIO = (0.38, 0.60)  # leg length / height; WBDS 0.48-0.56, at two years 0.
 AGE = (2.0, 105.0)  # years
 SPEED = (0.1, 2.5)  # m/s, walking
 STRIDE_TIME = (0.5, 3.5)  # s
+STEP_LIKE = 2.3  # stride time over sqrt(leg length / g): a fast walker's is 2.7, a runner's 2.3
 LEFT_PHASE = (0.2, 0.8)
 STANCE_FRACTION = (0.4, 0.9)
 VERTICAL_FORCE = (0.85, 1.1)  # body weights; exactly 1 for periodic gait and perfect calibration
@@ -260,9 +261,17 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
             )
     problems += age_problems(_number(values, "age_years"))
     problems += _range_problem(
-        values, "walking_speed_m_s", SPEED, "m/s", {"km/h": 1 / 3.6, "mm/s": 1e-3}
+        values, "walking_speed_m_s", SPEED, "m/s", {"km/h": 1 / 3.6, "cm/s": 0.01, "mm/s": 1e-3}
     )
     problems += _range_problem(values, "stride_time_s", STRIDE_TIME, "s", {"milliseconds": 1e-3})
+    time = _number(values, "stride_time_s")
+    if time is not None and leg is not None and time >= STRIDE_TIME[0] and leg <= HEIGHT[1]:
+        pendulum = np.sqrt(max(leg, 0.1) / STANDARD_GRAVITY)
+        if time < STEP_LIKE * pendulum:
+            problems.append(
+                f"stride_time_s = {time:g}: nobody walks so fast on legs of {leg:g} m; this looks "
+                f"like the time of a step. A stride is two: stride_time_s = {2 * time:g}."
+            )
     problems += _range_problem(
         values, "left_phase", LEFT_PHASE, "of the right gait cycle", {"per cent": 0.01}
     )

@@ -6,6 +6,7 @@ from the forces, and what is used are mean curves over the gait cycle.
 """
 
 import csv
+import re
 from itertools import pairwise
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -20,7 +21,7 @@ from gaitval.gait.cycles import PLAUSIBLE_STRIDE, UNUSUAL_STRIDE
 from gaitval.gait.events import foot_contacts
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.text_table import numbers_of, sample_rate, text_lines
-from gaitval.text_tables import text_table
+from gaitval.text_tables import MISSING, text_table
 
 LOADED: Final = 0.05
 """Body weights from which a foot is on the ground. Convention: insoles are not quite empty in a
@@ -106,6 +107,11 @@ def read_insoles(
     weights = found.forces / (mass * STANDARD_GRAVITY)
     _in_newton(path, found, weights)
     by_foot = [_cycles(path, weights[:, i], rate, name) for i, name in enumerate(found.names)]
+    if np.array_equal(found.forces[:, 0], found.forces[:, 1], equal_nan=True):
+        raise RecordError(
+            f"{path}: {' and '.join(found.names)} are the same in all rows: one is a copy of the "
+            "other. Give each foot's own."
+        )
     time = float(np.mean([np.median([e - b for b, e in each]) for each in by_foot])) / rate
     if abs(time / stride_time - 1.0) > SAME_STRIDE:
         raise RecordError(
@@ -136,14 +142,22 @@ def _read(path: Path, columns: tuple[str, str]) -> _Table:
         names, time, values = list(table.columns), table.time, table.values
     else:
         names, time, values = _comma_separated(path)
-    missing = [name for name in columns if name not in names]
+    # `Force_right (N)` is force_right, unless a column has just the name that was given.
+    plain = [name if name in columns else _plain(name) for name in names]
+    missing = [name for name in columns if name not in plain]
     if missing or columns[0] == columns[1]:
         what = f"no column {missing[0]!r}" if missing else f"{columns[0]!r} is named for both feet"
         raise RecordError(
             f"{path}: {what}; its columns are {', '.join(names[:12])}. The vertical forces of the "
             "right and the left foot are needed, N. Name them with --insole-columns RIGHT LEFT."
         )
-    return _Table(time, values[:, [names.index(name) for name in columns]], columns)
+    forces = values[:, [plain.index(name) for name in columns]]
+    return _Table(time, np.where(np.isin(np.abs(forces), MISSING), np.nan, forces), columns)
+
+
+def _plain(name: str) -> str:
+    """A column's name without a unit in brackets, in small letters."""
+    return re.sub(r"\s*[\[(].*[\])]$", "", name).strip().lower()
 
 
 def _comma_separated(path: Path) -> tuple[list[str], Array, Array]:
@@ -153,7 +167,7 @@ def _comma_separated(path: Path) -> tuple[list[str], Array, Array]:
         raise RecordError(f"{path}: cannot be read as CSV ({error}). Export it again.") from None
     names = [each.strip() for each in header]
     rows = [(line, cells) for line, cells in rows if any(map(str.strip, cells))]
-    at = next((i for i, name in enumerate(names) if name.lower() in ("time", "time_s")), None)
+    at = next((i for i, name in enumerate(names) if _plain(name) in ("time", "time_s")), None)
     if at is None or not rows:
         why = "no rows" if at is not None else f"no column time; its columns are {names[:12]}"
         raise RecordError(

@@ -40,7 +40,8 @@ class MeanCurves:
     forces : body weights, (101, 3) of each side; empty likewise.
     seam : rows whose moments are not to be trusted.
     left_out : names of the columns that are no curves.
-    warnings : a sentence on each sign that may be wrong.
+    warnings : a sentence on each thing that may be wrong.
+    notes : in what the file differed from the table that is asked for.
     """
 
     angles: Mapping[str, Array]
@@ -49,6 +50,7 @@ class MeanCurves:
     seam: tuple[int, ...] = ()
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def in_words(self) -> str:
         """What was read, and what was left out."""
@@ -60,7 +62,7 @@ class MeanCurves:
         kinds.append(f"{forces} forces (body weights)" if forces else "no forces")
         shown = [*self.left_out[:6], *(["…"] if len(self.left_out) > 6 else [])]
         rest = f"; left out: {', '.join(shown)}" if shown else ""
-        return f"{both}, {', '.join(kinds)}{rest}"
+        return "; ".join((f"{both}, {', '.join(kinds)}{rest}", *self.notes))
 
 
 def stance_fraction(vertical: Array) -> float:

@@ -117,7 +117,7 @@ def test_the_unit_in_the_name_of_a_column_counts(good, tmp_path):
         )
         np.testing.assert_allclose(found.forces["right"][:, 2], good.force_up_r)
     wrong = table.rename(columns={"moment_knee_angle_r_mean_nm_kg": "moment_knee_angle_r_mean_bw"})
-    with pytest.raises(RecordError, match=r"moment_knee_angle_r_mean_bw: BW is no unit"):
+    with pytest.raises(RecordError, match="moment_knee_angle_r_mean_bw: the unit 'BW'"):
         read_mean_curves([written(tmp_path, wrong)])
 
 
@@ -193,7 +193,7 @@ def later(percent):
         (change("angle_hip_adduction_r", lambda a: a.where(a.index != 40)), "a number in row 42"),
         (change("angle_hip_rotation_r", lambda a: a + 30.0 * (a.index == 50)), "jumps by .* betw"),
         (lambda c: c.assign(percent=np.roll(c.percent, 8)), "percent: 93 in row 2, where 0 is "),
-        (lambda c: c.assign(percent=c.percent / 100), "percent: 0.01 in row 3, where 1 is needed"),
+        (lambda c: c.assign(percent=c.percent / 1000), "percent: 0.001 in row 3, where 1 is"),
         (lambda c: c.assign(percent=c.percent.where(c.index != 4)), "percent: nan in row 6"),
         (later(7), "force_up_r: .* at 3-5 %, where the foot has landed"),
         (later(-5), "force_up_r: .* in swing"),
@@ -205,6 +205,193 @@ def test_a_wrong_sign_unit_side_or_gap_is_named(good, tmp_path, damage, message)
     path = written(tmp_path, damage(good))
     with pytest.raises(RecordError, match=message):
         gait_values(read_mean_curves([path]), str(path))
+
+
+def stretched(curves, until):
+    """Rows of 0 to `until` % of the cycle, stretched over all."""
+    rows = np.linspace(0.0, until, 101) % 100.0
+    return curves.apply(lambda c: np.interp(rows, np.arange(101), c)).assign(percent=curves.percent)
+
+
+def of_side(side, kinds, function):
+    return lambda curves: curves.assign(
+        **{n: function(curves[n]) for n in curves if n.startswith(kinds) and n.endswith(f"_{side}")}
+    )
+
+
+def row_of(column, row, value):
+    return lambda curves: curves.assign(
+        **{column: curves[column].where(curves.index != row, value)}
+    )
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (of_side("l", ("angle", "moment", "force"), lambda c: moved(c, 50)),
+         "knee_angle_l: .* over the other side's cycle, half a stride off"),
+        (of_side("l", "moment", lambda c: moved(c, 50)),
+         "moment_ankle_angle_l: .* in swing .* over the other side's cycle, half a stride"),
+        (change("angle_hip_flexion_l", lambda c: moved(c, 50)),
+         "angle_hip_flexion_l is over the other side's cycle"),
+        (later(39), "angle_knee_angle_r: .* begin at toe-off, not at heel strike"),
+        (lambda c: c.iloc[::-1].reset_index(drop=True).assign(percent=c.percent),
+         "angle_knee_angle_r: .* run backwards"),
+        (lambda c: stretched(c, 61.0), "angle_knee_angle_r: .* are of stance alone"),
+        (lambda c: stretched(c, 200.0), "angle_knee_angle_r: .* are two cycles"),
+        (lambda c: swapped("angle_hip_flexion_r", "angle_knee_angle_r")(c),
+         "angle_hip_flexion_r and angle_knee_angle_r are exchanged"),
+        (lambda c: swapped("force_left_r", "force_forward_r")(c),
+         "force_forward_r and force_left_r are exchanged"),
+        (lambda c: swapped("force_up_r", "force_forward_r")(c),
+         "force_forward_r and force_up_r are exchanged"),
+        (row_of("angle_knee_angle_r", 39, -9999.0), "-9999 in row 41 stands for a value that is m"),
+        (row_of("force_up_r", 69, 9999.0), "force_up_r: 9999 in row 71 stands for a value"),
+        (change("angle_ankle_angle_r", np.radians), "ankle_angle_r: it spans .* unlike other col"),
+        (change("angle_hip_rotation_l", np.radians), "hip_rotation_l: .* looks like radians"),
+        (change("angle_knee_angle_l", lambda a: 0.0 * a + 10.0), "is 10° in all rows"),
+        (every("force_", 0.0), "force_up_r: is 0 in all rows"),
+        (lambda c: every("force_left", 640.0)(every("force_forward", 640.0)(c)),
+         "force_forward_r: reaches .* this looks like N"),
+        (change("angle_hip_flexion_r", lambda a: a - 90.0), "hip_flexion_r: -70° .* from 90°"),
+        (lambda c: every("angle_pelvis_tilt", 1.0)(c).assign(
+            angle_pelvis_tilt_r=c.angle_pelvis_tilt_r - 90.0), "pelvis_tilt_r: .* than the vert"),
+        (lambda c: c.assign(**{n: c[n] + 180.0 for n in c if "pelvis_rotation" in n}),
+         "pelvis_rotation_r: .* an axis of the laboratory"),
+        (lambda c: pd.concat([c, c]), "begins again after 101 rows: several trials, people or si"),
+        (lambda c: pd.concat([c, c.tail(1).assign(percent="mean")]), "line 103: 'mean' where a p"),
+        (lambda c: c.head(0), "a header and no rows"),
+        (lambda c: c.rename(columns={n: f"{n} (Nm/(kg m))" for n in c if n.startswith("moment")}),
+         "the unit .* is not known here. Give moments in Nm/kg"),
+    ],
+)  # fmt: skip
+def test_what_became_of_curves_is_named_and_not_only_where_they_are_odd(
+    good, tmp_path, damage, message
+):
+    with pytest.raises(RecordError, match=message):
+        read_mean_curves([written(tmp_path, damage(good))])
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (swapped("moment_hip_flexion_r", "moment_knee_angle_r"), "and moment_knee_angle_r are exc"),
+        (every("moment_hip_flexion", 0.0), "moment_hip_flexion_r, .* was not measured"),
+        (every("angle_hip_rotation", 0.0), "angle_hip_rotation_r, .* was not measured"),
+        (lambda c: c.assign(**{n: moved(c[n], 5) for n in c if n.startswith("moment")}),
+         "moment_ankle_angle_r: .* after the foot has left the ground"),
+        (lambda c: c.assign(**{f"{n[:-1]}l": c[n] for n in c if re.match("angle.*_r$", n)}),
+         "one side is a copy of the other"),
+        (lambda c: c.assign(**{n: -c[n] for n in c if "foot_pitch" in n}),
+         "angle_foot_pitch_r.* turn the foot"),
+        (lambda c: c.assign(**{f"angle_hip_flexion_{s}": c[f"angle_hip_flexion_{s}"]
+                               - c[f"angle_pelvis_tilt_{s}"] for s in "rl"}), "another zero"),
+    ],
+)  # fmt: skip
+def test_what_people_may_do_is_said_and_not_refused(good, tmp_path, damage, message):
+    found = read_mean_curves([written(tmp_path, damage(good))]).warnings
+    assert re.search(message, "; ".join(found)), found
+
+
+def test_hips_from_the_vertical_are_said_without_the_angles_of_the_feet(good, tmp_path):
+    lacking = [n for n in good if any(f"angle_{each}" in n for each in SKIPPED)]
+    thigh = good.drop(columns=lacking).assign(
+        **{f"angle_hip_flexion_{s}": good[f"angle_hip_flexion_{s}"] - good[f"angle_pelvis_tilt_{s}"]
+           for s in "rl"}
+    )  # fmt: skip
+    found = read_mean_curves([written(tmp_path, thigh)]).warnings
+    assert any("both soles off the level" in each for each in found), found
+
+
+def test_angles_that_are_late_are_said_without_forces_too(good, tmp_path):
+    late = later(10)(good.drop(columns=[n for n in good if not n.startswith(("angle", "perc"))]))
+    found = read_mean_curves([written(tmp_path, late)]).warnings
+    assert re.search("1[0-4] % of the cycle too late", "; ".join(found))
+
+
+def test_running_and_stairs_are_named(good, tmp_path):
+    percent = np.arange(101)
+    squeezed = np.interp(percent, [0, 36, 100], [0, 61, 100])
+    running = good.apply(lambda c: np.interp(squeezed, percent, c)).assign(percent=good.percent)
+    with pytest.raises(RecordError, match="this is running"):
+        read_mean_curves([written(tmp_path, running)])
+    knee = np.interp(percent, [0, 15, 45, 62, 85, 100], [65, 50, 8, 30, 95, 65])
+    hip = np.interp(percent, [0, 15, 55, 85, 100], [62, 50, 8, 70, 62])
+    climbing = good.assign(
+        **{f"angle_knee_angle_{s}": knee for s in "rl"},
+        **{f"angle_hip_flexion_{s}": hip for s in "rl"},
+    )
+    assert any(
+        "stairs" in each for each in read_mean_curves([written(tmp_path, climbing)]).warnings
+    )
+
+
+UNITS = {"angle": " (rad)", "moment": " [Nmm/kg]", "force": " (%BW)"}
+FACTORS = {"angle": np.pi / 180, "moment": 1000.0, "force": 100.0}
+
+
+def in_other_units(curves):
+    return curves.assign(
+        **{n: curves[n] * FACTORS[n.split("_")[0]] for n in curves if n != "percent"}
+    )
+
+
+def with_units(curves):
+    names = {n: n + UNITS[n.split("_")[0]] for n in curves if n != "percent"}
+    return in_other_units(curves).rename(columns=names)
+
+
+def with_row_of_units(curves):
+    units = {n: UNITS.get(n.split("_")[0], " (%)").strip(" ()[]") for n in curves}
+    return pd.concat([pd.DataFrame([units]), in_other_units(curves)])
+
+
+def of_rows(count):
+    def resampled(curves):
+        rows = np.linspace(0.0, 100.0, count)
+        return curves.apply(lambda c: pd.Series(np.interp(rows, np.arange(101), c)))
+
+    return resampled
+
+
+@pytest.mark.parametrize(
+    ("change", "within"),
+    [
+        (with_units, 1e-6),
+        (with_row_of_units, 1e-6),
+        (lambda c: c.rename(columns=lambda n: f" {n.title()} "), 1e-9),
+        (lambda c: c.rename(columns=lambda n: re.sub("_r$", "_right", re.sub("_l$", "_left", n))),
+         1e-9),
+        (lambda c: c.assign(percent=c.percent / 100), 1e-9),
+        (of_rows(201), 1e-6),
+        (of_rows(51), 0.4),
+    ],
+    ids=["units", "row of units", "capitals", "right and left", "0 to 1", "201 rows", "51 rows"],
+)  # fmt: skip
+def test_tables_as_others_write_them_have_the_same_curves(good, tmp_path, change, within):
+    found = read_mean_curves([written(tmp_path, change(good))])
+    knee = np.degrees(found.angles["knee_angle_l"])
+    np.testing.assert_allclose(knee, good.angle_knee_angle_l, atol=within)
+    np.testing.assert_allclose(found.moments["ankle_angle_r"], good.moment_ankle_angle_r, atol=0.05)
+    np.testing.assert_allclose(found.forces["left"][:, 2], good.force_up_l, atol=0.05)
+
+
+def test_a_workbook_that_is_called_csv_is_told(tmp_path):
+    (tmp_path / "means.csv").write_bytes(b"PK\x03\x04" + bytes(range(256)))
+    with pytest.raises(RecordError, match="a workbook of a spreadsheet"):
+        read_mean_curves([tmp_path / "means.csv"])
+
+
+def test_a_first_line_for_excel_is_passed_over(good, tmp_path):
+    path = written(tmp_path, good, "semicolon.csv")
+    path.write_text("sep=;\n" + path.read_text())
+    assert read_mean_curves([path]).angles
+
+
+@pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda each: each.identifier)
+def test_nothing_else_is_doubted_in_sound_curves(subject, tmp_path):
+    warnings = read_mean_curves([written(tmp_path, table(subject))]).warnings
+    assert not [each for each in warnings if "do not show whether the sign" not in each]
 
 
 SKIPPED = ("knee_adduction", "knee_rotation", "ankle_rotation", "foot_")

@@ -160,6 +160,11 @@ def test_the_paper_s_swapped_mass_and_height():
         ({"age_years": 372}, ["age_years = 372: this looks like months", "age_years = 31"]),
         ({"age_years": 1.5}, ["age_years = 1.5: outside the plausible 2-105 years"]),
         ({"walking_speed_m_s": 4.03}, ["this looks like km/h"]),
+        (
+            {"walking_speed_m_s": 112.0},
+            ["this looks like cm/s; give m/s: walking_speed_m_s = 1.12"],
+        ),
+        ({"stride_time_s": 0.52}, ["this looks like the time of a step. A stride is two"]),
         ({"stride_time_s": 1050}, ["this looks like milliseconds"]),
         ({"left_phase": 49.9}, ["this looks like per cent"]),
         ({"left_phase": 0.0}, ["left_phase = 0: outside"]),

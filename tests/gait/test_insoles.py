@@ -56,6 +56,19 @@ def test_each_foot_s_mean_over_its_own_cycle(tmp_path, gain, separator):
     assert found.vertical.mean(axis=1).sum() == pytest.approx(1.0)
 
 
+def test_units_in_names_and_numbers_for_gaps_are_understood(tmp_path):
+    time, forces = walk()
+    forces[300:310, 0] = -9999.0
+    path = write(tmp_path / "walk.csv", time, forces, names=("Force_Right (N)", "Force_Left [N]"))
+    assert read(path).strides == (6, 7)
+
+
+def test_a_copy_of_one_foot_is_refused(tmp_path):
+    time, forces = walk()
+    with pytest.raises(RecordError, match="one is a copy of the other"):
+        read(write(tmp_path / "walk.csv", time, np.stack([forces[:, 0]] * 2, axis=1)))
+
+
 def test_the_right_foot_is_the_first_column_that_is_named(tmp_path):
     time, forces = walk()
     forces[:, 0] *= 0.9

@@ -37,6 +37,30 @@ def test_a_turned_sign_of_all_people_is_found(tmp_path):
         read_strides(write_strides(tmp_path / "s.csv", rows))
 
 
+def half_a_stride_off(values):
+    return [*values[50:-1], *values[:51]]
+
+
+@pytest.mark.parametrize(
+    ("which", "change", "message"),
+    [
+        (lambda row: True, lambda v: [x * np.pi / 180 for x in v], "looks like radians"),
+        (lambda row: row[4] == "ankle_2", lambda v: [x * np.pi / 180 for x in v], "unlike other"),
+        (lambda row: row[3] == "L", half_a_stride_off, "over the other side's cycle"),
+        (lambda row: row[3:5] == ["R", "knee_2"], lambda v: [-x for x in v], "has the other sign"),
+        (lambda row: row[3:5] == ["R", "knee_2"], lambda v: [*v[:30], -9999.0, *v[31:]],
+         "-9999, which stands for a value that is missing"),
+    ],
+)  # fmt: skip
+def test_a_persons_unit_cycle_and_gaps_are_named(tmp_path, which, change, message):
+    rows = stride_rows("5", "g", "P")
+    for row in rows:
+        if which(row):
+            row[5:] = change(row[5:])
+    with pytest.raises(RecordError, match=f"P.*{message}"):
+        read_strides(write_strides(tmp_path / "s.csv", rows))
+
+
 @pytest.mark.parametrize("angle", ["hip_1", "hip_3", "foot_3"])
 def test_a_sign_of_one_side_is_found_in_twenty_people(tmp_path, gait_data, angle):
     """No pelvis shows it, and healthy people's mean lies between the sides."""

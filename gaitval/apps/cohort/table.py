@@ -169,6 +169,8 @@ def write_table(path: Path, studies: Iterable[Study]) -> None:
 def _csv_rows(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     for line, row in file_gate.csv_rows(path, ConfigurationError, largest=file_gate.WRITTEN):
         where = f"line {line}"
+        if not any(cell.strip() for cell in row.values() if isinstance(cell, str)):
+            continue  # a spreadsheet's empty row
         if None in row or None in row.values():
             raise ConfigurationError(
                 f"{path}, {where}: not as many cells as the header has columns. Add or remove some."

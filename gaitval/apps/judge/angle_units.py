@@ -45,8 +45,9 @@ def check_unit(known: Skeleton, motion: Motion, in_degrees: bool, source: str) -
         why = (
             "they look like degrees: write inDegrees=yes into the header"
             if not in_degrees
-            else "they look like degrees that were converted into degrees once more, or inverse "
-            "kinematics lost the leg: look at the motion, and export it again"
+            else "they look like degrees that were converted into degrees once more, are speeds or "
+            "accelerations (…_u.sto, …_dudt.sto), or inverse kinematics lost the leg: look at the "
+            "motion, and export it again"
         )
         raise RecordError(
             f"{source}: {most} is up to {np.degrees(largest):.0f}° in the unit that the header "

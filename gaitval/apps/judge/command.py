@@ -116,7 +116,7 @@ def judge(
     with locked(out):  # or the page of one and the numbers of another could lie side by side
         result, page = write_what_can_be(found, out)
     _say(result, model.name, page)
-    if result.verdict == "not judged" or (strict and not result.passed):
+    if result.undecided or (strict and not result.passed):
         raise typer.Exit(1)
 
 
@@ -134,16 +134,18 @@ def _say(result: "JudgeResult", model: str, page: str) -> None:
             rows.append([one.title, one.target, *shown, "FAILED"])
     if len(rows) > 1:
         display.print_rows(rows, f"{model}: limits that are not kept")
+    # First: what it names explains what is said of forces below.
+    for reason in result.undecided:
+        display.plain(f"NOT JUDGED. {reason}", "red")
     for finding in result.findings:
-        display.plain(finding)
+        if finding not in result.undecided:
+            display.plain(finding)
     for reason in result.not_judged:
         display.plain(f"Not judged. {reason}")
     if any(one.verdict == "not judged" for one in result.limits):
         display.plain(f"Not judged. Residuals: {WHY_NOT_JUDGED}; give --reduced for one.")
     kept = sum(one.decides and one.passed for one in result.limits)
     if result.verdict == "not judged":
-        for reason in result.undecided:
-            display.plain(f"NOT JUDGED. {reason}", "red")
         display.plain(
             f"Not judged: {kept} limits are kept, none failed, but not those that decide. {page}"
         )

@@ -32,6 +32,8 @@ LANDMARKS: Final = {
 }
 PELVIS_DEPTH: Final = 0.1
 """m. The stand-ins for the spines of the pelvis are this far before and behind the hips."""
+OTHER_BELT: Final = 0.3
+"""m/s, by which the belt may differ from the feet that stand on it."""
 OTHER_FOOT: Final = 0.5
 """Share of a plate's impulse on the other foot from which external loads have their feet wrong."""
 
@@ -96,8 +98,15 @@ def find_gait(
             events = marker_events(recording, landmarks=LANDMARKS)
         else:
             events = find_events(recording, forces, processing, landmarks=LANDMARKS)
+        carried = belt_speed(recording, events, landmarks=LANDMARKS)
         if belt is None:
-            moving = belt_speed(recording, events, landmarks=LANDMARKS)
+            moving = carried
+        elif abs(carried - belt) > OTHER_BELT:
+            findings.append(
+                f"Belt: the flat feet go back at {carried:.2f} m/s, but {belt:g} m/s was given as "
+                "the speed of the belt, in m/s. The walking speed, and so the healthy people "
+                "beside whom the moments stand, is wrong unless the feet slide."
+            )
         for side in SIDES:
             cycles[side] = cut_cycles(events, side, forces=forces)
             found_of = spatiotemporal(

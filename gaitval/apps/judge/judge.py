@@ -12,7 +12,24 @@ from gaitval.apps.judge import markers as of_markers
 from gaitval.apps.judge.angle_units import check_lengths, check_unit
 from gaitval.apps.judge.beside_import import OfImport, with_import
 from gaitval.apps.judge.body import body_measures, stature_of_legs
-from gaitval.apps.judge.gait import JudgedGait, find_gait, mean_curve, valid, weight_ratio
+from gaitval.apps.judge.doubts import (
+    check_times,
+    check_walk,
+    find_doubts,
+    jitter,
+    missing_legs,
+    odd_columns,
+    odd_forces,
+    odd_moments,
+)
+from gaitval.apps.judge.gait import (
+    JudgedGait,
+    find_gait,
+    mean_curve,
+    project_axes,
+    valid,
+    weight_ratio,
+)
 from gaitval.apps.judge.loads import read_loads
 from gaitval.apps.judge.moments import (
     BANDED,
@@ -20,11 +37,12 @@ from gaitval.apps.judge.moments import (
     Band,
     bands,
     speed_group,
+    unit_of_forces,
     unit_of_moments,
 )
 from gaitval.apps.judge.muscles import JudgedMuscles, judge_muscles
 from gaitval.apps.judge.request import JudgeRequest
-from gaitval.apps.judge.residuals import residual_wrench
+from gaitval.apps.judge.residuals import generalised_forces, residual_wrench
 from gaitval.apps.judge.skeleton import Skeleton, skeleton
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import RANGES, SIDES, Side
@@ -34,12 +52,17 @@ from gaitval.inverse.inverse_dynamics import Residuals, residual_measures
 from gaitval.metrics.recording_limits import State, state_of
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate, measured
 from gaitval.mocap.mot import read_storage
-from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.reading import read_recording
 from gaitval.scaling.anthropometry import WINTER
 from gaitval.scaling.opensim.model import OsimModel
 from gaitval.scaling.opensim.model_file import read_model
-from gaitval.scaling.opensim.placing import Motion, at_times, motion_of
+from gaitval.scaling.opensim.placing import (
+    Motion,
+    at_times,
+    centre_of_mass,
+    motion_of,
+    place,
+)
 
 SHOWN_ONLY: Final = (
     "side-length",
@@ -157,13 +180,18 @@ def _judged(request: JudgeRequest) -> Judgement:
         found.not_judged.append(
             f"Motion: give the results of inverse kinematics with --ik.{message}"
         )
+        if unused:
+            found.undecided.append(f"What was given: nothing is judged without --ik.{message}")
         return found
     table = read_storage(request.ik)
     found.motion = motion_of(model, table, str(request.ik))
+    found.findings += check_times(table.time, request.ik)
     check_lengths(model, found.motion, str(request.ik))
     units = check_unit(found.skeleton, found.motion, table.in_degrees, str(request.ik))
-    found.findings += units
-    found.undecided += units
+    still = check_walk(found.skeleton, found.motion, request.ik)
+    odd = [*units, *still, *missing_legs(found.skeleton, found.motion)]
+    found.findings += [*odd, *jitter(found.skeleton, found.motion)]
+    found.undecided += odd
     _coordinates(found)
     _markers(found)
     _walk(found)
@@ -183,8 +211,13 @@ def _undecided(found: Judgement) -> None:
         and not (found.marker_errors is not None or of_dynamics)
     ):
         found.undecided.append("The motion: no complete gait cycle was found in it.")
-    if request.id is not None and found.residuals is None and not found.moments:
-        found.undecided.append("Inverse dynamics: neither residuals nor moments could be judged.")
+    lacking = [
+        name
+        for name, judged in (("residuals", found.residuals), ("moments", found.moments))
+        if request.id is not None and not judged
+    ]
+    if lacking and (lacking != ["moments"] or found.skeleton.has_legs):
+        found.undecided.append(f"Inverse dynamics: {' and '.join(lacking)} could not be judged.")
     given = request.grf or request.external_loads
     if given is not None and not of_dynamics and "weight_error" not in seen:
         found.undecided.append("The ground reaction: no gait cycle shows that of both feet.")
@@ -323,11 +356,24 @@ def _walk(found: Judgement) -> None:
             found.not_judged.append("Forces: they cannot be put on feet without legs.")
         return
     loads = read_loads(request.grf, request.external_loads, known)
-    found.gait = find_gait(known, motion, loads, belt=request.belt)
+    doubts = find_doubts(known, motion, loads, request.belt)
+    found.findings += doubts
+    found.undecided += doubts
+    try:
+        found.gait = find_gait(known, motion, loads, belt=request.belt)
+    except RecordError as error:
+        if not doubts:
+            raise
+        raise RecordError(f"{request.ik}: {' '.join(doubts)} If not: {error}") from None
     found.findings += found.gait.findings
+    centre = centre_of_mass(found.model, place(found.model, motion.values))
+    away = odd_forces(found.gait, centre @ project_axes(found.model.up).T, motion.time)
+    found.findings += away
+    found.undecided += away
     ratio = weight_ratio(found.gait, found.model.mass)
     if np.isfinite(ratio):
         found.measures.append(measured("weight_error", "model", 100 * abs(ratio - 1)))
+        found.findings += unit_of_forces(ratio, found.model.mass)
     elif loads is None:
         found.not_judged.append("Weight: give the ground reaction with --grf.")
     else:
@@ -414,7 +460,11 @@ def _dynamics(found: Judgement) -> None:
         found.not_judged.append("Residuals, moments: give inverse dynamics' results with --id.")
         return
     table = read_storage(request.id)
-    forces = _generalised_forces(found.model, table, str(request.id))
+    forces, unknown = generalised_forces(found.model, table, str(request.id))
+    found.findings += check_times(table.time, request.id)
+    odd = odd_columns(found.skeleton, forces, unknown, request.id)
+    found.findings += odd
+    found.undecided += odd
     if table.time[0] > motion.time[-1] or table.time[-1] < motion.time[0]:
         raise RecordError(
             f"{request.id}: goes from {table.time[0]:.3f} to {table.time[-1]:.3f} s, the motion "
@@ -422,25 +472,6 @@ def _dynamics(found: Judgement) -> None:
         )
     _residuals(found, table.time, forces)
     _moments(found, table.time, forces)
-
-
-def _generalised_forces(model: OsimModel, table: StorageTable, source: str) -> dict[str, Array]:
-    found = {}
-    for name in model.coordinates:
-        column = next((c for c in (f"{name}_moment", f"{name}_force") if c in table.columns), None)
-        if column is not None:
-            values = table.column(column)
-            if np.isinf(values).any():
-                raise RecordError(f"{source}: {column}: a value is infinite. Export again.")
-            if np.isnan(values).all():
-                continue  # not known at any time
-            found[name] = values
-    if not found:
-        raise RecordError(
-            f"{source}: has no moment of the model's coordinates (knee_angle_r_moment, …), but "
-            f"{', '.join(table.columns[:5])} …. Give inverse dynamics' results for this model."
-        )
-    return found
 
 
 def _residuals(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None:
@@ -525,6 +556,10 @@ def _moments(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None
             f"people's at this speed, if they are in Nm; in {unit} they would be like theirs. "
             "Inverse dynamics' results are in Nm and N: write them so, or export them again."
         )
+    odd = odd_moments({name: mean for name, (mean, _) in found.moments.items()}, gait)
+    found.findings += odd
+    # The moment of one joint may have the other sign in who walks otherwise than healthy people.
+    found.undecided += [each for each in odd if "seems that moment_" not in each]
     for name, (mean, _) in found.moments.items():
         if name[:-2] not in BANDED:
             continue

@@ -16,6 +16,10 @@ from gaitval.scaling.opensim.model import OsimModel
 from gaitval.scaling.opensim.placing import Motion, at_times, marker_places, place
 
 RMS_COLUMN, LARGEST_COLUMN = "marker_error_RMS", "marker_error_max"
+FARTHEST: Final = 0.3
+"""m. A larger RMS error over all markers is a unit's, or that of a model that is not posed."""
+NEAREST, LIKELY = 0.001, 0.1
+"""m, between which inverse kinematics leaves the markers of a person, RMS."""
 SAME_TIME: Final = 1e-4
 """s. Times of frames in two files that are this close are the same frame."""
 
@@ -109,6 +113,14 @@ def logged_errors(path: Path) -> ModelMarkerErrors:
     rms, largest = table.column(RMS_COLUMN), table.column(LARGEST_COLUMN)
     if not (np.isfinite(rms).all() and np.isfinite(largest).all()):
         raise RecordError(f"{path}: an error is not a number. Run inverse kinematics again.")
+    usual = float(np.median(rms))
+    for unit, metres in (("cm", 0.01), ("mm", 0.001)):
+        if usual > FARTHEST and NEAREST < usual * metres < LIKELY:
+            raise RecordError(
+                f"{path}: the RMS error is {usual:.3g} m in the median, which no marker has; it "
+                f"looks like {unit}. OpenSim's log is in m: divide its columns by "
+                f"{1 / metres:.0f}."
+            )
     return ModelMarkerErrors(table.time, rms, largest, (), np.empty((len(rms), 0)))
 
 

@@ -86,7 +86,23 @@ def unit_of_moments(shares: Sequence[float], mass: float) -> str | None:
     """The unit in which moments are that were taken for Nm, by the `shares` of healthy people's
     that those of the ankles are, of a body of `mass` kg; None if they are Nm or nothing fits.
     """
-    for unit, newton_metres in (("Nm", 1.0), ("Nm/kg", mass), ("Nmm", 1e-3)):
+    weight = mass * STANDARD_GRAVITY
+    units = (("Nm", 1.0), ("Nm/kg", mass), ("Nm/N", weight), ("Nmm", 1e-3), ("Nmm/kg", 1e-3 * mass))
+    for unit, newton_metres in (*units, ("kNm", 1e3)):
         if shares and all(1.0 / USUAL < share * newton_metres < USUAL for share in shares):
             return None if unit == "Nm" else unit
     return None
+
+
+def unit_of_forces(ratio: float, mass: float) -> list[str]:
+    """A sentence on the unit in which forces are that carry `ratio` times the weight of a body of
+    `mass` kg if they are in N; nothing if they are in N or nothing fits.
+    """
+    weight = mass * STANDARD_GRAVITY
+    for unit, newtons in (("% of body weight", 0.01 * weight), ("N/kg", mass), ("lbf", 4.448)):
+        if not 0.5 < ratio < 2.0 and 0.8 < ratio * newtons < 1.25:
+            return [
+                f"Forces: they carry {100 * ratio:.3g} % of the model's weight if they are in N, "
+                f"but {100 * ratio * newtons:.0f} % in {unit}. Give them in N."
+            ]
+    return []

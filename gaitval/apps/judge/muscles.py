@@ -36,6 +36,9 @@ _HANGS_ON: Final = {
     "hip": "some of it: the moments of ten healthy people need 2.9 (median) by any cost"
 }
 
+WEAKEST: Final = 5.0
+"""N. In every walk some muscle pulls with hundreds."""
+
 DELAY: Final = 4
 """% of the cycle by which force follows the electromyogram."""
 
@@ -146,6 +149,14 @@ def _activations(
     cycles: Mapping[Side, Sequence[GaitCycle]],
 ) -> dict[str, Array]:
     columns = _muscle_columns(read, source)
+    odd = {n: v for n, v in columns.items() if np.nanmax(v) > 1.05 or np.nanmin(v) < -0.05}
+    if odd:
+        name = max(odd, key=lambda each: float(np.nanmax(np.abs(odd[each]))))
+        raise RecordError(
+            f"{source}: {name} goes from {np.nanmin(odd[name]):.3g} to {np.nanmax(odd[name]):.3g}, "
+            "but activations are 0 to 1. If they are in per cent, divide by 100; else give "
+            "…_activation.sto of static optimisation."
+        )
     found.at_limit = sorted(n for n, v in columns.items() if np.nanmax(v) > AT_LIMIT)
     strength = {each.name: each.max_force for each in table().muscles}
     curves = {}
@@ -187,7 +198,13 @@ def _mean(
 def _reserves(
     found: JudgedMuscles, read: StorageTable, source: str, moments: StorageTable | None
 ) -> None:
-    _muscle_columns(read, source)
+    columns = _muscle_columns(read, source)
+    strongest = max(float(np.nanmax(values, initial=0.0)) for values in columns.values())
+    if 0.0 < strongest < WEAKEST:
+        raise RecordError(
+            f"{source}: no muscle pulls with more than {strongest:.3g} N: these look like "
+            "activations, or forces in kN. Give …_force.sto of static optimisation, in N."
+        )
     if moments is None:
         return
     for column in moments.columns:

@@ -12,6 +12,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
+from gaitval.errors import RecordError
+from gaitval.mocap.findings import passed_over
+from gaitval.mocap.mot_writing import StorageTable
 from gaitval.scaling.opensim.model import OsimModel
 from gaitval.scaling.opensim.placing import place
 
@@ -46,3 +49,30 @@ def residual_wrench(
     inverse = np.linalg.pinv(np.swapaxes(jacobian, 1, 2))
     wrench = np.einsum("tij,tj->ti", inverse, paired)
     return wrench[:, :3], wrench[:, 3:]
+
+
+def generalised_forces(
+    model: OsimModel, table: StorageTable, source: str
+) -> tuple[dict[str, Array], list[str]]:
+    """Forces of a `table` of inverse dynamics by coordinate of the `model`, and coordinates whose
+    force is not known at any time. Raises RecordError, which names the `source`, if it has none.
+    """
+    found, unknown = {}, []
+    for name in model.coordinates:
+        column = next((c for c in (f"{name}_moment", f"{name}_force") if c in table.columns), None)
+        if column is not None:
+            values = table.column(column)
+            if np.isinf(values).any():
+                raise RecordError(f"{source}: {column}: a value is infinite. Export again.")
+            if np.isnan(values).all():
+                unknown.append(name)
+                continue
+            if gaps := int(np.isnan(values).sum()):
+                passed_over(f"{source}: {column} is not known in {gaps} of {len(values)} rows")
+            found[name] = values
+    if not found:
+        raise RecordError(
+            f"{source}: has no moment of the model's coordinates (knee_angle_r_moment, …), but "
+            f"{', '.join(table.columns[:5])} …. Give inverse dynamics' results for this model."
+        )
+    return found, unknown

@@ -118,6 +118,10 @@ def read_people(path: Path) -> dict[str, PersonRow]:
     """
     found: dict[str, PersonRow] = {}
     for line, cells in file_gate.csv_rows(path, RecordError, largest=file_gate.WRITTEN):
+        if {"angle", "p0", "p100"} <= cells.keys():
+            raise RecordError(
+                f"{path}: this is a table of strides. Give it first, the people's with --people."
+            )
         known = _columns(name for name in cells if name is not None)
         if "subject" not in (meaning for meaning, _ in known.values()):
             header = ", ".join(filter(None, cells))  # None: cells beyond it

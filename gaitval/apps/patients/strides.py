@@ -16,10 +16,13 @@ import numpy as np
 from gaitval import file_gate
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, left_strike, smoothed
 from gaitval.arrays import Array
+from gaitval.datasets.curve_causes import explained
+from gaitval.datasets.curve_files import unit_problems
 from gaitval.errors import RecordError
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.sampling import SAMPLES
 from gaitval.plain_numbers import plain_float
+from gaitval.text_tables import MISSING
 
 AXES: Final[Mapping[str, str]] = {
     "pelvis_1": "pelvis_list",
@@ -118,6 +121,11 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
             values = np.full(SAMPLES, np.nan)
         if not np.isfinite(values).all():
             problems.append(f"line {line}: {name} of {who[1]} has a value that is not a number")
+        elif (filled := values[np.isin(np.abs(values), MISSING)]).size:
+            problems.append(
+                f"line {line}: {name} of {who[1]} has {filled[0]:g}, which stands for a value "
+                "that is missing"
+            )
         if name in rows.setdefault(who, {}):
             problems.append(f"line {line}: {name} of {who[1]} is there twice; keep one stride")
         rows[who][name] = values
@@ -132,6 +140,8 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
         for (group, subject), found in rows.items()
     )
     if not problems:
+        problems = [problem for each in people for problem in _units(each)]
+    if not problems:
         problems = [
             f"{name}: nearer to healthy people's with its sign changed, in all people together. "
             f"{POSITIVE}"
@@ -143,6 +153,8 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
             f"together. {POSITIVE}, on both sides"
             for name in one_side_turned(people)
         ]
+    if not problems:
+        problems = [problem for each in people for problem in _causes(each)]
     if not problems and people and (apart := pelves_apart(people)) > ONE_PELVIS:
         problems = [
             f"pelvis: right and left differ by {apart:.1f}° (median of all people) however they "
@@ -156,6 +168,30 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
         lines = "\n".join(f"  - {each}" for each in [*shown, *more])
         raise RecordError(f"{path}: cannot be used\n{lines}")
     return people
+
+
+def _units(person: PersonStrides) -> list[str]:
+    """A sentence on each angle that is in another unit than degrees."""
+    return [
+        f"{person.subject}: "
+        + problem.removeprefix("column ").replace("Give --angle-unit rad", "Multiply by 180/pi")
+        for problem in unit_problems(person.angles)
+    ]
+
+
+def _causes(person: PersonStrides) -> list[str]:
+    """A sentence on each side that is a walker's with one thing changed back: a sign, the cycle."""
+    never = [
+        f"{person.subject}: {name}: nearer to healthy people's with its sign changed, and nobody "
+        f"walks so. {POSITIVE}"
+        for name in turned((person,))
+        if name in NOBODY
+    ]
+    return never or [
+        f"{person.subject}: it seems that {cause}"
+        for side in "rl"
+        if (cause := explained("angle", side, person.angles))
+    ]
 
 
 def pelves_apart(people: tuple[PersonStrides, ...]) -> float:

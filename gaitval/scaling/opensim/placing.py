@@ -10,6 +10,7 @@ from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.scaling.opensim.model import GROUND, Frame, Marker, OpenSimJoint, OsimModel
+from gaitval.text_tables import MISSING
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,11 @@ def motion_of(model: OsimModel, table: StorageTable, source: str) -> Motion:
         found = table.column(columns[name])
         if not np.isfinite(found).all():
             raise RecordError(f"{source}: {columns[name]}: a value is not a number. Export again.")
+        if (gap := np.flatnonzero(np.isin(np.abs(found), MISSING))).size:
+            raise RecordError(
+                f"{source}: {columns[name]} is {found[gap[0]]:g} at {table.time[gap[0]]:g} s, "
+                "which stands for a value that is missing. Fill the gap, or cut the motion."
+            )
         in_degrees = table.in_degrees and coordinate.motion == "rotational"
         values[name] = np.deg2rad(found) if in_degrees else found
     errors = {}
