@@ -127,6 +127,8 @@ def given_centres(
         found, refused = laid(given, standing_places(session.standing))
         if request.scaled_model is not None:
             _check_model(request, found, refused)
+        else:
+            found, refused = _near_points(found, refused)
     except (ModelError, RecordError, ScalingError) as error:
         if request.joint_centres == "given":
             raise
@@ -158,6 +160,22 @@ def _check_model(request: Request, found: Sequence[LaidCentre], refused: Sequenc
             f"(RMS; a scaled model's are less than {1000 * LARGEST_RESIDUAL:.0f} mm). Give the "
             "model that OpenSim's scaling wrote for this person."
         )
+
+
+def _near_points(
+    found: Sequence[LaidCentre], refused: Sequence[str]
+) -> tuple[list[LaidCentre], list[str]]:
+    """The centres of points whose markers are as far from each other as in standing, and why others
+    are not taken: in the walk that has the points, markers are exchanged, or put elsewhere.
+    """
+    odd = [
+        f"{each.title} of {each.source}: beside it, the markers of the segment above are "
+        f"{1000 * each.residual:.0f} mm (RMS) from where they are in standing, more than "
+        f"{1000 * LARGEST_RESIDUAL:.0f} mm: they are exchanged, or were moved between the trials"
+        for each in found
+        if each.residual > LARGEST_RESIDUAL
+    ]
+    return [each for each in found if each.residual <= LARGEST_RESIDUAL], [*refused, *odd]
 
 
 def beside_given(

@@ -95,6 +95,11 @@ class Import:
     measurement: "SessionMeasurement | None" = None
 
     @property
+    def given_hips(self) -> str:
+        """Whose hip centres the body was given, of those that came with the recording; else ""."""
+        return next((row.source for row in self.given if row.used and row.joint == "hip"), "")
+
+    @property
     def warnings(self) -> tuple[tuple[str, QualityFlag], ...]:
         """All warnings, each with its trial; what several trials show alike is one."""
         of_trials = ((walk.name, warning) for walk in self.trials for warning in walk.warnings)

@@ -11,10 +11,17 @@ from gaitval.errors import NoCycleError, RecordError, ScalingError
 from gaitval.importing.results import GivenCentreResult
 from gaitval.model.markers import ModelMarker
 from gaitval.opensim.osim import write_osim
+from gaitval.scaling.given_centres import GivenCentre
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval.session.given_centres import CHECK, CentreDifference, given_warnings
+from gaitval.session.given_centres import (
+    CHECK,
+    CentreDifference,
+    given_centres,
+    given_warnings,
+)
 from gaitval.session.read import read_session
 from gaitval.session.session import work_out_trials
+from gaitval.session.standing import standing_places
 
 PROCESSING = ProcessingSettings()
 SET = load_marker_set("wbds")
@@ -122,6 +129,38 @@ def test_centres_that_nobody_gave_are_refused(tmp_path):
     request = made_up_session(tmp_path, noise=0.0, **SHORT).request
     with pytest.raises(ScalingError, match="no joint centres came with the recording"):
         work_out_trials(request.model_copy(update={"joint_centres": "given"}), PROCESSING)
+
+
+def test_points_beside_exchanged_markers_are_not_taken(tmp_path):
+    """The walk that has the points shows other places of the markers than the standing trial."""
+    request = made_up_session(tmp_path, noise=0.0, **SHORT).request
+    session = read_session(request, PROCESSING)
+    standing = standing_places(session.standing)
+    names = [name for name, segment in SET.segments.items() if segment == "pelvis"]
+    there = {name: standing[name][None] for name in names if name in standing}
+    first, second, *_ = there
+    wrong = {**there, first: there[second], second: there[first]}
+    centre = standing[first][None]
+    said = list[str]()
+    for markers, count in ((there, 1), (wrong, 0)):
+        point = GivenCentre("R.Hip.Centre", "Nexus", markers, centre, one_frame=True)
+        said.clear()
+        found = given_centres(
+            request, replace(session, points=(point,)), lambda _, text: said.append(text)
+        )
+        assert len(found) == count
+        assert any("exchanged, or were moved" in text for text in said) == (count == 0)
+    used = request.model_copy(update={"joint_centres": "given"})
+    with pytest.raises(ScalingError, match="exchanged, or were moved"):
+        given_centres(used, replace(session, points=(point,)))
+
+
+def test_knees_that_are_given_leave_the_hips_by_regression(imports):
+    _, used = imports
+    assert used.given_hips == "own.osim"
+    assert imports[0].given_hips == ""
+    knees = tuple(row for row in used.given if row.joint == "knee")
+    assert replace(used, given=knees).given_hips == ""
 
 
 def test_two_places_of_the_hips_are_refused(tmp_path):
