@@ -125,6 +125,19 @@ def test_another_person_s_model_is_told_and_refused_where_it_is_to_be_used(tmp_p
         work_out_trials(request.model_copy(update={"joint_centres": "given"}), PROCESSING)
 
 
+def test_a_model_whose_markers_were_not_moved_to_the_standing_trial_is_told(tmp_path, imports):
+    assert not [text for step, text in imports[1].decisions if "another trial" in text]
+    request = session_with_model(tmp_path, larger=1.1)
+    said = []
+    found = given_centres(
+        request, read_session(request, PROCESSING), lambda step, text: said.append((step, text))
+    )
+    assert len(found) == 6
+    ((step, text),) = said
+    assert step == "warnings"
+    assert "by another trial, or for another person" in text
+
+
 def test_centres_that_nobody_gave_are_refused(tmp_path):
     request = made_up_session(tmp_path, noise=0.0, **SHORT).request
     with pytest.raises(ScalingError, match="no joint centres came with the recording"):
