@@ -274,7 +274,11 @@ def _scaled(
     if session.points or request.scaled_model or request.joint_centres == "given":
         from gaitval.session.given_centres import given_centres
 
-        laid = given_centres(request, session, noted)
+        laid, doubts = given_centres(request, session, noted)
+        for doubt in doubts:
+            noted("warnings", str(doubt))
+        of_model = [("all trials", doubt) for doubt in doubts]
+        session = known.session = replace(session, warnings=(*session.warnings, *of_model))
     if request.joint_centres == "given":
         centres, source = {each.name: each.place for each in laid}, f"of {laid[0].source}"
         noted("scaling", f"joint centres {source}: {', '.join(each.title for each in laid)}")

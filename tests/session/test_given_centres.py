@@ -120,22 +120,20 @@ def test_another_person_s_model_is_told_and_refused_where_it_is_to_be_used(tmp_p
     said = []
     found = work_out_trials(request, PROCESSING, lambda step, text: said.append((step, text)))
     assert found.given == ()
+    (warning,) = [warning for _, warning in found.warnings if warning.check == CHECK]
+    assert "not compared" in str(warning)
     assert any(step == "warnings" and "not this person's model" in text for step, text in said)
     with pytest.raises(ScalingError, match="not this person's model"):
         work_out_trials(request.model_copy(update={"joint_centres": "given"}), PROCESSING)
 
 
 def test_a_model_whose_markers_were_not_moved_to_the_standing_trial_is_told(tmp_path, imports):
-    assert not [text for step, text in imports[1].decisions if "another trial" in text]
+    assert not [text for _, text in imports[1].decisions if "another trial" in text]
     request = session_with_model(tmp_path, larger=1.1)
-    said = []
-    found = given_centres(
-        request, read_session(request, PROCESSING), lambda step, text: said.append((step, text))
-    )
-    assert len(found) == 6
-    ((step, text),) = said
-    assert step == "warnings"
-    assert "by another trial, or for another person" in text
+    found = given_centres(request, read_session(request, PROCESSING))
+    assert len(found.centres) == 6
+    (flag,) = found.flags
+    assert "by another trial, or for another person" in str(flag)
 
 
 def test_centres_that_nobody_gave_are_refused(tmp_path):
@@ -161,7 +159,7 @@ def test_points_beside_exchanged_markers_are_not_taken(tmp_path):
         found = given_centres(
             request, replace(session, points=(point,)), lambda _, text: said.append(text)
         )
-        assert len(found) == count
+        assert len(found.centres) == count
         assert any("exchanged, or were moved" in text for text in said) == (count == 0)
     used = request.model_copy(update={"joint_centres": "given"})
     with pytest.raises(ScalingError, match="exchanged, or were moved"):
