@@ -129,7 +129,9 @@ def scale_body(
             )
         )  # fmt: skip
         notify("warnings", str(odd[-1]))
-    for remark in knee_axis_remarks(fit, session.marker_set.landmarks):
+    # From the centre of somebody's model no convention takes a line to the marker.
+    of_model = request.joint_centres == "given" and request.scaled_model is not None
+    for remark in () if of_model else knee_axis_remarks(fit, session.marker_set.landmarks):
         notify("scaling", remark)
     chosen = _with_lengths_of(fit, stood.measured)
     factors, paired = _by_pairs(request, session, stood.places)

@@ -34,14 +34,14 @@ MOVED = {
 """m in the segment above: hips 30 mm behind, 10 mm outwards and 5 mm up, knees 10 mm behind."""
 
 
-def session_with_model(folder, *, larger=1.0):
-    """A session, and the person's model with other joints, `larger` by a factor."""
+def session_with_model(folder, *, larger=1.0, moved=MOVED):
+    """A session, and the person's model with `moved` joints, `larger` by a factor."""
     session = made_up_session(folder, noise=0.0, **SHORT)
     _, local = session.person.markers(SET)
     body = replace(
         session.person.model,
         segments=tuple(
-            replace(s, joint_position=s.joint_position + np.array(MOVED.get(s.name, (0, 0, 0))))
+            replace(s, joint_position=s.joint_position + np.array(moved.get(s.name, (0, 0, 0))))
             for s in session.person.model.segments
         ),
     )
@@ -87,6 +87,15 @@ def test_the_model_s_joints_are_ours_if_asked_for(imports):
         assert row.used
     assert not [warning for _, warning in used.warnings if warning.check == CHECK]
     assert used.body.chosen.sources["hips"] == "markers, hip of own.osim"
+
+
+def test_the_line_from_a_model_s_knee_to_the_marker_is_no_convention_s(tmp_path):
+    """A knee that is 30 mm behind is 30 degrees off the line to its marker: nobody takes that."""
+    request = session_with_model(tmp_path, moved={"shank_r": (-0.03, 0.0, 0.0)})
+    said = []
+    used = request.model_copy(update={"joint_centres": "given"})
+    work_out_trials(used, PROCESSING, lambda _, text: said.append(text))
+    assert not [text for text in said if "conventions that take this line" in text]
 
 
 def test_the_moments_differ_by_what_was_said(imports):
