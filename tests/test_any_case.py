@@ -12,7 +12,7 @@ from gaitval.measurement.correct import wanted
 from gaitval.model.devices.device import load_devices
 from gaitval.musculature.forces import criterion_of
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval.session.request import ImportOptions
+from gaitval.session.request import ImportOptions, checked
 
 
 def test_what_is_not_known_stays_as_it_was_given() -> None:
@@ -49,6 +49,12 @@ def test_options_of_an_import_that_are_names() -> None:
     assert (given.aid, given.halves, given.hip_centre) == ("rail", "odd-even", "hara")
     assert (given.prosthesis, given.plate) == ("left", (("FP2", "right"),))
     assert given.plate_axis == (("FP2", "y"),)
+
+
+@pytest.mark.parametrize("plate", [[["2", 3]], [5], 7, [None], ["2"]])
+def test_what_is_no_pair_of_names_is_refused_in_words(plate: object) -> None:
+    with pytest.raises(ConfigurationError, match="plate"):
+        checked(ImportOptions, {"trials": "a.c3d", "sex": "F", "plate": plate})
 
 
 @pytest.mark.parametrize(

@@ -357,13 +357,13 @@ class _Chain:
 
     def by_hip(self, base: _BandCurves) -> dict[str, _BandCurves]:
         """What the curves gain with the hips of each regression that was not chosen."""
-        found = {}
+        found, given = {}, self.found.given_hips
         for name in REGRESSIONS:
-            if name == self.found.request.hip_regression and not self.given:
+            if name == self.found.request.hip_regression and not given:
                 continue
             there = self.regression(self.places, name)
             hips = {
-                side: at + there[side] - (at if self.given else self.regressed[side])
+                side: at + there[side] - (at if given else self.regressed[side])
                 for side, at in self.nothing.hips.items()
             }
             try:

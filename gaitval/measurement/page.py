@@ -159,9 +159,7 @@ def hip_curves(found: Import, bands: Bands) -> dict[str, tuple[str, Array, Array
         if moment is None or half is None:
             continue
         title = "functional" if chosen == "functional" else HIP_TITLES[chosen]
-        if found.request.joint_centres == "given":
-            title = found.given[0].source if found.given else "given"
-        curves[f"chosen_{side}"] = (title, np.asarray(moment.mean), half)
+        curves[f"chosen_{side}"] = (found.given_hips or title, np.asarray(moment.mean), half)
         for other, moved in bands.by_hip.items():
             more = moved.get(f"moment_{name}")
             if more is not None:

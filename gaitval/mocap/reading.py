@@ -69,14 +69,13 @@ def read_recording(
     """
     path = Path(path)
     if path.suffix.lower() == ".c3d":
-        recording = read_c3d(path, plates=plates)
+        recording = without_fill_values(_each_once(read_c3d(path, plates=plates)))
     else:
         from gaitval.mocap.formats import read_other
 
-        recording = read_other(path)
+        recording = without_fill_values(_each_once(read_other(path)))
         centres = centre_points(recording.names, recording.markers)
         recording = replace(recording, centres=centres)
-    recording = without_fill_values(_each_once(recording))
     _check_markers(recording)
     if forces is not None:
         from gaitval.mocap.formats import with_forces

@@ -178,11 +178,19 @@ class Recording(Displayed):
         samples = round(self.force_rate / self.marker_rate)
         of_forces = slice(first * samples, end * samples)
         return replace(
-            self,
-            markers=self.markers[first:end],
-            start=float(self.time[first]),
+            self.frames(first, end),
             plates=tuple(plate.during(of_forces) for plate in self.plates),
             events=tuple(each for each in self.events if window[0] <= each.time <= window[1]),
+        )
+
+    def frames(self, first: int, end: int) -> "Recording":
+        """With the frames of the markers from `first` to before `end` alone; plates and events as
+        they are.
+        """
+        return replace(
+            self,
+            markers=self.markers[first:end],
+            start=self.start + first / self.marker_rate,
             devices=tuple(replace(d, torque=d.torque[first:end]) for d in self.devices),
             centres={
                 name: replace(each, places=each.places[first:end])

@@ -109,17 +109,16 @@ def with_plates(
     kept = min(frames - skipped, (samples - offset) // per_frame)
     window = slice(offset, offset + kept * per_frame)
     cut = tuple(plate.during(window) for plate in plates)
-    shown = recording.markers[skipped : skipped + kept]
+    both = recording.frames(skipped, skipped + kept)
+    shown = both.markers
     middle = np.repeat(_middle(shown), per_frame, axis=0)
     placed = [
         plate_or_fault(each.name, len(each.force), partial(_placed, each, path, shown, middle))
         for each in cut
     ]
     return replace(
-        recording,
+        both,
         source=f"{recording.source}, {path}",
-        markers=shown,
-        start=begin,
         plates=tuple(placed),
         force_rate=rate,
     )

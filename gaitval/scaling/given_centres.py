@@ -32,7 +32,8 @@ BODIES: Final = {
 }
 """What OpenSim's models call the bones."""
 LARGEST_RESIDUAL: Final = 0.030
-"""m, RMS over the markers of a segment, from which a model is another person's or not scaled."""
+"""m, RMS over the markers of a segment, from which a model is another person's or not scaled, and
+the markers beside points are exchanged or were moved."""
 LEAST_WIDTH: Final = 0.010
 """m, RMS distance of markers from the line along them, below which they do not show a turn."""
 

@@ -8,7 +8,8 @@ moment about it by the cross product of the joint's force and d.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from pathlib import Path
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -36,6 +37,10 @@ from gaitval.session.standing import standing_places
 from gaitval.session.trial import WalkingTrial
 
 CHECK: Final = "joint centres"
+MOVED_RESIDUAL: Final = 0.005
+"""m, RMS over the markers of a segment, from which a model's markers were not moved to this
+standing trial: 0.3 mm where OpenSim's scaling moved them (OpenCap's Subject4, Gait2354), 8 to 22 mm
+where it scaled alone (Gait2354)."""
 LARGEST_CHANGE: Final = 0.10
 """Nm/kg, RMS over stance, from which a reader is warned: moments of one person by two laboratories
 differ by as much, and the goal of a comparison is not more."""
@@ -109,29 +114,40 @@ class CentreDifference:
         }
 
 
+class GivenInStanding(NamedTuple):
+    """Given joint centres in the standing trial, and what makes a model's doubtful."""
+
+    centres: tuple[LaidCentre, ...] = ()
+    flags: tuple[QualityFlag, ...] = ()
+
+
 def given_centres(
     request: Request, session: SessionRecordings, notify: Notify = silent
-) -> tuple[LaidCentre, ...]:
+) -> GivenInStanding:
     """The joint centres that come with the recordings of `session`, in its standing trial: of the
     model of `request`, else of points in the files; none without either.
 
-    `notify` is called with those that cannot be laid there, or why a model is not compared. Where
-    `request` asks for the centres, raises ModelError if the model cannot be read; ScalingError if
-    it is another person's, or there are none.
+    `notify` is called with those that cannot be laid there; a flag says why a model is not
+    compared. Where `request` asks for the centres, raises ModelError if the model cannot be read;
+    ScalingError if it is another person's, or there are none.
     """
     given: Sequence[GivenCentre] = session.points
+    flags: tuple[QualityFlag, ...] = ()
     try:
         if request.scaled_model is not None:
             file = request.scaled_model
             given = of_model(read_model(file), file.name, session.marker_set.renamed)
         found, refused = laid(given, standing_places(session.standing))
         if request.scaled_model is not None:
-            _check_model(request, found, refused)
+            flags = _of_model(request.scaled_model, found, refused)
+        else:
+            found, refused = _near_points(found, refused)
     except (ModelError, RecordError, ScalingError) as error:
         if request.joint_centres == "given":
             raise
-        notify("warnings", f"--scaled-model, whose joint centres are not compared: {error}")
-        return ()
+        what = f"its joint centres are not compared: {error}".removesuffix(".")
+        flag = QualityFlag(CHECK, "--scaled-model", float("nan"), 0.0, "", what)
+        return GivenInStanding(flags=(flag,))
     for message in refused:
         notify("scaling", f"not laid on the standing trial: {message}")
     if request.joint_centres == "given" and not found:
@@ -140,24 +156,55 @@ def given_centres(
             f"--joint-centres given: no joint centres came with the recording: {why}. Give the "
             "person's model with --scaled-model, or leave --joint-centres out."
         )
-    return tuple(found)
+    return GivenInStanding(tuple(found), flags)
 
 
-def _check_model(request: Request, found: Sequence[LaidCentre], refused: Sequence[str]) -> None:
+def _of_model(
+    file: Path, found: Sequence[LaidCentre], refused: Sequence[str]
+) -> tuple[QualityFlag, ...]:
+    """What makes the centres of the model in a `file` doubtful. Raises ScalingError if it is
+    another person's.
+    """
     if not found:
         raise ScalingError(
-            f"{request.scaled_model}: its markers are not those of the standing trial. "
+            f"{file}: its markers are not those of the standing trial. "
             f"{'; '.join(refused[:2])}. Give the model that was scaled to these markers, with its "
             "marker set in it."
         )
     worst = max(found, key=lambda each: each.residual)
+    off = f"its markers above the {worst.title} are {1000 * worst.residual:.0f} mm off"
     if worst.residual > LARGEST_RESIDUAL:
         raise ScalingError(
-            f"{request.scaled_model}: not this person's model, or not scaled: laid on the standing "
-            f"trial, its markers above the {worst.title} are {1000 * worst.residual:.0f} mm off "
+            f"{file}: not this person's model, or not scaled: laid on the standing trial, {off} "
             f"(RMS; a scaled model's are less than {1000 * LARGEST_RESIDUAL:.0f} mm). Give the "
             "model that OpenSim's scaling wrote for this person."
         )
+    if worst.residual <= MOVED_RESIDUAL:
+        return ()
+    return (
+        QualityFlag(
+            CHECK, "--scaled-model", worst.residual, MOVED_RESIDUAL, "m",
+            f"{file.name}: laid on the standing trial, {off} (RMS). OpenSim's scaling moves a "
+            "model's markers to those of its standing trial, so this one was scaled without that, "
+            "by another trial, or for another person; its joint centres are as unsure",
+        ),
+    )  # fmt: skip
+
+
+def _near_points(
+    found: Sequence[LaidCentre], refused: Sequence[str]
+) -> tuple[list[LaidCentre], list[str]]:
+    """The centres of points whose markers are as far from each other as in standing, and why others
+    are not taken: in the walk that has the points, markers are exchanged, or put elsewhere.
+    """
+    odd = [
+        f"{each.title} of {each.source}: beside it, the markers of the segment above are "
+        f"{1000 * each.residual:.0f} mm (RMS) from where they are in standing, more than "
+        f"{1000 * LARGEST_RESIDUAL:.0f} mm: they are exchanged, or were moved between the trials"
+        for each in found
+        if each.residual > LARGEST_RESIDUAL
+    ]
+    return [each for each in found if each.residual <= LARGEST_RESIDUAL], [*refused, *odd]
 
 
 def beside_given(

@@ -53,9 +53,18 @@ def _files(given: object) -> object:
 
 def _pairs(given: object) -> object:
     """Pairs of names, also as text, "2=right"; the second in capitals or not."""
-    listed: Any = (given,) if isinstance(given, str) else given
-    pairs = [each.split("=", 1) if isinstance(each, str) else each for each in listed]
-    return tuple((each[0], each[1].lower()) if len(each) == 2 else tuple(each) for each in pairs)
+    listed = (given,) if isinstance(given, str) else given
+    return tuple(map(_pair, listed)) if isinstance(listed, list | tuple) else given
+
+
+def _pair(given: object) -> object:
+    parts = given.split("=", 1) if isinstance(given, str) else given
+    match parts:
+        case [name, str(other)]:
+            return name, other.lower()
+        case [*others]:
+            return tuple(others)
+    return given
 
 
 def _width(given: object) -> object:

@@ -78,7 +78,7 @@ HIP_LENGTHS: Final = ("hip_half_width", "hip_forward", "hip_up")
 """Lengths of the joint fit that say where the hips are in the pelvis."""
 GIVEN_SD: Final = 0.0001
 """m, of the place of a given joint centre in the joint."""
-GIVEN_WEIGHT: Final = 20.0
+FITTED_WEIGHT: Final = 20.0
 """Of a given joint centre in the joint fit, beside a marker. Without it the fit moves the markers,
 and with them the centre, by 10 mm or more."""
 TISSUE_OVER_RESIDUAL: Final = 2.5
@@ -129,7 +129,9 @@ def scale_body(
             )
         )  # fmt: skip
         notify("warnings", str(odd[-1]))
-    for remark in knee_axis_remarks(fit, session.marker_set.landmarks):
+    # From the centre of somebody's model no convention takes a line to the marker.
+    of_model = request.joint_centres == "given" and request.scaled_model is not None
+    for remark in () if of_model else knee_axis_remarks(fit, session.marker_set.landmarks):
         notify("scaling", remark)
     chosen = _with_lengths_of(fit, stood.measured)
     factors, paired = _by_pairs(request, session, stood.places)
@@ -226,7 +228,7 @@ def _fit_to_trials(
 
         # A marker in each joint, which goes with those of the segment above.
         markers += tuple(
-            ModelMarker(name, segment_below(name), np.zeros(3), GIVEN_WEIGHT) for name in centres
+            ModelMarker(name, segment_below(name), np.zeros(3), FITTED_WEIGHT) for name in centres
         )
         there = np.tile(np.array([*centres.values()]), (len(stood), 1, 1))
         stood = np.concatenate([stood, there], axis=1)

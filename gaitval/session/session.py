@@ -95,6 +95,11 @@ class Import:
     measurement: "SessionMeasurement | None" = None
 
     @property
+    def given_hips(self) -> str:
+        """Whose hip centres the body was given, of those that came with the recording; else ""."""
+        return next((row.source for row in self.given if row.used and row.joint == "hip"), "")
+
+    @property
     def warnings(self) -> tuple[tuple[str, QualityFlag], ...]:
         """All warnings, each with its trial; what several trials show alike is one."""
         of_trials = ((walk.name, warning) for walk in self.trials for warning in walk.warnings)
@@ -269,7 +274,11 @@ def _scaled(
     if session.points or request.scaled_model or request.joint_centres == "given":
         from gaitval.session.given_centres import given_centres
 
-        laid = given_centres(request, session, noted)
+        laid, doubts = given_centres(request, session, noted)
+        for doubt in doubts:
+            noted("warnings", str(doubt))
+        of_model = [("all trials", doubt) for doubt in doubts]
+        session = known.session = replace(session, warnings=(*session.warnings, *of_model))
     if request.joint_centres == "given":
         centres, source = {each.name: each.place for each in laid}, f"of {laid[0].source}"
         noted("scaling", f"joint centres {source}: {', '.join(each.title for each in laid)}")

@@ -185,6 +185,29 @@ def test_what_cannot_be_compared_is_refused(changes, seen, remedy):
         assert each in str(refused.value)
 
 
+def test_moments_about_other_joint_centres_are_no_change_of_the_walk():
+    from gaitval.apps.changes.visits import other_centres
+
+    def centres(*given, hips=None):
+        sources = {} if hips is None else {"sources": {"hips": hips}}
+        rows = [
+            {"side": "right", "joint": joint, "source": source, "used": used}
+            for joint, source, used in given
+        ]
+        return other_centres({"functional": [], "given_centres": rows, "measurements": sources})
+
+    model = centres(("knee", "first.osim", True))
+    assert model == centres(("knee", "second.osim", True))
+    assert model != centres(("knee", "Plug-in Gait", True))
+    assert centres(("knee", "first.osim", False)) == {}
+    assert centres(hips="markers, hip after Bell") != {}
+    assert other_centres({"functional": [], "measurements": {}}) == {}
+    usual = {"marker_cutoff_hz": 8.0}
+    after = visit(2, processing=usual | model)
+    with pytest.raises(ConfigurationError, match=r"right knee: by landmarks and of a scaled model"):
+        change_between(visit(1), after)
+
+
 def test_another_name_is_another_person_unless_one_says_so():
     before, after = visit(1, person="Ann"), visit(2, person="Bea")
     with pytest.raises(ConfigurationError, match="Ann and Bea"):

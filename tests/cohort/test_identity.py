@@ -57,6 +57,21 @@ def test_the_files_of_a_recording_count_and_not_their_place(tmp_path):
     assert of_files(tmp_path / "c", "running") != first
 
 
+@pytest.mark.parametrize("option", ["scaled_model.osim", "marker_set.toml"])
+def test_a_file_that_says_how_to_read_the_others_counts_and_not_its_place(tmp_path, option):
+    (tmp_path / "w.c3d").write_text("walking")
+
+    def of_file(folder, text):
+        folder.mkdir()
+        (folder / option).write_text(text)
+        given = {option.partition(".")[0]: str(folder / option)}
+        return of(recording={"trials": [str(tmp_path / "w.c3d")], "sex": "F", **given})
+
+    first = of_file(tmp_path / "a", "one")
+    assert of_file(tmp_path / "b", "one") == first
+    assert of_file(tmp_path / "c", "another") != first
+
+
 def test_seeds_are_of_one_record_with_the_same_settings(tmp_path):
     """So are those of a recording, whose subject has the name of the study."""
     for name in ("s.c3d", "w.c3d"):

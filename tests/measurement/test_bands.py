@@ -98,9 +98,9 @@ def test_an_angle_that_is_not_shown_is_no_further_off_than_its_range_is_wide():
 def test_bands_are_in_the_table_of_curves(found):
     table = _curve_table(found, {})
     assert isinstance(table, pd.DataFrame)
-    half = np.degrees(table["angle_knee_angle_r_band90"])
+    half = np.degrees(table["angle_knee_angle_r_band90_rad"])
     assert 1.0 < half.median() < 6.0
-    assert "moment_ankle_angle_l_band90" in table
+    assert "moment_ankle_angle_l_band90_nm_kg" in table
 
 
 def test_the_subject_keeps_the_width_of_each_band(found, tmp_path):

@@ -1,5 +1,6 @@
 """Joint centres of an OpenSim model and of points in a file, laid on a standing person."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,8 @@ from gaitval.errors import ScalingError
 from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.centre_points import centre_points
 from gaitval.mocap.reading import read_recording
-from gaitval.mocap.recording import Recording
+from gaitval.mocap.recording import Plate, Recording
+from gaitval.mocap.separate_forces import with_plates
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
@@ -178,6 +180,30 @@ def test_points_are_cut_with_the_part_that_counts(tmp_path):
     _, _, recording = plug_in_gait_file(tmp_path, "trc")
     part = recording.between((0.02, 0.05), "--trial-time")
     assert {len(each.places) for each in part.centres.values()} == {len(part.markers)}
+
+
+def test_points_are_cut_with_the_markers_where_forces_begin_later(tmp_path):
+    _, _, recording = plug_in_gait_file(tmp_path, "trc", frames=30)
+    still = np.zeros((28, 3))
+    unloaded = Plate("P", np.full((4, 3), np.nan), still, np.full((28, 3), np.nan), still)
+    both = with_plates(recording, tmp_path / "f.mot", (unloaded,), rate=100.0, start=0.01)
+    np.testing.assert_array_equal(both.markers, recording.markers[1:29])
+    assert both.start == pytest.approx(0.01)
+    for name, each in both.centres.items():
+        np.testing.assert_array_equal(each.places, recording.centres[name].places[1:29])
+
+
+def test_a_number_that_a_program_writes_for_a_gap_is_no_place_of_a_joint(tmp_path):
+    """Beside most frames of 9999 the median would be there."""
+    _, _, recording = plug_in_gait_file(tmp_path, "trc")
+    filled = recording.markers.copy()
+    filled[2:, recording.names.index("RFEP")] = 9.999
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        write_trc(tmp_path / "filled.trc", recording.with_markers(recording.names, filled))
+        found = read_recording(tmp_path / "filled.trc").centres["R.Hip.Centre"].places
+    assert np.isnan(found[2:]).all()
+    np.testing.assert_allclose(found[:2], recording.centres["R.Hip.Centre"].places[:2], atol=1e-5)
 
 
 def test_names_of_points():

@@ -11,10 +11,17 @@ from gaitval.errors import NoCycleError, RecordError, ScalingError
 from gaitval.importing.results import GivenCentreResult
 from gaitval.model.markers import ModelMarker
 from gaitval.opensim.osim import write_osim
+from gaitval.scaling.given_centres import GivenCentre
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval.session.given_centres import CHECK, CentreDifference, given_warnings
+from gaitval.session.given_centres import (
+    CHECK,
+    CentreDifference,
+    given_centres,
+    given_warnings,
+)
 from gaitval.session.read import read_session
 from gaitval.session.session import work_out_trials
+from gaitval.session.standing import standing_places
 
 PROCESSING = ProcessingSettings()
 SET = load_marker_set("wbds")
@@ -27,14 +34,14 @@ MOVED = {
 """m in the segment above: hips 30 mm behind, 10 mm outwards and 5 mm up, knees 10 mm behind."""
 
 
-def session_with_model(folder, *, larger=1.0):
-    """A session, and the person's model with other joints, `larger` by a factor."""
+def session_with_model(folder, *, larger=1.0, moved=MOVED):
+    """A session, and the person's model with `moved` joints, `larger` by a factor."""
     session = made_up_session(folder, noise=0.0, **SHORT)
     _, local = session.person.markers(SET)
     body = replace(
         session.person.model,
         segments=tuple(
-            replace(s, joint_position=s.joint_position + np.array(MOVED.get(s.name, (0, 0, 0))))
+            replace(s, joint_position=s.joint_position + np.array(moved.get(s.name, (0, 0, 0))))
             for s in session.person.model.segments
         ),
     )
@@ -82,6 +89,15 @@ def test_the_model_s_joints_are_ours_if_asked_for(imports):
     assert used.body.chosen.sources["hips"] == "markers, hip of own.osim"
 
 
+def test_the_line_from_a_model_s_knee_to_the_marker_is_no_convention_s(tmp_path):
+    """A knee that is 30 mm behind is 30 degrees off the line to its marker: nobody takes that."""
+    request = session_with_model(tmp_path, moved={"shank_r": (-0.03, 0.0, 0.0)})
+    said = []
+    used = request.model_copy(update={"joint_centres": "given"})
+    work_out_trials(used, PROCESSING, lambda _, text: said.append(text))
+    assert not [text for text in said if "conventions that take this line" in text]
+
+
 def test_the_moments_differ_by_what_was_said(imports):
     """Of hips and knees: the moment about the moved joint less that about ours, RMS over stance."""
     shown, used = imports
@@ -113,15 +129,58 @@ def test_another_person_s_model_is_told_and_refused_where_it_is_to_be_used(tmp_p
     said = []
     found = work_out_trials(request, PROCESSING, lambda step, text: said.append((step, text)))
     assert found.given == ()
+    (warning,) = [warning for _, warning in found.warnings if warning.check == CHECK]
+    assert "not compared" in str(warning)
     assert any(step == "warnings" and "not this person's model" in text for step, text in said)
     with pytest.raises(ScalingError, match="not this person's model"):
         work_out_trials(request.model_copy(update={"joint_centres": "given"}), PROCESSING)
+
+
+def test_a_model_whose_markers_were_not_moved_to_the_standing_trial_is_told(tmp_path, imports):
+    assert not [text for _, text in imports[1].decisions if "another trial" in text]
+    request = session_with_model(tmp_path, larger=1.1)
+    found = given_centres(request, read_session(request, PROCESSING))
+    assert len(found.centres) == 6
+    (flag,) = found.flags
+    assert "by another trial, or for another person" in str(flag)
 
 
 def test_centres_that_nobody_gave_are_refused(tmp_path):
     request = made_up_session(tmp_path, noise=0.0, **SHORT).request
     with pytest.raises(ScalingError, match="no joint centres came with the recording"):
         work_out_trials(request.model_copy(update={"joint_centres": "given"}), PROCESSING)
+
+
+def test_points_beside_exchanged_markers_are_not_taken(tmp_path):
+    """The walk that has the points shows other places of the markers than the standing trial."""
+    request = made_up_session(tmp_path, noise=0.0, **SHORT).request
+    session = read_session(request, PROCESSING)
+    standing = standing_places(session.standing)
+    names = [name for name, segment in SET.segments.items() if segment == "pelvis"]
+    there = {name: standing[name][None] for name in names if name in standing}
+    first, second, *_ = there
+    wrong = {**there, first: there[second], second: there[first]}
+    centre = standing[first][None]
+    said = list[str]()
+    for markers, count in ((there, 1), (wrong, 0)):
+        point = GivenCentre("R.Hip.Centre", "Nexus", markers, centre, one_frame=True)
+        said.clear()
+        found = given_centres(
+            request, replace(session, points=(point,)), lambda _, text: said.append(text)
+        )
+        assert len(found.centres) == count
+        assert any("exchanged, or were moved" in text for text in said) == (count == 0)
+    used = request.model_copy(update={"joint_centres": "given"})
+    with pytest.raises(ScalingError, match="exchanged, or were moved"):
+        given_centres(used, replace(session, points=(point,)))
+
+
+def test_knees_that_are_given_leave_the_hips_by_regression(imports):
+    _, used = imports
+    assert used.given_hips == "own.osim"
+    assert imports[0].given_hips == ""
+    knees = tuple(row for row in used.given if row.joint == "knee")
+    assert replace(used, given=knees).given_hips == ""
 
 
 def test_two_places_of_the_hips_are_refused(tmp_path):

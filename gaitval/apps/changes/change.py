@@ -221,7 +221,7 @@ def _check_conventions(before: Visit, after: Visit) -> None:
         return
     first, second = before.processing, after.processing
     other = {
-        name: (first.get(name, "by regression"), second.get(name, "by regression"))
+        name: (first.get(name, "by landmarks"), second.get(name, "by landmarks"))
         for name in sorted({*first, *second})
         if first.get(name) != second.get(name)
     }
@@ -230,7 +230,7 @@ def _check_conventions(before: Visit, after: Visit) -> None:
         raise ConfigurationError(
             f"{before.words()} and {after.words()} are of different conventions ({listed}), which "
             "changes curves although nobody walks otherwise. Import one of them again with the "
-            "settings of the other (--set, --functional)."
+            "settings of the other (--set, --functional, --hip-centre, --joint-centres)."
         )
 
 

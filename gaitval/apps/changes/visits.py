@@ -156,15 +156,28 @@ def _of_import(folder: Path) -> Visit:
         at_once=record.get("bands_at_once"),
         parameters=_parameters(record),
         static=next((f["sha256"] for f in record["inputs"] if f["role"] == "static"), ""),
-        processing=record["processing"]
-        | {
-            f"{each['side']} {each['joint']}": "of a range-of-motion trial"
-            for each in record["functional"]
-            if not each["refused"]
-        },
+        processing=record["processing"] | other_centres(record),
         marker_set=record["marker_set"],
         files={name: file_hash(path) for name, path in files.items() if path.is_file()},
     )
+
+
+def other_centres(record: Mapping[str, Any]) -> dict[str, str]:
+    """Where joint centres come from that are not by landmarks and the usual regression, by joint.
+    A scaled model has another name at each visit, so its name does not count.
+    """
+    found = {
+        f"{each['side']} {each['joint']}": "of a range-of-motion trial"
+        for each in record["functional"]
+        if not each["refused"]
+    }
+    for each in record.get("given_centres", ()):  # older imports have none
+        if each["used"]:
+            model = each["source"].lower().endswith(".osim")
+            whose = "of a scaled model" if model else f"of {each['source']}"
+            found[f"{each['side']} {each['joint']}"] = whose
+    hips = record["measurements"].get("sources", {}).get("hips")
+    return found if hips is None or any("hip" in name for name in found) else {"hips": hips} | found
 
 
 def _person(subject: Subject | None) -> str:

@@ -16,7 +16,7 @@ from gaitval.artefacts import file_hash, value_hash
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.model.devices.device import tables_of
-from gaitval.session.request import FILES
+from gaitval.session.request import FILES, ImportOptions
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer
@@ -80,6 +80,9 @@ def record_parts(study: Study) -> Json:
         files = [given.get("static"), *(file for key in FILES for file in given.get(key, ()))]
         hashes = [_hash_of(Path(file)) for file in files if file is not None]
         options = {key: each for key, each in given.items() if key not in ("static", *FILES)}
+        # in their own place, for they change what is made of the others
+        others = [key for key, each in options.items() if _is_file(key, each)]
+        options |= {key: _hash_of(Path(options[key])) for key in others}
         return {"files": hashes, "name": study.name, **options}
     if study.virtual is not None:
         around, _ = _known(study.virtual.around)
@@ -87,6 +90,12 @@ def record_parts(study: Study) -> Json:
     assert study.subject is not None
     subject, devices = _known(study.subject, study.trial)
     return {"subject": subject} | ({"devices": identity_of(devices)} if devices else {})
+
+
+def _is_file(key: str, given: object) -> bool:
+    """Whether an option of a recording is the path of one file."""
+    own_set = key == "marker_set" and str(given).lower().endswith(".toml")
+    return own_set or ImportOptions.model_fields[key].annotation == Path | None
 
 
 def record_hash(study: Study) -> str:
