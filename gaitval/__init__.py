@@ -9,7 +9,7 @@ from importlib import import_module
 
 from gaitval.current_folder import ignore as _ignore_current_folder
 
-__version__ = "0.9.0"
+__version__ = "0.10.0"
 
 _HOMES = {
     "against_healthy": "changes",
