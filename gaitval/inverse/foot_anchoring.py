@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
-from gaitval.coordinates import COORDINATES, RANGES
+from gaitval.coordinates import COORDINATES, MEASURED_RANGES
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
@@ -74,7 +74,7 @@ def anchored(
     kinematics: InverseKinematics,
     *,
     rate: float,
-    ranges: Mapping[str, tuple[float, float]] = RANGES,
+    ranges: Mapping[str, tuple[float, float]] = MEASURED_RANGES,
 ) -> AnchoredFeet:
     """Repeat inverse kinematics, which gave `kinematics` at `rate` Hz, with the feet anchored while
     they rest; `model`, `markers`, `measured` and `ranges` are as for `inverse_kinematics`.

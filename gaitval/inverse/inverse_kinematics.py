@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
-from gaitval.coordinates import COORDINATES, LEG, RANGES, ROOT
+from gaitval.coordinates import COORDINATES, LEG, MEASURED_RANGES, ROOT
 from gaitval.display import Saved
 from gaitval.errors import RecordError
 from gaitval.inverse.marked_body import MarkerTrial, bounds, fixed_pose, marker_trial, place
@@ -148,7 +148,7 @@ def inverse_kinematics(
     measured: Array,
     *,
     fixed: Mapping[str, float] | None = None,
-    ranges: Mapping[str, tuple[float, float]] = RANGES,
+    ranges: Mapping[str, tuple[float, float]] = MEASURED_RANGES,
 ) -> InverseKinematics:
     """Poses of the model that best fit measured markers, frame by frame.
 

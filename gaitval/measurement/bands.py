@@ -15,7 +15,7 @@ from scipy.special import ndtr
 
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.coordinates import COORDINATES, RANGES, SIDES, Side
+from gaitval.coordinates import COORDINATES, MEASURED_RANGES, SIDES, Side
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycles import GaitCycle, normalise
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -263,7 +263,7 @@ def _summed(
 
 def _widest(name: str) -> float:
     """The whole range of a coordinate, rad, of an angle by the `name` of its curve."""
-    low, high = RANGES.get(name.removeprefix("angle_"), (-np.inf, np.inf))
+    low, high = MEASURED_RANGES.get(name.removeprefix("angle_"), (-np.inf, np.inf))
     return float(high - low)
 
 

@@ -32,7 +32,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.configuration import ContactSettings
 from gaitval.contact.law import contact_law
-from gaitval.coordinates import ACTUATED, AXES, RANGES, Side
+from gaitval.coordinates import ACTUATED, AXES, MEASURED_RANGES, Side
 from gaitval.errors import ModelError
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
@@ -311,7 +311,9 @@ def _joints(joints: Element, model: BodyModel, locked: Mapping[str, float]) -> N
                 for coordinate in JOINT_COORDINATES[segment.name]
             }
             for coordinate in axes:
-                _coordinate(coordinates, coordinate, RANGES[coordinate], locked.get(coordinate))
+                _coordinate(
+                    coordinates, coordinate, MEASURED_RANGES[coordinate], locked.get(coordinate)
+                )
             _transform(joint, axes, ())
 
 

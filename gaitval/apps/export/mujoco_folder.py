@@ -12,7 +12,7 @@ from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, write_json, write_text
 from gaitval.contact import cubic, hunt_crossley
-from gaitval.coordinates import ACTUATED, RANGES
+from gaitval.coordinates import ACTUATED, MEASURED_RANGES
 from gaitval.errors import PolicyError
 from gaitval.metrics.walk_muscles import lost_joints
 from gaitval.model.body import PARENTS, BodyModel
@@ -131,7 +131,7 @@ def _joints(root: ElementTree.Element, stiffness: Array, damping: Array) -> None
         joint.set("stiffness", repr(float(stiffness[place])))
         joint.set("damping", repr(float(damping[place])))
         # To be seen in viewers; a walk stays within, and a limit would be a force of its own.
-        joint.set("range", " ".join(map(repr, map(float, RANGES[name]))))
+        joint.set("range", " ".join(map(repr, map(float, MEASURED_RANGES[name]))))
         joint.set("limited", "false")
 
 
