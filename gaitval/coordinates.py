@@ -112,14 +112,7 @@ RANGES: Final[dict[str, tuple[float, float]]] = {
 }
 """Lowest and highest value of each actuated coordinate, rad: ranges of motion of healthy adults
 (AAOS 1965; Soucie et al. 2011, Haemophilia 17:500), with 5 and 10 degrees of hyperextension allowed
-at the knee and elbow. They are the walker's; a person's are `MEASURED_RANGES`."""
-
-MEASURED_RANGES: Final[dict[str, tuple[float, float]]] = RANGES | {
-    name: (-0.44, RANGES[name][1]) for name in ("knee_angle_r", "knee_angle_l")
-}
-"""Ranges within which markers are followed, rad: a knee may hyperextend by 25 degrees. Hypermobile
-people's do by more than 10 (Beighton et al. 1973, Ann Rheum Dis 32:413), and those of a child of
-McGill by 15 in standing; the rest is for paresis and for landmarks, which move the zero."""
+at the knee and elbow."""
 
 
 def mirrored(name: str) -> str:

@@ -13,12 +13,13 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
-from gaitval.coordinates import COORDINATES, MEASURED_RANGES
+from gaitval.coordinates import COORDINATES
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 
 RESTING_SPEED: Final = 0.10
 """m/s relative to the floor, below which a marker is at rest: 3 mm of noise leave about 0.02 m/s

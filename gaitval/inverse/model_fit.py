@@ -31,7 +31,7 @@ from scipy.spatial.transform import Rotation
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from gaitval.arrays import Array, Flags, Index
-from gaitval.coordinates import COORDINATES, MEASURED_RANGES
+from gaitval.coordinates import COORDINATES
 from gaitval.errors import ScalingError
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import bounds
@@ -53,6 +53,7 @@ from gaitval.inverse.segment_lengths import (
 )
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.model.tree import tree_arrays
 
 ANATOMICAL_SD: Final = 0.005

@@ -32,10 +32,11 @@ from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.configuration import ContactSettings
 from gaitval.contact.law import contact_law
-from gaitval.coordinates import ACTUATED, AXES, MEASURED_RANGES, Side
+from gaitval.coordinates import ACTUATED, AXES, Side
 from gaitval.errors import ModelError
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.opensim.coordinates import (
     PELVIS_ANGLES,
     PELVIS_TRANSLATIONS,

@@ -11,8 +11,9 @@ from simulation_fixtures import mujoco_mass_matrix
 from gaitval.apps.export.biomod import FILES, _with_root_angles, coordinate_names, write_biomod
 from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import ExportedWalk
-from gaitval.coordinates import ACTUATED, MEASURED_RANGES
+from gaitval.coordinates import ACTUATED
 from gaitval.inverse.marked_body import marker_positions
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.simulation.mujoco_body import MujocoBody
 
 biorbd = pytest.importorskip("biorbd", reason="biorbd has no build for this Python")

@@ -21,10 +21,11 @@ from gaitval.apps.export.c3d_file import CAMERA_STEPS, write_c3d_file
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, MEASURED_RANGES, RANGES
+from gaitval.coordinates import ACTUATED, RANGES
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.body import PARENTS, SEGMENTS
 from gaitval.model.ground import Ground
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.model.tree import segment_frames
 from gaitval.model.urdf import write_urdf
 from gaitval.opensim.coordinates import TO_OPENSIM

@@ -16,12 +16,13 @@ from gaitval.apps.export import walk as plain
 from gaitval.apps.export.mujoco_folder import FILES, write_mujoco
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, MEASURED_RANGES
+from gaitval.coordinates import ACTUATED
 from gaitval.errors import PolicyError
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import rms, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.results import read_metrics
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.simulation.rollout import Rollout
 

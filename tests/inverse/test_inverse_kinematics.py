@@ -9,12 +9,13 @@ from marked_walk import LEG_SEGMENTS, RATE, moving_walk, spread_markers
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from gaitval.coordinates import ACTUATED, COORDINATES, MEASURED_RANGES, RANGES
+from gaitval.coordinates import ACTUATED, COORDINATES, RANGES
 from gaitval.errors import ModelError, RecordError
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
 from gaitval.inverse.marked_body import bounds, marker_positions
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.model.urdf import write_urdf
 
 FREE = {name: (-4.0, 4.0) for name in ACTUATED}

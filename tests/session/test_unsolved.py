@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from gaitval.coordinates import COORDINATES, MEASURED_RANGES
+from gaitval.coordinates import COORDINATES
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.session.trial import held_angles, unsolved
 
 

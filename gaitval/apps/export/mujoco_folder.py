@@ -12,10 +12,11 @@ from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, write_json, write_text
 from gaitval.contact import cubic, hunt_crossley
-from gaitval.coordinates import ACTUATED, MEASURED_RANGES
+from gaitval.coordinates import ACTUATED
 from gaitval.errors import PolicyError
 from gaitval.metrics.walk_muscles import lost_joints
 from gaitval.model.body import PARENTS, BodyModel
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS
 from gaitval.policy.storage import save_policy
 from gaitval.reference.motion import END_EFFECTORS
