@@ -13,12 +13,13 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
-from gaitval.coordinates import COORDINATES, RANGES
+from gaitval.coordinates import COORDINATES
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 
 RESTING_SPEED: Final = 0.10
 """m/s relative to the floor, below which a marker is at rest: 3 mm of noise leave about 0.02 m/s
@@ -74,7 +75,7 @@ def anchored(
     kinematics: InverseKinematics,
     *,
     rate: float,
-    ranges: Mapping[str, tuple[float, float]] = RANGES,
+    ranges: Mapping[str, tuple[float, float]] = MEASURED_RANGES,
 ) -> AnchoredFeet:
     """Repeat inverse kinematics, which gave `kinematics` at `rate` Hz, with the feet anchored while
     they rest; `model`, `markers`, `measured` and `ranges` are as for `inverse_kinematics`.

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
-from gaitval.coordinates import COORDINATES, LEG, RANGES, ROOT
+from gaitval.coordinates import COORDINATES, LEG, ROOT
 from gaitval.display import Saved
 from gaitval.errors import RecordError
 from gaitval.inverse.marked_body import MarkerTrial, bounds, fixed_pose, marker_trial, place
@@ -24,6 +24,7 @@ from gaitval.inverse.marker_derivatives import evaluate, independent_coordinates
 from gaitval.inverse.pose_solver import solve_frame, solve_from_all_sides, solve_trial
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.model.tree import ROOT_DOFS
 
 if TYPE_CHECKING:
@@ -148,7 +149,7 @@ def inverse_kinematics(
     measured: Array,
     *,
     fixed: Mapping[str, float] | None = None,
-    ranges: Mapping[str, tuple[float, float]] = RANGES,
+    ranges: Mapping[str, tuple[float, float]] = MEASURED_RANGES,
 ) -> InverseKinematics:
     """Poses of the model that best fit measured markers, frame by frame.
 

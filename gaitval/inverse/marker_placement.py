@@ -47,9 +47,7 @@ LARGEST_HIP_ANGLE: Final = 10.0
 _UP: Final = np.array([0.0, 0.0, 1.0])
 
 GIVEN_WEIGHT: Final = 100.0
-"""Of a joint centre that is given, beside a landmark. A shank is not turned against the thigh in
-the model, so the foot turns both, and beside a knee's lateral marker of the same weight its centre
-would be 9 mm off (OpenCap's Subject4, whose tibiae are turned outwards by 18 degrees)."""
+"""Of a joint centre that is given, beside a landmark."""
 
 ELBOW_HALF_WIDTH: Final = 0.045
 """m, distance of the marker on the lateral epicondyle of the elbow from the joint centre if the
@@ -88,7 +86,8 @@ class MarkerPlacement:
     ----------
     markers : in the order of the marker set; those not seen in standing are left out.
     standing : (31,) pose in the standing trial, rad and m.
-    distances : m, of each landmark and joint centre from its place in the model.
+    distances : m, of each landmark and joint centre by landmarks from its place in the model, where
+        all weigh alike.
     moved : names of the markers that moved with raised arms: their measured position differs from
         that in the model in the pose `standing`.
     checks : the published limits; none stops the import.
@@ -143,11 +142,12 @@ def place_markers(
             if name[2:] in ("Elbow", "Elbow.Centre", "Wrist.Centre")
         }
     anatomy = _anatomy(model, measured, points)
-    if any(".Hip." not in name for name in centres or ()):  # hips alone are held by the spines
-        own = points | {name: at for name, at in locate(landmarks, **widths).items() if "." in name}
-        _, by_landmarks = _pose(model, _anatomy(model, measured, own), own)
-        anatomy = _around_given(model, anatomy, points, centres or (), by_landmarks)
-    fit, frames = _pose(model, anatomy, points)
+    given = frozenset(centres or ())
+    if all(".Hip." in name for name in given):
+        given = frozenset()  # hips alone are held by the spines
+    own = points | {name: at for name, at in locate(landmarks, **widths).items() if name in given}
+    alike, frames = _pose(model, _anatomy(model, measured, own), own)
+    fit, frames = _pose(model, _about_knees(model, anatomy, points, given, frames), points)
     markers, moved = [], []
     for name, definition in marker_set.markers.items():
         if name not in seen:
@@ -165,7 +165,7 @@ def place_markers(
             position = shoulder + 2 * ACROMION_TO_SHOULDER * abs(shoulder[1]) * _UP
             moved.append(name)
         markers.append(ModelMarker(name, segment, position, definition.weight))
-    distances = dict(zip(fit.names, fit.marker_errors[0].tolist(), strict=True))
+    distances = dict(zip(alike.names, alike.marker_errors[0].tolist(), strict=True))
     return MarkerPlacement(
         markers=tuple(markers),
         standing=fit.positions[0],
@@ -297,30 +297,33 @@ def _anatomy(
     ]
 
 
-def _around_given(
+def _about_knees(
     model: BodyModel,
     anatomy: Sequence[ModelMarker],
     points: Mapping[str, Array],
-    centres: Collection[str],
-    pose: Array,
+    given: Collection[str],
+    frames: Array,
 ) -> list[ModelMarker]:
-    """The `anatomy` where knees and ankles are among the given `centres`: these weigh most, and the
-    knees' axes stay as they are in the `pose` (14, 4, 4) by landmarks alone.
+    """The `anatomy` whose lateral markers of the knees are where `points` show them beside the
+    centre and an axis as in `frames` (14, 4, 4): they hold the axis, and do not pull at the centre.
+    Centres that are `given` weigh most.
+
+    A shank is not turned against its thigh in the model, so a foot that points outwards turns both;
+    beside a lateral marker on the axis the centre is then pulled along (9 mm in OpenCap's Subject4,
+    whose tibiae are turned by 18 degrees).
     """
-    changed = {name: replace(_of(anatomy, name), weight=GIVEN_WEIGHT) for name in centres}
+    changed = {name: replace(_of(anatomy, name), weight=GIVEN_WEIGHT) for name in given}
     for side in "RL":
-        if f"{side}.Knee.Centre" not in centres:
-            continue
-        lateral, centre = points[f"{side}.Knee"], points[f"{side}.Knee.Centre"]
+        name, centre = f"{side}.Knee", points[f"{side}.Knee.Centre"]
         up = points[f"{side}.Hip.Centre"] - centre
         up /= np.linalg.norm(up)
-        left = pose[SEGMENTS.index(f"thigh_{side.lower()}"), :3, 1]
+        left = frames[SEGMENTS.index(f"thigh_{side.lower()}"), :3, 1]
         left = left - (left @ up) * up
         left /= np.linalg.norm(left)
-        away = (lateral - centre) @ np.column_stack([np.cross(left, up), left, up])
+        away = (points[name] - centre) @ np.column_stack([np.cross(left, up), left, up])
         knee = model[f"shank_{side.lower()}"].joint_position
-        name = f"{side}.Knee"
-        changed[name] = replace(_of(anatomy, name), position=knee + away, weight=GIVEN_WEIGHT)
+        weight = GIVEN_WEIGHT if f"{name}.Centre" in given else 1.0
+        changed[name] = replace(_of(anatomy, name), position=knee + away, weight=weight)
     return [changed.get(each.name, each) for each in anatomy]
 
 

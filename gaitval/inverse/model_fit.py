@@ -31,7 +31,7 @@ from scipy.spatial.transform import Rotation
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from gaitval.arrays import Array, Flags, Index
-from gaitval.coordinates import COORDINATES, RANGES
+from gaitval.coordinates import COORDINATES
 from gaitval.errors import ScalingError
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import bounds
@@ -53,6 +53,7 @@ from gaitval.inverse.segment_lengths import (
 )
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.model.tree import tree_arrays
 
 ANATOMICAL_SD: Final = 0.005
@@ -144,7 +145,7 @@ def fit_model(
     *,
     placement_sd: Mapping[str, float] | None = None,
     length_sd: Mapping[str, float] | None = None,
-    ranges: Mapping[str, tuple[float, float]] = RANGES,
+    ranges: Mapping[str, tuple[float, float]] = MEASURED_RANGES,
     soft_tissue_sd: float = SOFT_TISSUE_SD,
 ) -> ModelFit:
     """Fit lengths, marker positions and poses to a standing and a walking trial.

@@ -15,7 +15,7 @@ from scipy.special import ndtr
 
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.coordinates import COORDINATES, RANGES, SIDES, Side
+from gaitval.coordinates import COORDINATES, SIDES, Side
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycles import GaitCycle, normalise
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -41,6 +41,7 @@ from gaitval.measurement.sources import (
 from gaitval.mocap.recording import FootForces
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.model.tree import segment_frames
 from gaitval.scaling.hip_regressions import REGRESSIONS
 from gaitval.scaling.joint_centres import locate, measure
@@ -263,7 +264,7 @@ def _summed(
 
 def _widest(name: str) -> float:
     """The whole range of a coordinate, rad, of an angle by the `name` of its curve."""
-    low, high = RANGES.get(name.removeprefix("angle_"), (-np.inf, np.inf))
+    low, high = MEASURED_RANGES.get(name.removeprefix("angle_"), (-np.inf, np.inf))
     return float(high - low)
 
 

@@ -32,10 +32,11 @@ from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.configuration import ContactSettings
 from gaitval.contact.law import contact_law
-from gaitval.coordinates import ACTUATED, AXES, RANGES, Side
+from gaitval.coordinates import ACTUATED, AXES, Side
 from gaitval.errors import ModelError
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.opensim.coordinates import (
     PELVIS_ANGLES,
     PELVIS_TRANSLATIONS,
@@ -311,7 +312,9 @@ def _joints(joints: Element, model: BodyModel, locked: Mapping[str, float]) -> N
                 for coordinate in JOINT_COORDINATES[segment.name]
             }
             for coordinate in axes:
-                _coordinate(coordinates, coordinate, RANGES[coordinate], locked.get(coordinate))
+                _coordinate(
+                    coordinates, coordinate, MEASURED_RANGES[coordinate], locked.get(coordinate)
+                )
             _transform(joint, axes, ())
 
 

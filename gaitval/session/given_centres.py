@@ -285,7 +285,7 @@ def given_warnings(rows: Sequence[CentreDifference]) -> Iterator[QualityFlag]:
     more = f" (so too {', '.join(others)})" if others else ""
     advice = (
         "The body cannot take it: its legs are alike (--set scaling.symmetric=false keeps each "
-        "side's own), and its knees are hinges that hyperextend by 5° at most"
+        "side's own), and its knees are hinges that hyperextend by 25° at most"
         if worst.used
         else "Beside results of that program use --joint-centres given"
     )

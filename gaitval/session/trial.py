@@ -12,7 +12,7 @@ from gaitval.checks.checks import trial_warnings
 from gaitval.checks.laboratory_checks import floor_slope, level_warnings, odd_rate_warnings
 from gaitval.checks.motion_checks import belt_warnings
 from gaitval.configuration import ProcessingSettings
-from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
+from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side, split_side
 from gaitval.errors import NoCycleError, RecordError
 from gaitval.gait.cycle_checks import without_gaps, without_odd_support
 from gaitval.gait.cycles import GaitCycle, SpatioTemporal, belt_speed, cut_cycles, spatiotemporal
@@ -42,6 +42,12 @@ if TYPE_CHECKING:  # few ask for the one, and few files store events
     from gaitval.gait.stored_events import StoredEvents
     from gaitval.inverse.consistent_motion import ConsistentMotion
     from gaitval.session.whole_stride import WholeStride
+
+MOST_HELD: Final = 0.05
+"""Of the frames."""
+
+SHOWING_A_FOOT: Final = 3
+"""Markers."""
 
 NAMED: Final = 5
 """Of the places in which poses were not found, in a warning."""
@@ -152,6 +158,7 @@ def work_out_trial(
         *of_file,
         *of_knees,
         *unsolved(kinematics, recording),
+        *held_angles(kinematics, body.markers),
         *odd_rate_warnings(recording.marker_rate),
         *level_warnings(floor_slope(recording, events, landmarks, belt), belt),
         *belt_warnings(belt, feet),
@@ -349,6 +356,36 @@ def unsolved(kinematics: InverseKinematics, recording: Recording) -> Iterator[Qu
         f"may be off: frames {', '.join(named)}{more}. Look at the markers in them; where an arm "
         "is straight and they do not show how it is turned, only its own angles are",
     )  # fmt: skip
+
+
+def held_angles(
+    kinematics: InverseKinematics, markers: Sequence[ModelMarker]
+) -> Iterator[QualityFlag]:
+    """A warning about angles that are at an end of their range in more than `MOST_HELD` of the
+    frames that show them, by `markers` of which two on a foot do not show its subtalar angle.
+    """
+    shares = {}
+    for i, name in enumerate(COORDINATES):
+        side, joint = split_side(name)
+        on_foot = [
+            marker.name in kinematics.names
+            for marker in markers
+            if marker.segment == f"foot_{side[:1]}"
+        ]
+        shown = kinematics.determined[:, i]
+        if shown.any() and not (joint == "subtalar_angle" and sum(on_foot) < SHOWING_A_FOOT):
+            held = shown & kinematics.at_limit[:, i]
+            if (share := float(held.sum() / shown.sum())) > MOST_HELD:
+                end = np.degrees(np.median(kinematics.positions[held, i]))
+                title = f"{side} {joint.replace('_', ' ')}".strip()
+                shares[f"{title} {end:.0f}° in {100 * share:.0f} % of the frames"] = share
+    if shares:
+        yield QualityFlag(
+            "ends of ranges", "joint angles", max(shares.values()), MOST_HELD, "1",
+            f"{', '.join(shares)}: the body's joints end there, the markers go farther, and the "
+            "joints beside them make up for it, so that their angles are off, too. Look at the "
+            "landmarks of these joints in standing, which say where an angle is zero",
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

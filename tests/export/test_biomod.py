@@ -11,8 +11,9 @@ from simulation_fixtures import mujoco_mass_matrix
 from gaitval.apps.export.biomod import FILES, _with_root_angles, coordinate_names, write_biomod
 from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import ExportedWalk
-from gaitval.coordinates import ACTUATED, RANGES
+from gaitval.coordinates import ACTUATED
 from gaitval.inverse.marked_body import marker_positions
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.simulation.mujoco_body import MujocoBody
 
 biorbd = pytest.importorskip("biorbd", reason="biorbd has no build for this Python")
@@ -73,7 +74,7 @@ def test_the_walk_stays_within_the_ranges_of_the_file(peer, walk) -> None:
     limits = [each for n in range(peer.nbSegment()) for each in peer.segment(n).QRanges()][6:]
     assert len(limits) == 25
     widths = {round(each.max() - each.min(), 9) for each in limits}
-    assert widths == {round(high - low, 9) for low, high in RANGES.values()}
+    assert widths == {round(high - low, 9) for low, high in MEASURED_RANGES.values()}
     q = walk["q"][6:]
     inside = [
         (each.min() <= row).all() and (row <= each.max()).all()

@@ -16,12 +16,13 @@ from gaitval.apps.export import walk as plain
 from gaitval.apps.export.mujoco_folder import FILES, write_mujoco
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, RANGES
+from gaitval.coordinates import ACTUATED
 from gaitval.errors import PolicyError
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import rms, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.results import read_metrics
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.simulation.rollout import Rollout
 
@@ -152,7 +153,7 @@ def test_joints_and_soles_have_the_numbers_of_the_person(
     """Ranges to be seen that do not push, the friction that was found on both of a pair (MuJoCo
     takes the larger), and targets whose springs give what the servos ask for at the start."""
     model = mujoco.MjModel.from_xml_path(str(mujoco_folder / "person.xml"))
-    for name, ends in RANGES.items():
+    for name, ends in MEASURED_RANGES.items():
         np.testing.assert_array_equal(model.joint(name).range, ends)
     assert not model.jnt_limited.any()
     soles = [model.geom(sphere.name) for sphere in walked.body.spheres]

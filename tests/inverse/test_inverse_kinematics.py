@@ -15,6 +15,7 @@ from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
 from gaitval.inverse.marked_body import bounds, marker_positions
 from gaitval.model.markers import ModelMarker
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.model.urdf import write_urdf
 
 FREE = {name: (-4.0, 4.0) for name in ACTUATED}
@@ -94,14 +95,28 @@ def test_the_optimum_within_ranges_is_scipys(walk):
     assert limited == {"knee_angle_r", "hip_flexion_l", "arm_rot_l"}
 
 
-def test_the_default_ranges_hold_and_are_those_of_the_urdf(walk, tmp_path):
+def test_the_default_ranges_hold(walk):
     model, positions, markers, _ = walk
     straight = positions[:20].copy()
-    straight[:, column("knee_angle_r")] = -0.3  # bent backwards by 17°
+    straight[:, column("knee_angle_r")] = -0.6  # bent backwards by 34°
     found = inverse_kinematics(model, markers, marker_positions(model, markers, straight))
-    assert np.all(found.positions[:, column("knee_angle_r")] == RANGES["knee_angle_r"][0])
+    assert np.all(found.positions[:, column("knee_angle_r")] == MEASURED_RANGES["knee_angle_r"][0])
     assert found.at_limit[:, column("knee_angle_r")].all()
     assert found.converged.all()
+
+
+def test_knees_that_hyperextend_are_found_as_they_are(walk):
+    """By 17 degrees, beyond the range of the walker's."""
+    model, positions, markers, _ = walk
+    back = positions[:20].copy()
+    back[:, [column("knee_angle_r"), column("knee_angle_l")]] = -0.3
+    found = inverse_kinematics(model, markers, marker_positions(model, markers, back))
+    np.testing.assert_allclose(found.positions, back, atol=1e-6)
+    assert not found.at_limit.any()
+
+
+def test_the_ranges_of_the_urdf_are_the_walkers(walk, tmp_path):
+    model = walk[0]
     write_urdf(model, tmp_path / "model.urdf")
     joints = ElementTree.parse(tmp_path / "model.urdf").getroot().findall("joint")
     seen = {j.attrib["name"]: j.find("limit").attrib for j in joints}

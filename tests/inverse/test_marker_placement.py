@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from standing_person import (
     ANKLE_WIDTH,
     ELBOW_WIDTH,
@@ -17,7 +18,8 @@ from gaitval.inverse.marker_placement import place_markers, placement_checks
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.trc import read_trc
 from gaitval.model.body import SEGMENTS
-from gaitval.scaling.joint_centres import ACROMION_TO_SHOULDER, measure
+from gaitval.model.tree import segment_frames
+from gaitval.scaling.joint_centres import ACROMION_TO_SHOULDER, locate, measure
 from gaitval.scaling.marker_sets import load_marker_set, recognise
 from gaitval.scaling.scaling import build_body
 
@@ -83,6 +85,29 @@ def test_the_model_has_its_markers_where_they_were_measured():
         next(m for m in placement.markers if m.name == n).position for n in ("R.Knee", "L.Knee")
     )
     assert np.abs(right * [1, -1, 1] - left).max() > 0.003
+
+
+def test_feet_turned_outwards_do_not_pull_the_knees_off_the_middle_of_their_epicondyles():
+    """By 18 degrees against the shank, which the model's knee and ankle cannot be: the knees would
+    be 8 mm in front of their middle.
+    """
+    person, marker_set = standing_person(), load_marker_set("rajagopal")
+    places, _ = person.markers(marker_set)
+    for name, definition in marker_set.markers.items():
+        if definition.segment.startswith(("foot", "toes")):
+            end = definition.segment[-1]
+            ankle = person.frames[SEGMENTS.index(f"foot_{end}"), :3, 3]
+            outwards = Rotation.from_rotvec(np.radians(-18.0 if end == "r" else 18.0) * UP)
+            places[name] = ankle + outwards.apply(places[name] - ankle)
+    placement = place_markers(person.model, person.measured, places, marker_set)
+    frames = segment_frames(person.model, placement.standing[None])[0]
+    centres = locate(marker_set.on_landmarks(places))
+    for end in "rl":
+        knee = frames[SEGMENTS.index(f"shank_{end}"), :3, 3]
+        away = knee - centres[f"{end.upper()}.Knee.Centre"]
+        assert abs(away @ frames[SEGMENTS.index(f"thigh_{end}"), :3, 0]) < 0.001
+    # The landmarks are still judged all alike, and the feet do not fit the shanks.
+    assert placement.distances["R.Knee"] > 0.005
 
 
 @pytest.mark.parametrize(("name", "swapped"), [("wbds", "HF"), ("rajagopal", "TH2")])

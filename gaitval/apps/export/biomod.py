@@ -14,8 +14,9 @@ from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, write_text
-from gaitval.coordinates import ACTUATED, AXES, RANGES
+from gaitval.coordinates import ACTUATED, AXES
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, Segment
+from gaitval.model.measured_ranges import MEASURED_RANGES
 
 FILES: Final = ("person.bioMod", "walk.npz")
 _ROOT: Final = 6
@@ -94,7 +95,7 @@ def _sign(name: str) -> float:
 
 def _range(name: str) -> Array:
     """(2,) rad, of a coordinate as the file has it."""
-    return np.sort(_sign(name) * np.array(RANGES[name], dtype=float))
+    return np.sort(_sign(name) * np.array(MEASURED_RANGES[name], dtype=float))
 
 
 def _numbers(values: Array) -> str:

@@ -12,10 +12,11 @@ from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, write_json, write_text
 from gaitval.contact import cubic, hunt_crossley
-from gaitval.coordinates import ACTUATED, RANGES
+from gaitval.coordinates import ACTUATED
 from gaitval.errors import PolicyError
 from gaitval.metrics.walk_muscles import lost_joints
 from gaitval.model.body import PARENTS, BodyModel
+from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS
 from gaitval.policy.storage import save_policy
 from gaitval.reference.motion import END_EFFECTORS
@@ -131,7 +132,7 @@ def _joints(root: ElementTree.Element, stiffness: Array, damping: Array) -> None
         joint.set("stiffness", repr(float(stiffness[place])))
         joint.set("damping", repr(float(damping[place])))
         # To be seen in viewers; a walk stays within, and a limit would be a force of its own.
-        joint.set("range", " ".join(map(repr, map(float, RANGES[name]))))
+        joint.set("range", " ".join(map(repr, map(float, MEASURED_RANGES[name]))))
         joint.set("limited", "false")
 
 
