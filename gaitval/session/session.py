@@ -218,16 +218,18 @@ def _beside_given(
     """The given joint centres, which are `laid` on the standing trial, beside those of `body`."""
     if not laid:
         return ()
-    from gaitval.session.given_centres import beside_given
+    from gaitval.session.given_centres import beside_given, given_remark
 
     rows = beside_given(request, session, body, walks, laid)
     for row in rows:
         noted("scaling", str(row))
+    if remark := given_remark(rows):
+        noted("scaling", remark)
     return rows
 
 
 def _of_given(rows: "Sequence[CentreDifference]") -> Iterator[QualityFlag]:
-    """The warning about given joint centres that are far from ours."""
+    """The warning about given joint centres that the body could not take."""
     if rows:
         from gaitval.session.given_centres import given_warnings
 

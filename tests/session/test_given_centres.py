@@ -17,6 +17,7 @@ from gaitval.session.given_centres import (
     CHECK,
     CentreDifference,
     given_centres,
+    given_remark,
     given_warnings,
 )
 from gaitval.session.read import read_session
@@ -73,9 +74,9 @@ def test_the_model_s_joints_are_shown_beside_ours(imports):
         assert hip.flexion > knee.flexion > 0.05
         assert not hip.used
         assert "back, 10 mm outwards" in str(hip)
-    (warning,) = [warning for _, warning in shown.warnings if warning.check == CHECK]
-    assert "--joint-centres given" in str(warning)
-    assert "own.osim" in str(warning)
+    assert not [warning for _, warning in shown.warnings if warning.check == CHECK]
+    (remark,) = [text for _, text in shown.decisions if "--joint-centres given" in text]
+    assert "own.osim" in remark
 
 
 def test_the_model_s_joints_are_ours_if_asked_for(imports):
@@ -196,15 +197,24 @@ def row(flexion, abduction=0.0, *, used=False, side="right"):
     )
 
 
-def test_one_warning_of_the_largest_change_and_none_of_small_ones():
-    assert not [*given_warnings([row(0.09), row(np.nan, np.nan)])]
-    (left,) = given_warnings([row(0.3, used=True)])
-    assert "cannot take it" in left.message
-    (warning,) = given_warnings([row(0.12), row(0.05, 0.2, side="left")])
+def test_one_sentence_of_the_largest_change_and_none_of_small_ones():
+    assert not [*given_warnings([row(0.09, used=True), row(np.nan, np.nan, used=True)])]
+    assert not given_remark([row(0.09), row(np.nan, np.nan)])
+    (warning,) = given_warnings([row(0.12, used=True), row(0.05, 0.2, side="left", used=True)])
     assert warning.where == "left hip"
     assert "13 mm forward, 12 mm inwards" in warning.message
     assert "so too right hip" in warning.message
+    assert "cannot take it" in warning.message
     assert (warning.value, warning.limit) == (0.2, 0.1)
+
+
+def test_centres_of_another_program_are_no_doubt_about_the_recording():
+    away = [row(0.12), row(0.05, 0.2, side="left")]
+    assert not [*given_warnings(away)]
+    assert given_remark(away).startswith("left hip: ")
+    assert "so too right hip" in given_remark(away)
+    assert "--joint-centres given" in given_remark(away)
+    assert not given_remark([row(0.3, used=True)])
 
 
 def test_a_trial_without_a_whole_cycle_is_shown_them_too(tmp_path):
@@ -213,4 +223,4 @@ def test_a_trial_without_a_whole_cycle_is_shown_them_too(tmp_path):
     with pytest.raises(NoCycleError):
         work_out_trials(request, PROCESSING, lambda step, text: said.append((step, text)))
     assert any(step == "scaling" and "knee centre of own.osim" in text for step, text in said)
-    assert any(step == "warnings" and "--joint-centres given" in text for step, text in said)
+    assert any(step == "scaling" and "--joint-centres given" in text for step, text in said)
