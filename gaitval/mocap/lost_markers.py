@@ -282,7 +282,9 @@ def _lost(path: Array, away: _Away, rate: float, elsewhere: Flags) -> Flags:
     step = np.nan_to_num(np.r_[step[:1], step], nan=np.inf)
     same = _held(path, rate)
     rests = _long(step < RESTS / rate, rate)
-    lost = (off > away.furthest) | ((rests | elsewhere) & (off > HELD_AWAY_M))
+    # One coordinate that is cut off is told as such; the others are the marker's own.
+    furthest = np.where(_cut_off(path, rate), AWAY_M, away.furthest)
+    lost = (off > furthest) | ((rests | elsewhere) & (off > HELD_AWAY_M))
     if away.alone:  # a joint moves it so far, but does not hold it there
         lost = (off > JOINT_AWAY_M) | ((rests | elsewhere) & (off > AWAY_M))
     odd = (off > (AWAY_M if away.alone else SAME_AWAY_M)) | (away.own > ONE_AWAY_M)
@@ -297,6 +299,15 @@ def _held(path: Array, rate: float) -> Flags:
     """(T,) whether a marker with the `path` (T, 3) m is exactly where it was, for some time."""
     with np.errstate(invalid="ignore"):
         return _long(np.r_[False, (path[1:] == path[:-1]).all(axis=1)], rate)
+
+
+def _cut_off(path: Array, rate: float) -> Flags:
+    """(T,) whether one coordinate of a marker with the `path` (T, 3) m is exactly what it was, for
+    some time, while another is not.
+    """
+    with np.errstate(invalid="ignore"):
+        same = path[1:] == path[:-1]
+    return _long(np.r_[False, same.any(axis=1) & ~same.all(axis=1)], rate)
 
 
 def _long(flags: Flags, rate: float) -> Flags:

@@ -159,6 +159,18 @@ def test_a_foot_marker_that_dangles_is_lost():
     assert found.last == len(recording.markers) - 1
 
 
+def test_a_foot_marker_that_is_cut_off_in_one_coordinate_stays():
+    """At the edge of the volume, up to 14 cm off its place: told as a stuck coordinate."""
+    recording = walked(belt=True)
+    heel = recording.names.index("heel")
+    ahead = recording.markers[:, heel, 0].copy()
+    cut = np.maximum(ahead, ahead.min() + 0.14)
+    recording.markers[:, heel, 0] = cut
+    assert not found_in(recording, stands=standing())[0]
+    recording.markers[:, heel, 0] = cut + np.random.default_rng(1).normal(0.0, 1e-4, len(cut))
+    assert found_in(recording, stands=standing())[0]  # nothing else says so then
+
+
 def test_markers_held_together_are_found_by_those_that_are_not():
     """Most of a foot's markers in their last places tell nothing about each other."""
     walk = walked()
