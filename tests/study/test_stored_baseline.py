@@ -84,7 +84,7 @@ DAMAGES: dict[str, tuple[Callable[[Json], object], str]] = {
         "is missing from the measures",
     ),
     "null": (_set("angle_rmse", "knee_angle_r", None), "angle_rmse of knee_angle_r has no value"),
-    "not a number": (_set("epsilon", "walk", math.nan), "finite number"),
+    "not a number": (_set("epsilon", "walk", math.nan), "NaN is no number"),
     "all null": (
         lambda m: [row.update(value=None) for row in (*m["measures"], *m["tolerances"])],
         "has no value",
