@@ -167,12 +167,19 @@ def _empty(kind: str, curves: Mapping[str, Array]) -> Iterator[str]:
         )
 
 
+def load_in_the_air(ankle: Array, after: int) -> float:
+    """Nm/kg, the largest moment of an `ankle` (101,) from the row `after` on, without those before
+    the next strike.
+    """
+    return float(np.abs(ankle[after:97]).max(initial=0.0))
+
+
 def _late_moment(
     moments: Mapping[str, Array], forces: Mapping[str, Array], side: str
 ) -> Iterator[str]:
     """A sentence if the ankle is loaded while its foot is in the air."""
     after = int(np.ceil(100 * stance_fraction(forces[f"up_{side}"]))) + 2
-    late = float(np.abs(moments[f"ankle_angle_{side}"][after:97]).max(initial=0.0))
+    late = load_in_the_air(moments[f"ankle_angle_{side}"], after)
     if late > LOADED:
         yield (
             f"moment_ankle_angle_{side}: {late:.2g} Nm/kg after the foot has left the ground "

@@ -13,17 +13,17 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.judge.angle_units import LEGS
 from gaitval.apps.judge.gait import JudgedGait, find_gait, mean_curve, valid
 from gaitval.apps.judge.loads import Loads
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.curve_causes import explained
+from gaitval.datasets.curve_causes import LOADED, explained, load_in_the_air
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import SAMPLES
 from gaitval.scaling.opensim.placing import Motion, place
 
-LEGS: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 SLOWEST_RATE: Final = 10.0
 """Hz. No motion capture is so slow."""
 FASTEST: Final = 1500.0
@@ -44,9 +44,6 @@ HELD: Final = 0.75
 """Share of the plates' impulse that acts on the feet, under which something may be wrong with all
 of it; and how many times more does so with it changed back."""
 MORE: Final = 1.4
-LOADED: Final = 0.18
-"""Nm/kg on the ankle of a foot in the air, as of `gaitval.datasets.curve_causes`."""
-
 AWAY: Final = 0.5
 """Of forces and levers, correlation about zero: in a walk forces point to the centre of mass."""
 
@@ -370,7 +367,7 @@ def odd_moments(curves: Mapping[str, Array], gait: JudgedGait) -> list[str]:
         if ankle is None or not np.isfinite(stance):
             continue
         after = int(np.ceil((SAMPLES - 1) * stance)) + 4
-        if (late := float(np.abs(ankle[after:97]).max(initial=0.0))) > LOADED:
+        if (late := load_in_the_air(ankle, after)) > LOADED:
             found.append(
                 f"Moments: the {side} ankle is loaded by {late:.2g} Nm/kg after its foot has left "
                 f"the ground (from {after} % of the cycle): they are later than the motion."
