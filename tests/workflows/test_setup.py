@@ -180,7 +180,7 @@ def test_installs_what_is_asked_for_and_nothing_twice(commands, tmp_path, enviro
     assert after() is None
     more = after("test", "peers")
     assert more is not None
-    assert {"study", "test", "peers", "cohort", "accelerator"} <= more
+    assert {"study", "test", "peers", "cohort"} <= more
     assert "lint" not in more
     assert after("test") is after("cohort") is after() is None  # the tests' brought it
     assert after("docs") == {*more, "docs"}

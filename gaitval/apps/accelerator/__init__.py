@@ -1,1 +1,0 @@
-"""Many walkers at once on a GPU: the physics step in MuJoCo Warp."""
