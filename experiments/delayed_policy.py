@@ -6,7 +6,7 @@ do: a forward model, as people are thought to have one in the cerebellum. The ge
 fall within a second; it is the teacher, on the same people (Ross et al. 2011, DAgger): the new one
 walks, the teacher, who feels the body as it is, says what it would do, and that is learned. Trained
 on by reinforcement as the general one was, it stood pushes as well and walked less exactly
-(docs/notebook/balance.md), so it is not.
+(docs/what-we-tried.md), so it is not.
 
     python -m experiments.delayed_policy                 # 10 min
 """

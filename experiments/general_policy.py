@@ -14,7 +14,7 @@ What starts from another general policy learns more of the pushes that a slow or
 hardly survives, and the policy kept is the mean of both: after the second training alone the slow
 stand more pushes, but the walks of others are up to a third further from the record. Midway
 between the two, both are as good as in the better one (Wortsman et al. 2022, "Robust fine-tuning
-of zero-shot models"; figures in docs/notebook/learning.md).
+of zero-shot models"; figures in docs/what-we-tried.md).
 """
 
 import argparse

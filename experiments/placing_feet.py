@@ -3,7 +3,7 @@
 Reinforcement rewards a walk near the reference, and pushes that are survived. Where a foot lands
 after a push was never asked: pushed to the side, the shipped policy swung its leg too far, by an
 eighth to a quarter of what the extrapolated centre of mass had moved, further across than away
-(docs/notebook/balance.md). People keep their distance from it (Hof et al. 2010). So the policy is
+(docs/what-we-tried.md). People keep their distance from it (Hof et al. 2010). So the policy is
 its own teacher (Ross et al. 2011, DAgger): it walks thirty virtual people, and is
 pushed; what it would do is what it should, but for the swinging leg's hip adduction, which is
 corrected by the foot's distance from where it keeps that from the extrapolated centre of mass. All

@@ -4,9 +4,9 @@
 
 Fits the motion of every record with the shifts of the two plates as unknowns
 (`gaitval.reference.plates`), pools them, because all ten people walked on the same plates, and
-writes the section `[plates]` of `gaitval/datasets/builtin/*.toml`. It also writes the table of
-docs/notebook/decisions.md, and with `--effects`, which fits nothing, that of docs/paper.md: what
-the stored corrections change.
+writes the section `[plates]` of `gaitval/datasets/builtin/*.toml`. It also prints the shifts, and
+with `--effects`, which fits nothing, writes the table of docs/paper.md: what the stored corrections
+change.
 """
 
 import argparse
@@ -28,7 +28,6 @@ from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = ROOT / "gaitval" / "datasets" / "builtin"
-PAGE = ROOT / "docs" / "notebook" / "decisions.md"
 EFFECTS = ROOT / "docs" / "paper.md"
 
 
@@ -114,7 +113,7 @@ def effects() -> str:
 
 
 def main() -> None:
-    """Write the files and the tables."""
+    """Write the files, or the table of effects."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--effects", action="store_true", help="only the table of effects")
     if parser.parse_args().effects:
@@ -126,10 +125,7 @@ def main() -> None:
     for name, correction in zip(BUILTIN, plate_corrections(found), strict=True):
         subject = load_subject(name).model_copy(update={"plates": correction})
         write_text(FILES / f"{name}.toml", subject.to_toml())
-    text = table(found)
-    print(text)
-    page = PAGE.read_text(encoding="utf-8")
-    write_text(PAGE, with_table(page, "plates", text))
+    print(table(found))
 
 
 if __name__ == "__main__":

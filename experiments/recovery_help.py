@@ -7,7 +7,7 @@ The device is `hip_exo`, with a second motor of its kind at each hip that abduct
 (`Unusual`) knows how fast each hip usually abducts at each phase. A standing leg that leans over
 faster than usual says that the body falls to a side: then the other leg, in its swing, is lifted,
 and moved to where the body falls. Pushed people who fall do so over a foot that came down too early
-and too near (docs/notebook/balance.md). Its two gains are searched on some people with two aims, to
+and too near (docs/what-we-tried.md). Its two gains are searched on some people with two aims, to
 survive and to need few steps; those whom it is told of, and the phases at which they are pushed,
 have no part in it. They walk from five starts that differ by micrometres and milliseconds. A person
 does not learn the device here: the policy stays.

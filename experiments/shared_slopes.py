@@ -24,7 +24,6 @@ import numpy as np
 from safetensors.numpy import save_file
 
 from claims.given import DATA, ROOT
-from claims.marked_table import with_table
 from claims.walking import adults, drawn_stranger, task_of
 from gaitval.arrays import Array
 from gaitval.artefacts import (
@@ -33,7 +32,6 @@ from gaitval.artefacts import (
     versions,
     write_arrays,
     write_json,
-    write_text,
 )
 from gaitval.configuration import Configuration
 from gaitval.gait.sampling import SAMPLES
@@ -55,7 +53,6 @@ from gaitval.study.stored_policy import general_walker
 
 TARGET: Final = ROOT / "gaitval" / "learning_control" / STORED
 ABOUT: Final = ROOT / "reports" / "general" / "shared_slopes.json"
-PAGE: Final = ROOT / "docs" / "notebook" / "learning.md"
 SEED: Final = 20261126
 SPEEDS: Final = (0.3, 1.8)
 """m/s, of an adult of mean leg length."""
@@ -247,8 +244,7 @@ def main() -> None:
         found = list(pool.map(partial(_compare, arguments.data, arguments.work), chosen))
     about: dict[str, Any] = read_json(ABOUT)
     write_json(ABOUT, about | {"compared": dict(zip(map(str, chosen), found, strict=True))})
-    text = PAGE.read_text(encoding="utf-8")
-    write_text(PAGE, with_table(text, "shared-slopes", table(found)))
+    print(table(found))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ The general policy learned on strides of at most 5 √(leg length/g), 1.5 s for 
 where one takes half a second more. This one learns from it, on 120 virtual adults whose strides
 take up to twice as long as others' at their speed do. Their episodes last twice as long, so that
 as many strides fit, and their pushes are at most 300 N: of 600 N nobody so slow survives any,
-and what falls at once learns nothing (docs/notebook/learning.md). If interrupted, it resumes.
+and what falls at once learns nothing (docs/what-we-tried.md). If interrupted, it resumes.
 
     python -m experiments.slow_policy                   # trains, 25 min
     python -m experiments.slow_policy --try POLICY...   # walks 30 others with stored policies

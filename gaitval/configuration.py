@@ -205,7 +205,7 @@ class ServoSettings(Section):
     toe: Positive = 30.0
     lumbar: Positive = 400.0
     """A back of 640 passed the landing on to the trunk, by more than 0.03 Nm/kg above 12 Hz in two
-    of ten people, one of 480 in one (docs/notebook/decisions.md)."""
+    of ten people, one of 480 in one (docs/what-we-tried.md)."""
     shoulder: Positive = 64.0
     damping_time: Positive = 0.08
     """Damping / stiffness, s."""

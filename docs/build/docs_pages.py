@@ -30,16 +30,16 @@ GUIDES = 4.0
 """What a page that was written to be read counts in the search, against the reference's 1."""
 CODE = 0.01
 """What a page of docstrings counts: there are ten times as many of those as of guides."""
-NOTEBOOK = 0.1
-"""What a page of the notebook counts: it is found where no guide has the words."""
+NOTES = 0.1
+"""What the page of dead ends counts: it is found where no guide has the words."""
 
 
 def weight(page: str) -> float:
     """What a page counts in the search."""
     if page in {f"reference/{folder}.md" for folder in (*FOLDERS, "ground")}:
         return CODE
-    if page.startswith("notebook/"):
-        return NOTEBOOK
+    if page == "what-we-tried.md":
+        return NOTES
     looked_up = page.startswith("reference/") or page in BORROWED or page == "paper.md"
     return 1.0 if looked_up else GUIDES
 

@@ -1,6 +1,6 @@
 """How close a motion should stay to each recorded quantity.
 
-The numbers are chosen by walks (docs/notebook/experiments.md), not by fits: forces that
+The numbers are chosen by walks (docs/what-we-tried.md), not by fits: forces that
 are held more tightly give nearer references, which walkers follow less well.
 """
 
@@ -22,7 +22,7 @@ class RecordAccuracy(NamedTuple):
     foot would turn on the ground. Skin shows a knee's rotations to within 4.4 degrees in the mean
     (Benoit et al. 2006, Gait Posture 24:152, abstract). The model's leg turns about its axis at the
     hip alone: where only the foot is held, it turns as the recorded hip, knee and ankle do together
-    (docs/notebook/decisions.md). What fits of nine people choose for the tenth, 1 degree, is better
+    (docs/what-we-tried.md). What fits of nine people choose for the tenth, 1 degree, is better
     by 1 % of their sum of squares, and lets a foot of one of them snap round on its ball."""
     pelvis: float = np.deg2rad(1.1)
     moment: float = 0.025
@@ -38,7 +38,7 @@ class RecordAccuracy(NamedTuple):
     carries: that of a foot which turns at 2 to 3 degrees/s, with which friction gives a free moment
     of 2e-3 BW m. Of 1 to 3e-3 fits of nine people choose that for the tenth in nine of ten cases.
     The free moment itself was held before: friction that slides gives no more of it, so a foot of
-    S06 spun on its ball by 200 degrees/s at no cost (docs/notebook/decisions.md)."""
+    S06 spun on its ball by 200 degrees/s at no cost (docs/what-we-tried.md)."""
     flexion_moments: float | None = None
     """Of hip and knee in the sagittal plane, where it is not that of the ankle (`moment`)."""
     hip_centre: float = 0.02

@@ -65,7 +65,7 @@ LANDING_ERROR: Final = 0.015
 """s within which 19 of 20 landings by markers are of those on plates, whose laboratory is left out
 of the means above (`python -m claims elsewhere.strikes`): 133 landings in seven laboratories. By
 the first two alone 0.017, by the sinking of the middle 0.019, at `FOOT_CUTOFF_HZ` 0.028. Plates on
-which load rises fast show a landing later (docs/notebook/estimate.md)."""
+which load rises fast show a landing later (docs/what-we-tried.md)."""
 NEAR_LANDING: Final = 0.06
 """s within which the faster path falls fastest, of where the slower one does."""
 EDGE_SECONDS: Final = 0.1

@@ -96,7 +96,7 @@ NAMES: Final = (
 """Unknowns, in their order among `Shared.values`."""
 NARROWER: Final = 0.6
 """Factor on the SDs of `SKIN`, so that a hip's excursion is known to 4.7 % instead of 7.8 %. The
-records of the ten built-in people are likelier with it (docs/notebook/experiments.md), as are legs
+records of the ten built-in people are likelier with it (docs/what-we-tried.md), as are legs
 of 38 harsh people of seed 424242, whose intervals still hold."""
 _SIZES: Final = np.array(
     [*(NARROWER * size for _, sd, _, _ in SKIN.values() for size in (sd, _OWN * sd)),

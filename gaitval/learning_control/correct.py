@@ -68,8 +68,8 @@ _SHARES = (1.0, 0.7, 0.4)
 TO_RECORD, TO_ESTIMATE, TO_PREDICTION = 0.3, 1.0, 1.0
 """Of the way, with the person's own kinetics, which contradict one another, and with estimated and
 predicted ones, which do so less. Chosen by walks of people that no table contains
-(docs/notebook/experiments.md); of predictions by walks of held-out trials
-(docs/notebook/held-out.md)."""
+(docs/what-we-tried.md); of predictions by walks of held-out trials
+(docs/what-we-tried.md)."""
 TOWARDS_PREDICTION = 2.0
 """How many times as free a change is towards a prediction: there is more to make up for."""
 _CYCLES = 8

@@ -34,7 +34,7 @@ PREDICTED: Final[Accuracies] = {
 }
 """The same of curves that are predicted for another speed: about three quarters of how far such
 predictions of trials near in speed are off, so that a walk gives up the same share of each
-(docs/notebook/held-out.md)."""
+(docs/what-we-tried.md)."""
 
 
 @dataclass(frozen=True)

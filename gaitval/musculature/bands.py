@@ -101,13 +101,13 @@ The moments' is what
 docs/how-to/measurement.md finds against five people whose truth is known; give their own where it
 is known; the moment that tilts the knee is as uncertain as the others. A knee's middle is known as
 well as two palpated epicondyles (5 mm); where they have no markers, as people's knees differ
-(`knee_middles` of the notebook: 7 mm). Points of contact are 38 to 46 mm apart in people and
+(`knee_middles` at 60ee3cba: 7 mm). Points of contact are 38 to 46 mm apart in people and
 implants (`contact.PLATEAUS`), and the bones' sizes add to that. 0.01 is the tone that OpenSim
 assumes of everybody. The last three are no knowledge of the parts: at implanted knees of other
 people such models are 0.3 to 0.5 body weights off. For each plateau that is as much as for both
 together (medial, lateral, total: 0.26, 0.42, 0.51 body weights, Thelen et al. 2014; 292, 248 and
 281 N, Third Grand Challenge, PMC3627216), so what one carries for the other is off by 0.29. The
-parts above make 0.26 of it in the ten walkers (`knee_middles` of the notebook), `model_split` the
+parts above make 0.26 of it in the ten walkers (`knee_middles` at 60ee3cba), `model_split` the
 rest. Of hips with implants, with the patients' own motion, peaks are off by 14 to 18, 24 to 28 and
 17 to 35 % in three people at three speeds (doi 10.3389/fbioe.2022.995279, abstract), by 0.06 to
 0.08 body weights in one (doi 10.1016/j.jbiomech.2023.111767, abstract): 20 % RMS."""

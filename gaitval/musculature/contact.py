@@ -26,7 +26,7 @@ people and implants (Winby et al. 2009; Lerner et al. 2015)."""
 ASIDE: Final = -0.0068
 """How far the middle of the knee is to the outer side of the body's knee centre where no marker
 shows it, m, of a leg of the published size: the mean of twenty knees of ten standing people
-(`knee_middles` of the notebook). They lie inside of the line from the regression's hip to the
+(`knee_middles` at 60ee3cba). They lie inside of the line from the regression's hip to the
 ankle."""
 
 BELOW: Final = 0.019

@@ -267,7 +267,7 @@ def muscles_of(
     ----------
     criterion, strength, dynamics_of_activation : as for `forces.share`. Without limits of how fast
         activations change, muscles let go at toe-off at once; with them the activations of four
-        of five people are nearer to their own EMG (`emg_criteria` of the notebook).
+        of five people are nearer to their own EMG (`emg_criteria` at 60ee3cba).
     sides : legs to look at.
     draws : for bands of 90 %, such as 200; 0 for none.
     spreads : what they draw.

@@ -92,11 +92,11 @@ CRITERIA: Final[dict[str, Criterion]] = {
 What was chosen on whom. That contact forces belong in a criterion at all was first tried on the man
 with the instrumented knee; others found it on hips (FreeBody's cost: stress squared and hip force,
 doi 10.3389/fbioe.2022.995279). Their weight, 0.1, is of ten healthy walkers, none of whom has an
-implant (`muscle_criteria` of the notebook): of 0, 0.01, 0.03, 0.1, 0.3 and 1, their mean
+implant (`muscle_criteria` at 60ee3cba): of 0, 0.01, 0.03, 0.1, 0.3 and 1, their mean
 activations are nearest to Perry's EMG of 27 muscles with it.
 
 That muscles count by volume, five people with EMG of their own chose, with neither an implant nor a
-place among the ten (`emg_criteria` of the notebook). Their mean correlation is 0.67 with `contact
+place among the ten (`emg_criteria` at 60ee3cba). Their mean correlation is 0.67 with `contact
 by volume`, 0.64 with `contact`, more in each of the five, and 0.64 with `squares`. EMG alone would
 ask for no weight of contact forces at all (`volume`: 0.68); but the hips of those three who were
 imported would then be 4.0 body weights, counted as those of ten people with implants were, 2.47,

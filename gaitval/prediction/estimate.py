@@ -51,7 +51,7 @@ from gaitval.prediction.worth import MissedPerson, left_over
 NEAR: Final = 2.0
 """Standard deviation, % of the gait cycle, of what counts for w at a phase. Of 1, 2, 3, 4, 7, 10,
 15 and the whole cycle, nine people choose 2 or 3 whoever the tenth is
-(docs/notebook/estimate.md)."""
+(docs/what-we-tried.md)."""
 NOISE: Final = 1.0
 """Noise of a ridge regression over the signal that its features can explain: as much."""
 BAND: Final = 0.9

@@ -25,7 +25,7 @@ Its covariance is the mean of two:
   begin to rise alike.
 
 The zero moment point of the whole body, which moves from one foot to the other as the load does,
-knows the split less well, so it is not used (docs/notebook/estimate.md).
+knows the split less well, so it is not used (docs/what-we-tried.md).
 """
 
 from collections.abc import Iterable, Sequence

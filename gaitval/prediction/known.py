@@ -62,7 +62,7 @@ PREDICTED_ACCURACY: Final = RecordAccuracy(
 )
 """Of a record that is predicted from other trials: a quarter to a half of the prediction's own
 errors near a walked speed, in all that the walk is compared in, so that the fit adds the same share
-to each (docs/notebook/held-out.md). Hip rotation gives way as in a record: held to 0.3 degrees, hip
+to each (docs/what-we-tried.md). Hip rotation gives way as in a record: held to 0.3 degrees, hip
 flexion and pelvis moved in its place where a loaded foot would turn."""
 
 

@@ -5,7 +5,7 @@ Of 34 people of six other laboratories gait is known with plates. How their mome
 differ from what is expected of anybody goes with how their angles do, as it does in the built-in
 people: of those, each left out, the mean skill of an estimate rises from 0.26 to 0.32 with them,
 and of a laboratory that is left out the hip's moment is a quarter nearer
-(docs/notebook/estimate.md).
+(docs/what-we-tried.md).
 
 `laboratories.json` has no person's own curve: a person is a row of numbers times the root of the
 weight, and the rows are turned among each other (an orthogonal matrix). A regression by least

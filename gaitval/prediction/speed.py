@@ -195,7 +195,7 @@ NEAR_A_TRIAL: Final = 0.02
 mean of all trials; convention."""
 RIPPLES_FROM: Final = 8
 """Harmonic from which the moments of a trial are more its own than the person's
-(docs/notebook/held-out.md)."""
+(docs/what-we-tried.md)."""
 _OF_ALL_TRIALS: Final = np.array([[name.startswith("hip_adduction")] for name in REQUIRED_MOMENTS])
 """(8, 1) the moments that differ more from trial to trial than with speed: a trial that is copied
 brings what was its own."""

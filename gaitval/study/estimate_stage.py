@@ -84,7 +84,7 @@ ESTIMATE_ACCURACY: Final = KINEMATIC_ACCURACY._replace(
 """Of an estimate: about a quarter of how far estimates of others are off in each quantity. They are
 nearer to the truth than the kinetics of a motion within a degree of the recorded angles, so the
 angles give way. Its moments are about the hip centres of the people that it is learned from, so
-these are looked for. Sets that were tried: docs/notebook/experiments.md."""
+these are looked for. Sets that were tried: docs/what-we-tried.md."""
 LED: Final = 0.25
 """Share of what differs from anybody up to which the other side says it alone, for words."""
 HALF: Final = 0.5
