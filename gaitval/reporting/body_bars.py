@@ -12,7 +12,7 @@ from gaitval.errors import ArtefactError
 from gaitval.identification.body_report import Bar
 
 if TYPE_CHECKING:
-    from gaitval.reporting.spoken import Draw
+    from gaitval.reporting.page import Draw
 
 FILE: Final = "body.json"
 _FOUND: Final = "#0072b2"

@@ -18,9 +18,7 @@ from matplotlib.patches import Patch
 from gaitval.coordinates import Side
 from gaitval.reporting.light_axes import LightFigure, painted
 from gaitval.reporting.sketch import PARTS, X_DATA, Sketch
-from gaitval.reporting.spoken import language
 from gaitval.reporting.style import WIDTH
-from gaitval.reporting.words import SOURCE
 
 SETTINGS: Final[Any] = {
     "svg.hashsalt": "gaitval",
@@ -122,7 +120,7 @@ def by_matplotlib(sketch: Sketch) -> Figure:
 
 
 def _fit_legends(figure: Figure) -> None:
-    """Draw a legend that is wider than its `figure`, as in a language of long words, smaller."""
+    """Draw a legend that is wider than its `figure`, smaller."""
     for legend in tuple(figure.legends):
         part = figure.bbox.width / legend.get_window_extent().width
         if part < 1.0:
@@ -139,13 +137,7 @@ def _fit_legends(figure: Figure) -> None:
 
 
 def svg(figure: Figure, name: str) -> str:
-    """`figure` as an <svg> element whose identifiers begin with `name`, its texts in the language
-    that `drawn` was asked for.
-    """
-    if language() != SOURCE:
-        from gaitval.reporting.translated_figures import translate
-
-        translate(figure, language())
+    """`figure` as an <svg> element whose identifiers begin with `name`."""
     _fit_legends(figure)
     buffer = io.StringIO()
     with painted(figure):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:  # it loads matplotlib
-    from gaitval.reporting.spoken import Draw
+    from gaitval.reporting.page import Draw
 
 
 class MeasurementPart(Protocol):

@@ -26,9 +26,11 @@ from gaitval.reporting.contents import with_contents
 from gaitval.reporting.figure_data import write_tables
 from gaitval.reporting.light_figures import light
 from gaitval.reporting.printer import printed
-from gaitval.reporting.spoken import Draw, drawn
 from gaitval.reporting.style import SKETCHED
 from gaitval.reporting.words import SOURCE
+
+Draw = Callable[[], str]
+"""Draws a figure, as SVG."""
 
 
 def _labelled(svg: str, text: str, medium: str) -> Markup:
@@ -200,7 +202,7 @@ def write_page(
     page, values = _prepared(template, context, chosen, scripts)
     draws: Mapping[str, Draw] = context.get("drawings", {})
     with without_search():
-        values["drawings"] = _drawings(draws, chosen.language)
+        values["drawings"] = _drawings(draws)
         paper = with_contents(page.render(values, medium="print"))
         # a screen's pages while another process lays out the paper's, if there is one
         with printed(folder / f"{name}.pdf", paper, chosen.paper):
@@ -220,7 +222,7 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
     are those of `write_page`.
     """
     page, values = _prepared(template, context, ReportSettings(), ())
-    values["drawings"] = _drawings(context.get("drawings", {}), SOURCE)
+    values["drawings"] = _drawings(context.get("drawings", {}))
     path = folder / f"{name}.html"
     write_text(path, with_contents(page.render(values, medium="screen")))
     return path
@@ -252,9 +254,9 @@ def template_of(name: str, language: str) -> jinja2.Template:
     return _environment(language).get_template(name)
 
 
-def _drawings(draws: Mapping[str, Draw], language: str) -> dict[str, Markup]:
-    """Figures with their words in a language, as markup: texts from outside in them are escaped."""
-    return {name: Markup(drawn(draw, language)) for name, draw in draws.items()}
+def _drawings(draws: Mapping[str, Draw]) -> dict[str, Markup]:
+    """Figures as markup: texts from outside in them are escaped."""
+    return {name: Markup(draw()) for name, draw in draws.items()}
 
 
 def security_policy(scripts: Sequence[str]) -> str:

@@ -3,7 +3,7 @@
 Texts are letters, not outlines: on paper of the page's font, on a screen of one with its widths.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Final
@@ -13,7 +13,6 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.reporting.font_widths import width
 from gaitval.reporting.sketch import PARTS, X_DATA, Call, LegendKey, Sketch, SketchAxes
-from gaitval.reporting.spoken import said
 from gaitval.reporting.strokes import (
     area_elements,
     box_path,
@@ -41,9 +40,6 @@ _MARGIN: Final = 0.05
 _ORDER: Final = {
     "plot": 2.0, "axhline": 2.0, "axvline": 2.0, "text": 3.0, "annotate": 3.0,
 }  # fmt: skip
-
-Speak = Callable[[str], str]
-"""Puts a text of a figure into the language of its page."""
 
 
 @dataclass
@@ -95,27 +91,25 @@ class _Frame:
 
 
 def svg(sketch: Sketch, name: str) -> str:
-    """A `sketch` as an <svg> element whose identifiers begin with `name`, its texts in the language
-    that was asked for (`spoken.drawn`).
-    """
-    return painted(sketch, name, said)
+    """A `sketch` as an <svg> element whose identifiers begin with `name`."""
+    return painted(sketch, name)
 
 
-def painted(sketch: Sketch, name: str, speak: Speak) -> str:
-    """A `sketch` as an <svg> element, its texts as `speak` puts them."""
+def painted(sketch: Sketch, name: str) -> str:
+    """A `sketch` as an <svg> element."""
     wide, high = POINTS * sketch.width, POINTS * sketch.height
     frames = _frames(sketch)
-    legend, below = _legend(sketch, wide, speak)
-    (_placed if sketch.placed else _fitted)(sketch, frames, below, speak)
+    legend, below = _legend(sketch, wide)
+    (_placed if sketch.placed else _fitted)(sketch, frames, below)
     parts = [
         part
         for line, row in enumerate(frames)
         for number, frame in enumerate(row)
-        for part in _panel(frame, f"{name}-clip-{line}-{number}", name, sketch, speak)
+        for part in _panel(frame, f"{name}-clip-{line}-{number}", name, sketch)
     ]
     if sketch.below:
         parts.append(
-            _text(0.5 * wide, high - 4.0, speak(sketch.below), 7.5, anchor="middle", fill="#606060")
+            _text(0.5 * wide, high - 4.0, sketch.below, 7.5, anchor="middle", fill="#606060")
         )
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:g}pt" height="{high:g}pt" '
@@ -203,7 +197,7 @@ def _ends(values: Sequence[Array], margin: float, asked: Call | None) -> tuple[f
 # ---- places ------------------------------------------------------------------------------------
 
 
-def _placed(sketch: Sketch, frames: list[list[_Frame]], below: float, speak: Speak) -> None:
+def _placed(sketch: Sketch, frames: list[list[_Frame]], below: float) -> None:
     """Panels of one size, whatever their texts need."""
     assert sketch.placed is not None
     top, across = sketch.placed
@@ -217,7 +211,7 @@ def _placed(sketch: Sketch, frames: list[list[_Frame]], below: float, speak: Spe
             frame.wide, frame.high = POINTS * wide, POINTS * high
 
 
-def _fitted(sketch: Sketch, frames: list[list[_Frame]], below: float, speak: Speak) -> None:
+def _fitted(sketch: Sketch, frames: list[list[_Frame]], below: float) -> None:
     """Panels as large as the texts between them allow, in columns and rows, `below` the legend."""
     rows, columns = len(frames), len(frames[0])
     total = POINTS * sketch.width, POINTS * sketch.height
@@ -227,7 +221,7 @@ def _fitted(sketch: Sketch, frames: list[list[_Frame]], below: float, speak: Spe
         for number, row in enumerate(frames):
             for column, frame in enumerate(row):
                 frame.wide, frame.high = sizes.wide[column], sizes.high[number]
-        needs = [[_need(frame, speak) for frame in row] for row in frames]
+        needs = [[_need(frame) for frame in row] for row in frames]
         left = [max(row[i][0] for row in needs) for i in range(columns)]
         right = [max(row[i][1] for row in needs) for i in range(columns)]
         top, bottom = ([max(need[i] for need in row) for row in needs] for i in (2, 3))
@@ -267,13 +261,13 @@ def _equal(frame: _Frame) -> None:
     frame.wide, frame.high = wide, high
 
 
-def _need(frame: _Frame, speak: Speak) -> tuple[float, float, float, float]:
+def _need(frame: _Frame) -> tuple[float, float, float, float]:
     """What the texts of a panel need to its left, right, above and below it, points."""
     title = frame.axes.last("set_title")
     top = 0.0 if title is None or not title.given[0] else TITLE + title.look.get("pad", _TITLE)
     if not frame.shown:
         return 0.0, 0.0, top, 0.0
-    xticks, yticks = _xlabels(frame, speak), _ylabels(frame, speak)
+    xticks, yticks = _xlabels(frame), _ylabels(frame)
     left = TICK + _PAD + max((width(each.label, FONT) for each in yticks), default=0.0)
     left += (_LABEL + FONT) * (frame.axes.last("set_ylabel") is not None)
     size = _tick_size(frame)
@@ -299,23 +293,23 @@ def _mark(frame: _Frame) -> float:
     return float(TICK if chosen is None else chosen.look.get("length", TICK))
 
 
-def _xlabels(frame: _Frame, speak: Speak) -> list[Tick]:
-    return [Tick(at, speak(label)) for at, label in frame.xticks()] if frame.numbered[0] else []
+def _xlabels(frame: _Frame) -> list[Tick]:
+    return [Tick(at, label) for at, label in frame.xticks()] if frame.numbered[0] else []
 
 
-def _ylabels(frame: _Frame, speak: Speak) -> list[Tick]:
-    return [Tick(at, speak(label)) for at, label in frame.yticks()] if frame.numbered[1] else []
+def _ylabels(frame: _Frame) -> list[Tick]:
+    return [Tick(at, label) for at, label in frame.yticks()] if frame.numbered[1] else []
 
 
 # ---- what is painted ---------------------------------------------------------------------------
 
 
-def _panel(frame: _Frame, clip: str, name: str, sketch: Sketch, speak: Speak) -> Iterator[str]:
+def _panel(frame: _Frame, clip: str, name: str, sketch: Sketch) -> Iterator[str]:
     """A panel: what is drawn in it in its order, its axes, and its texts."""
     parts: list[tuple[float, str]] = []
     for call in frame.axes.calls:
         order = float(call.look.get("zorder", _ORDER.get(call.name, 1.0)))
-        found = "".join(_painted(frame, call, speak))
+        found = "".join(_painted(frame, call))
         if found:
             inside = call.name in ("text", "annotate", "axhline", "axvline") or _within(frame, call)
             parts.append((order, found if inside else f'<g clip-path="url(#{clip})">{found}</g>'))
@@ -328,7 +322,7 @@ def _panel(frame: _Frame, clip: str, name: str, sketch: Sketch, speak: Speak) ->
     if frame.axes.gid:  # the replay finds the panel by its frame
         yield f'<g id="{name}-{frame.axes.gid}"><path class="frame" d="{box}" style="fill: none"/>'
     yield from (part for _, part in parts)
-    yield from _words(frame, speak)
+    yield from _words(frame)
     if frame.axes.gid:
         yield "</g>"
 
@@ -359,7 +353,7 @@ def _axes(frame: _Frame, line: float) -> str:
     return f'<path d="{"".join(path)}" style="{look}"/>'
 
 
-def _words(frame: _Frame, speak: Speak) -> Iterator[str]:
+def _words(frame: _Frame) -> Iterator[str]:
     """Title, numbers and labels of a panel."""
     middle = frame.left + 0.5 * frame.wide
     if (title := frame.axes.last("set_title")) is not None and title.given[0]:
@@ -367,13 +361,13 @@ def _words(frame: _Frame, speak: Speak) -> Iterator[str]:
         yield _text(
             frame.left if at_left else middle,
             frame.top - title.look.get("pad", _TITLE),
-            speak(title.given[0]),
+            title.given[0],
             TITLE,
             anchor="start" if at_left else "middle",
         )
     if not frame.shown:
         return
-    xlabels, ylabels = _xlabels(frame, speak), _ylabels(frame, speak)
+    xlabels, ylabels = _xlabels(frame), _ylabels(frame)
     size, base = _tick_size(frame), frame.bottom + _mark(frame) + _PAD
     lines = 0
     for at, label in xlabels:
@@ -387,15 +381,15 @@ def _words(frame: _Frame, speak: Speak) -> Iterator[str]:
         yield _text(frame.left - TICK - _PAD, y, label, FONT, anchor="end")
     if (label_x := frame.axes.last("set_xlabel")) is not None:
         below = base + size * max(0.0, 1.2 * lines - 0.3) + _LABEL + _ASCENT * FONT
-        yield _text(middle, below, speak(label_x.given[0]), FONT, anchor="middle")
+        yield _text(middle, below, label_x.given[0], FONT, anchor="middle")
     if (label_y := frame.axes.last("set_ylabel")) is not None:
         wide = max((width(each.label, FONT) for each in ylabels), default=0.0)
         at = frame.left - TICK - _PAD - wide - _LABEL - _DESCENT * FONT
         up = frame.top + 0.5 * frame.high
-        yield _text(at, up, speak(label_y.given[0]), FONT, anchor="middle", turned=True)
+        yield _text(at, up, label_y.given[0], FONT, anchor="middle", turned=True)
 
 
-def _painted(frame: _Frame, call: Call, speak: Speak) -> Iterator[str]:
+def _painted(frame: _Frame, call: Call) -> Iterator[str]:
     """The elements of one call."""
     given, look = call.given, call.look
     if call.name == "plot":
@@ -429,11 +423,11 @@ def _painted(frame: _Frame, call: Call, speak: Speak) -> Iterator[str]:
         yield f'<path d="{path_of([points])}z" style="{fill_style(look)}"/>'
     elif call.name == "text":
         x, y = frame.placed(given[0], given[1], look.get("transform"))
-        yield _placed_text(x, y, speak(given[2]), look)
+        yield _placed_text(x, y, given[2], look)
     elif call.name == "annotate":
         x, y = frame.placed(*given[1])
         right, up = look["xytext"]
-        yield _placed_text(x + right, y - up, speak(given[0]), look)
+        yield _placed_text(x + right, y - up, given[0], look)
 
 
 # ---- texts -------------------------------------------------------------------------------------
@@ -471,9 +465,9 @@ def _text(
     )
 
 
-def _legend(sketch: Sketch, total: float, speak: Speak) -> tuple[list[str], float]:
+def _legend(sketch: Sketch, total: float) -> tuple[list[str], float]:
     """The elements of the legend above all panels, and what it needs, points."""
-    keys = [key._replace(label=speak(key.label)) for key in sketch.keys]
+    keys = sketch.keys
     if not keys:
         return [], 3.0
     rows = -(-len(keys) // sketch.columns)

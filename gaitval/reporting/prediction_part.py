@@ -17,7 +17,7 @@ from gaitval.reporting import grids
 from gaitval.reporting.figure_data import Column, Tables, table
 from gaitval.reporting.figures import PERCENT
 from gaitval.reporting.grids import DrawnCurve, Panel
-from gaitval.reporting.spoken import Draw
+from gaitval.reporting.page import Draw
 from gaitval.text_tables import with_unit
 
 PANELS: Final = (

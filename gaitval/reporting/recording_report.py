@@ -30,9 +30,8 @@ from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.figure_data import table
 from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.reporting.muscle_figures import DrawnMuscles
-from gaitval.reporting.page import counted, write_page
+from gaitval.reporting.page import Draw, counted, write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
-from gaitval.reporting.spoken import Draw
 from gaitval.reporting.tables import tables_of
 from gaitval.scaling.segments import ScaledSegment
 

@@ -59,10 +59,9 @@ from gaitval.reporting import (
 )
 from gaitval.reporting.facts import measured_force
 from gaitval.reporting.findings import findings
-from gaitval.reporting.page import counted, write_page
+from gaitval.reporting.page import Draw, counted, write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 from gaitval.reporting.sheet import sheet
-from gaitval.reporting.spoken import Draw
 
 TEMPLATE = "report.html.j2"
 DETAILS: Final = {"report-details": "details.html.j2"}

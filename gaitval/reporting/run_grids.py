@@ -30,7 +30,7 @@ from gaitval.reporting import figure_data, grids
 from gaitval.reporting.figure_data import Tables
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.muscle_figures import DrawnMuscles
-from gaitval.reporting.spoken import Draw
+from gaitval.reporting.page import Draw
 from gaitval.reporting.style import WIDTH
 from gaitval.simulation.rollout import Rollout
 

@@ -16,7 +16,6 @@ from gaitval.quantities.joint_power import BURSTS
 from gaitval.reporting import figures, grids, run_grids
 from gaitval.reporting.font_widths import width
 from gaitval.reporting.grids import DrawnCurve, Panel
-from gaitval.reporting.spoken import drawn
 from gaitval.reporting.style import FONT
 
 WAVE = np.sin(np.linspace(0.0, 2.0 * np.pi, 101))
@@ -194,7 +193,7 @@ def test_the_tables_have_what_is_drawn(run) -> None:
 def test_sizes_of_texts_and_widths_of_lines(run) -> None:
     _, (draws, _) = run
     for draw in draws.values():
-        svg = drawn(draw)
+        svg = draw()
         sizes = [float(each) for each in re.findall(r'font-size="([\d.]+)"', svg)]
         assert min(sizes) >= 7.5
         widths = [float(each) for each in re.findall(r"stroke-width: ([\d.]+)", svg)]
@@ -205,7 +204,7 @@ def test_a_panel_without_curves_says_so_and_one_without_a_name_is_empty() -> Non
     panels = [
         [Panel("angles/knee_angle", (DrawnCurve("right", WAVE),)), Panel("angles/knee_rotation")]
     ]
-    svg = drawn(lambda: grids.grid([[*panels[0], Panel("")]], height=1.5, figure_name="one"))
+    svg = grids.grid([[*panels[0], Panel("")]], height=1.5, figure_name="one")
     assert ">not measured<" in svg
     assert svg.count(">Knee") == 2
     assert "single strides" not in svg
@@ -213,7 +212,7 @@ def test_a_panel_without_curves_says_so_and_one_without_a_name_is_empty() -> Non
 
 def test_a_curve_without_a_side_is_black() -> None:
     panels = [[Panel("angles/lumbar_extension", (DrawnCurve(None, WAVE, which="record"),))]]
-    svg = drawn(lambda: grids.grid(panels, height=1.5, figure_name="one", words=("trunk", "x")))
+    svg = grids.grid(panels, height=1.5, figure_name="one", words=("trunk", "x"))
     assert ">trunk<" in svg
     assert ">Lumbar extension<" in svg
 
@@ -240,7 +239,7 @@ def _legend(normal: Mapping[str, Norm]) -> str:
         for name, norm in normal.items()
         if name.startswith(("angles", "moments", "forces", "power"))
     ]
-    svg = drawn(lambda: grids.grid([panels], height=1.5, figure_name="one"))
+    svg = grids.grid([panels], height=1.5, figure_name="one")
     (found,) = re.findall(">([^<]*±[^<]*)<", svg)
     return found
 
@@ -255,7 +254,7 @@ def test_the_legend_has_no_band_that_a_single_cycle_lacks() -> None:
 
 def test_the_last_number_of_an_axis_is_within_the_figure() -> None:
     panel = Panel("angles/hip_flexion", (DrawnCurve("right", WAVE),))
-    svg = drawn(lambda: grids.grid([[panel] * 3], height=2.5, figure_name="one"))
+    svg = grids.grid([[panel] * 3], height=2.5, figure_name="one")
     places = [float(each) for each in re.findall(r'x="([\d.]+)"[^>]*>100<', svg)]
     (whole,) = re.findall(r'viewBox="0 0 ([\d.]+)', svg)
     assert len(places) == 3

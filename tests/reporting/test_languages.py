@@ -19,14 +19,10 @@ from gaitval.errors import ConfigurationError
 from gaitval.metrics.recording_limits import _REMEDIES, remedy
 from gaitval.metrics.verdicts import unjudged_text
 from gaitval.prediction.known import QUANTITIES
-from gaitval.reporting import painting
 from gaitval.reporting.catalogue import translations, words
-from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import _environment
 from gaitval.reporting.recording_report import GateRow, write_recording_report
 from gaitval.reporting.report import write_report
-from gaitval.reporting.sketch import Sketch
-from gaitval.reporting.spoken import drawn
 
 TRANSLATED = [language for language in LANGUAGES if language != "en"]
 
@@ -113,38 +109,6 @@ def test_a_prosthesis_and_an_aid_stand_beside_the_persons_data(
     write_report(folder, [f"report.language={language}"])
     html = (folder / "report.html").read_text(encoding="utf-8")
     assert message in re.sub(r"<[^>]*>", "", html)
-
-
-def test_figures_have_words_and_decimal_marks_of_the_language() -> None:
-    def draw() -> str:
-        with new_figure(1.0) as figure:
-            axes = figure.subplots()
-            axes.plot([0.0, 1.0], [0.0, 0.5])
-            axes.set_title("Hip flexion moment, % BW")
-            axes.set_xlabel("of somebody")
-            return svg(figure, "a")
-
-    def sketch() -> str:
-        figure = Sketch(1.0)
-        ((axes,),) = figure.subplots()
-        axes.plot([0.0, 1.0], [0.0, 0.5], color="#000000")
-        axes.set_title("Hip flexion moment, % BW")
-        axes.set_xlabel("of somebody")
-        return painting.svg(figure, "a")
-
-    for language, texts in (
-        ("en", ("Hip flexion moment, % BW", "0.4")),
-        ("de", ("Moment der Hüftflexion, % KG", "0,4", "of somebody")),
-    ):
-        text = drawn(sketch, language)
-        assert all(f">{each}<" in text for each in texts)
-    english, german = drawn(draw), drawn(draw, "de")
-    assert "<!-- Hip flexion moment, % BW -->" in english
-    assert "<!-- Moment der Hüftflexion, % KG -->" in german
-    assert "<!-- 0.4 -->" in english
-    assert "<!-- 0,4 -->" in german
-    assert "<!-- of somebody -->" in german
-    assert drawn(draw) == english
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from typing import TextIO
 
 import pytest
 import weasyprint
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 _RENDER = weasyprint.HTML.render
@@ -22,8 +23,9 @@ EMPTY = (
 """Stands for a figure."""
 WITHOUT_FIGURES = f"""
 import gaitval.reporting.page
+from markupsafe import Markup
 
-gaitval.reporting.page.drawn = lambda *_: {EMPTY!r}
+gaitval.reporting.page._drawings = lambda draws: dict.fromkeys(draws, Markup({EMPTY!r}))
 """
 """What a program runs before a command whose page shall have no figures."""
 
@@ -97,7 +99,9 @@ def only_quick_tests(config: pytest.Config) -> bool:
 
 def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave figures out, too, where a test is about words: they take seconds."""
-    monkeypatch.setattr("gaitval.reporting.page.drawn", lambda *_: EMPTY)
+    monkeypatch.setattr(
+        "gaitval.reporting.page._drawings", lambda draws: dict.fromkeys(draws, Markup(EMPTY))
+    )
 
 
 def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
