@@ -23,7 +23,6 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.curve_files import read_mean_curves
 from gaitval.datasets.locohub import read_locohub_trials
 from gaitval.datasets.subject_file import load_subject
-from gaitval.datasets.unpacking import unpack
 from gaitval.datasets.wbds_files import table_rows
 from gaitval.errors import ArtefactError, GaitvalError, RecordError
 from gaitval.importing.batch_imports import read_batch
@@ -84,7 +83,6 @@ READERS = {
     "scaling.csv": lambda path: MarkedBody.load(path.parent),
     "a.db": history.read,
     "b.db": history.prepare,
-    "a.zip": lambda path: unpack(path, path.parent / "unpacked"),
     "a.any": file_hash,
     "b.any": lambda path: copy_file(path, path.with_suffix(".copy")),
 }

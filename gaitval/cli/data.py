@@ -42,22 +42,23 @@ FolderOption = Annotated[
 )
 def data_list(folder: FolderOption = None) -> None:
     """List the data sets."""
-    from gaitval.datasets.archive import datasets
+    from gaitval.datasets.archive import default_folder, missing, registry
 
-    for state in datasets(folder):
-        dataset = state.dataset
-        missing = f"missing: {', '.join(state.missing)}" if state.missing else "complete"
+    folder = folder or default_folder()
+    for dataset in registry().values():
+        lacking = missing(dataset, folder)
         display.output.print(Text(dataset.name, style="bold"), "", dataset.title)
         display.output.print(
             f"  {dataset.size / 1e9:.2f} GB, {dataset.licence}, doi:{dataset.doi}\n"
-            f"  {dataset.citation}\n  {state.folder}: {missing}",
+            f"  {dataset.citation}\n  {folder / dataset.name}: "
+            f"{'missing: ' + ', '.join(lacking) if lacking else 'complete'}",
         )
 
 
 @data_app.command(
     "fetch",
     cls=Command,
-    help="Download a data set by its DOI, verify it and unpack it. The same command resumes."
+    help="Download a data set by its DOI, verify it and unpack it."
     "\n\n\b\nExamples:\n  gaitval data fetch wbds\n  gaitval data fetch wbds --folder /data",
 )
 def data_fetch(
@@ -67,31 +68,41 @@ def data_fetch(
     """Download a data set."""
     from gaitval.datasets.archive import fetch
 
-    bar = Progress(
+    with Progress(
         TextColumn("{task.description}"),
         BarColumn(),
         DownloadColumn(),
         TransferSpeedColumn(),
         TimeRemainingColumn(),
         console=display.messages,
-    )
-    tasks: dict[str, TaskID] = {}
-
-    def show(file: str, done: int, total: int | None) -> None:
-        if file not in tasks:
-            tasks[file] = bar.add_task(file, total=total)
-        bar.update(tasks[file], completed=done, total=total)
-
-    with bar:
-        files = fetch(name, folder, on_progress=show)
+    ) as shown:
+        files = fetch(name, folder, bar=lambda file: _FileProgress(shown, file))
     for file in files:
-        how = "downloaded" if file.downloaded else "was here"
-        if file.resumed_from:
-            how += f", continued from {file.resumed_from / 1e6:.0f} MB"
-        display.output.print(
-            f"{file.path}: {how}; MD5 {file.md5} as stated by the {file.hash_from}",
-            soft_wrap=True,
-        )
+        display.output.print(f"{file}: here, and its hash is the published one", soft_wrap=True)
+
+
+class _FileProgress:
+    """The progress of one file, as pooch tells it, in the bars that are `shown`."""
+
+    total = 0.0
+
+    def __init__(self, shown: Progress, file: str) -> None:
+        self._shown, self._file = shown, file
+        self._task: TaskID | None = None
+
+    def update(self, count: int) -> None:
+        """`count` more bytes have arrived."""
+        if self._task is None:
+            self._task = self._shown.add_task(self._file, total=self.total)
+        self._shown.advance(self._task, count)
+
+    def reset(self) -> None:
+        """No byte has arrived."""
+        if self._task is not None:
+            self._shown.reset(self._task)
+
+    def close(self) -> None:
+        """All have."""
 
 
 @data_app.command(

@@ -1,68 +1,76 @@
-"""Published data sets: found by their DOI, downloaded, verified and unpacked.
+"""Published data sets: found by their DOI, downloaded, verified and unpacked by pooch.
 
-`registry.toml` beside this file says what is published and which hash it must have. pooch finds the
-file that belongs to a DOI and verifies it; an interrupted download continues where it stopped,
-because the archives are hundreds of megabytes.
+`registry.toml` beside this file says what is published and which hash it must have.
 """
 
+import shutil
+import tempfile
+import tomllib
+import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path, PurePosixPath
-from typing import Any, Final, Literal
+from typing import Final, Protocol
 
 import pooch
+import requests
 
-from gaitval.artefacts import read_json, write_json
-from gaitval.datasets.download import DownloadProgress, download_part
-from gaitval.datasets.registry import ArchiveFile, Dataset, registry
-from gaitval.datasets.repository import Mirror, Repository
-from gaitval.datasets.unpacking import check_disk, unpack
 from gaitval.errors import ArchiveError
 
-HashFrom = Literal["registry", "repository", "earlier download"]
+ATTEMPTS_MORE: Final = 3
+"""After a download that failed, or whose hash is another one."""
+TIMEOUT: Final = 60.0
+"""s, for a connection and for the next bytes on it."""
+CHUNK: Final = 1 << 16
+"""Bytes between two steps of the progress bar."""
 
-LOCK: Final = "fetched.json"
-"""Beside the files of a data set: the hash of each, and who stated it."""
+
+class ProgressBar(Protocol):
+    """What pooch tells of the download of one file."""
+
+    total: float
+
+    def update(self, count: int, /) -> None:
+        """`count` more bytes have arrived."""
+
+    def reset(self) -> None:
+        """No byte has arrived."""
+
+    def close(self) -> None:
+        """All have."""
 
 
 @dataclass(frozen=True)
-class Fetched:
-    """One file as it is on this machine, verified.
+class Dataset:
+    """One version of a published data set; `doi` names that version.
 
-    Attributes
-    ----------
-    path : the file as published.
-    unpacked : folder with the contents of a ZIP archive; None for another file.
-    size : bytes.
-    md5 : hexadecimal.
-    hash_from : who stated the hash that was verified: the project's registry, the repository now,
-        or the repository at an earlier download.
-    downloaded : False where the file was already here.
-    resumed_from : bytes left by an interrupted download; 0 without one.
+    `hashes` has the MD5 of each file, hexadecimal; None for one whose hash the repository is asked
+    for. `size` is of all files, in bytes.
     """
 
-    path: Path
-    unpacked: Path | None
+    name: str
+    title: str
+    doi: str
+    citation: str
+    licence: str
     size: int
-    md5: str
-    hash_from: HashFrom
-    downloaded: bool
-    resumed_from: int
+    hashes: dict[str, str | None]
 
 
-@dataclass(frozen=True)
-class DatasetState:
-    """A data set, and which of its files are in `folder`: `missing` are those that are not here,
-    not of their size, or not unpacked. The hashes are verified by `fetch`, not here.
-    """
-
-    dataset: Dataset
-    folder: Path
-    missing: tuple[str, ...]
-
-    @property
-    def complete(self) -> bool:
-        """True when nothing is missing."""
-        return not self.missing
+def registry() -> dict[str, Dataset]:
+    """Data sets that can be fetched, by name."""
+    text = resources.files("gaitval.datasets").joinpath("registry.toml").read_text("utf-8")
+    return {
+        name: Dataset(
+            name=name,
+            size=sum(file.get("bytes", 0) for file in files),
+            hashes={file["name"]: file.get("md5") for file in files},
+            **about,
+        )
+        for name, about in tomllib.loads(text).items()
+        for files in [about.pop("files")]
+    }
 
 
 def default_folder() -> Path:
@@ -70,146 +78,93 @@ def default_folder() -> Path:
     return Path(pooch.os_cache("gaitval"))
 
 
-def datasets(folder: Path | None = None) -> list[DatasetState]:
-    """Every data set of the registry, and what `folder` (`default_folder()`) has of it."""
-    return [state_of(dataset, folder or default_folder()) for dataset in registry().values()]
-
-
-def state_of(dataset: Dataset, folder: Path) -> DatasetState:
-    """Which files of `dataset` are in its folder in `folder`; reads no file completely."""
+def missing(dataset: Dataset, folder: Path) -> list[str]:
+    """Files of `dataset` that are not in its folder in `folder`, or not unpacked."""
     home = Path(folder) / dataset.name
-    known = _lock(home)
-    missing = []
-    for file in dataset.files:
-        path = home / file.name
-        size = known.get(file.name, {}).get("bytes")
-        here = path.is_file() and size is not None and path.stat().st_size == size
-        if not here or (_is_zip(file) and not _unpacked(path).is_dir()):
-            missing.append(file.name)
-    return DatasetState(dataset, home, tuple(missing))
+    return [
+        name
+        for name in dataset.hashes
+        if not ((home / name).is_file() and _contents(home / name).exists())
+    ]
 
 
 def fetch(
-    name: str, folder: Path | None = None, *, on_progress: DownloadProgress | None = None
-) -> list[Fetched]:
+    name: str, folder: Path | None = None, *, bar: Callable[[str], ProgressBar] | None = None
+) -> list[Path]:
     """Download, verify and unpack the data set `name` of the registry into `folder`/`name`, where
-    `folder` is that of all data sets; what is already here is kept. `on_progress` is called with
-    each file's progress. A file that was put into the folder by hand is verified like a download.
+    `folder` is that of all data sets; what is already here is kept. `bar` makes the progress bar of
+    each file. A file that was put into the folder by hand is verified like a download.
 
-    Raises ArchiveError: unknown name; no network; DOI or file not found; the server fails; the disk
-    is too full; the file has another hash or size than published, or was cut off; an archive
-    contains unsafe members.
+    Returns the files. Raises ArchiveError: unknown name; the DOI or a file cannot be reached; a
+    file has another hash than published; an archive has members outside its folder; the folder
+    cannot be written.
     """
     known = registry()
     if name not in known:
         raise ArchiveError(f"{name}: no such data set. Available are: {', '.join(known)}.")
-    return fetch_dataset(known[name], folder or default_folder(), on_progress=on_progress)
+    return fetch_dataset(known[name], folder or default_folder(), bar=bar)
 
 
 def fetch_dataset(
-    dataset: Dataset,
-    folder: Path,
-    *,
-    on_progress: DownloadProgress | None = None,
-    base_url: str | None = None,
-) -> list[Fetched]:
-    """`fetch` for a `dataset` that need not be in the registry, into a folder of its name in
-    `folder`.
-
-    `on_progress` is called while bytes arrive; `base_url` is a mirror's, instead of the DOI's
-    repository. Raises ArchiveError if a file cannot be had, is not as published, or cannot be
-    written.
-    """
+    dataset: Dataset, folder: Path, *, bar: Callable[[str], ProgressBar] | None = None
+) -> list[Path]:
+    """`fetch` for a `dataset` that need not be in the registry."""
     home = Path(folder) / dataset.name
+    by_hand = (
+        f"Check the network connection and run this again; or download the files in a browser from "
+        f"https://doi.org/{dataset.doi} into {home} and run this again, which verifies them."
+    )
+    pooch.get_logger().setLevel("WARNING")
     try:
         home.mkdir(parents=True, exist_ok=True)
-        source = Mirror(base_url) if base_url else Repository(dataset.doi)
-        fetched = []
-        for file in dataset.files:
-            one = _fetch_file(file, source, home, on_progress)
-            lock = _lock(home)
-            hash_source = "registry" if one.hash_from == "registry" else "repository"
-            lock[file.name] = {"bytes": one.size, "md5": one.md5, "hash_from": hash_source}
-            write_json(home / LOCK, lock)
-            fetched.append(one)
+        return [_fetch_file(dataset, name, home, bar) for name in dataset.hashes]
+    except requests.RequestException as error:
+        raise ArchiveError(f"doi:{dataset.doi}: cannot be had ({error}). {by_hand}") from None
     except OSError as error:
-        # a requests exception is also an OSError, and is turned into ours where it arises
         raise ArchiveError(
             f"{home}: cannot be written ({error.strerror or error}). Name a folder that you may "
             "write to, on a disk with room."
         ) from None
-    return fetched
+    except (ValueError, LookupError, zipfile.BadZipFile) as error:  # most are of pooch
+        raise ArchiveError(f"doi:{dataset.doi}: not as published: {error} {by_hand}") from None
 
 
 def _fetch_file(
-    file: ArchiveFile, source: Mirror | Repository, home: Path, on_progress: DownloadProgress | None
-) -> Fetched:
-    if PurePosixPath(file.name).name != file.name:
-        raise ArchiveError(f"{file.name}: a published file must have a plain name.")
-    path = home / file.name
-    md5, hash_from = _known_hash(file, source, home)
-    # the name of the part contains the hash: a part of another version is not continued
-    part = home / f".{file.name}.{md5[:8]}.part"
-    resumed_from = part.stat().st_size if part.exists() else 0
-    downloaded = not (path.exists() and pooch.file_hash(path, alg="md5") == md5)
-    if downloaded:
-        address = source.address(file)
-        check_disk(home, (file.size or 0) - resumed_from)
-
-        def download(url: str, output: str, _pooch: object) -> None:
-            download_part(url, part, file, on_progress)
-            part.replace(output)
-
-        pooch.get_logger().setLevel("WARNING")
-        store = pooch.create(
-            path=home, base_url="", registry={file.name: f"md5:{md5}"}, urls={file.name: address}
-        )
-        try:
-            store.fetch(file.name, downloader=download)
-        except ValueError as error:
-            raise ArchiveError(
-                f"{path}: the download is corrupted. {error} Run this again; if it fails the same "
-                "way, a proxy may be changing files."
-            ) from None
-    unpacked = _unpacked(path) if _is_zip(file) else None
-    if unpacked is not None and (downloaded or not unpacked.is_dir()):
-        unpack(path, unpacked)
-    return Fetched(
-        path=path,
-        unpacked=unpacked,
-        size=path.stat().st_size,
-        md5=md5,
-        hash_from=hash_from,
-        downloaded=downloaded,
-        resumed_from=resumed_from if downloaded else 0,
+    dataset: Dataset, name: str, home: Path, bar: Callable[[str], ProgressBar] | None
+) -> Path:
+    store = pooch.create(home, f"doi:{dataset.doi}/", retry_if_failed=ATTEMPTS_MORE)
+    if (md5 := dataset.hashes[name]) is None:
+        store.load_registry_from_doi()
+    else:
+        store.registry[name] = f"md5:{md5}"
+    download = pooch.DOIDownloader(
+        progressbar=bar(name) if bar else False, chunk_size=CHUNK, timeout=TIMEOUT
     )
+    unpack = _unpack if _contents(home / name) != home / name else None
+    store.fetch(name, processor=unpack, downloader=download)
+    return home / name
 
 
-def _known_hash(file: ArchiveFile, source: Mirror | Repository, home: Path) -> tuple[str, HashFrom]:
-    """The hash that a file must have, and who states it."""
-    if file.md5 is not None:
-        return file.md5, "registry"
-    stored = _lock(home).get(file.name, {}).get("md5")
-    if stored is not None:
-        return stored, "earlier download"
-    return source.stated_md5(file), "repository"
+def _contents(path: Path) -> Path:
+    """The folder into which an archive is unpacked; another file itself."""
+    return path.with_suffix("") if path.suffix == ".zip" else path
 
 
-def _is_zip(file: ArchiveFile) -> bool:
-    return file.name.lower().endswith(".zip")
-
-
-def _unpacked(path: Path) -> Path:
-    """Folder with the contents of an archive."""
-    return path.with_suffix("")
-
-
-def _lock(home: Path) -> dict[str, dict[str, Any]]:
-    """Contents of the lock file; empty without one."""
-    path = home / LOCK
-    if not path.exists():
-        return {}
-    stored = read_json(path)
-    if not isinstance(stored, dict) or not all(isinstance(one, dict) for one in stored.values()):
-        raise ArchiveError(f"{path}: not a record of downloads. Delete it and run this again.")
-    return stored
+def _unpack(archive: str, action: str, _: pooch.Pooch) -> None:
+    """Unpack a ZIP archive beside it, whole or not at all, unless that was done before."""
+    folder = _contents(Path(archive))
+    if action == "fetch" and folder.is_dir():
+        return
+    with (
+        zipfile.ZipFile(archive) as stored,
+        tempfile.TemporaryDirectory(dir=folder.parent) as temporary,
+    ):
+        for name in stored.namelist():  # zipfile itself would write it in another place
+            if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
+                raise ArchiveError(
+                    f"{archive}: member {name!r} would be written outside its folder. Nothing was "
+                    "unpacked."
+                )
+        stored.extractall(Path(temporary) / "new")
+        shutil.rmtree(folder, ignore_errors=True)
+        Path(temporary, "new").replace(folder)

@@ -21,8 +21,6 @@ from gaitval import __version__, cli
 from gaitval.apps.regression import regression
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.cli import study
-from gaitval.datasets import archive
-from gaitval.datasets.download import DownloadProgress
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import Verdict
@@ -106,17 +104,6 @@ def test_an_unknown_data_set_is_refused(tmp_path: Path, plain_messages: io.Strin
     assert result.exit_code == 2
     assert "no such data set. Available are: wbds" in plain_messages.getvalue()
     assert not list(tmp_path.iterdir())
-
-
-def test_fetch_says_what_was_verified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fetch(name: str, folder: Path, *, on_progress: DownloadProgress) -> list[archive.Fetched]:
-        on_progress("walks.zip", 5, 10)
-        file = archive.Fetched(folder / "walks.zip", None, 10, "ab12", "registry", True, 4_000_000)
-        return [file]
-
-    monkeypatch.setattr(archive, "fetch", fetch)
-    output = " ".join(gaitval("data", "fetch", "wbds", "--folder", str(tmp_path)).output.split())
-    assert "downloaded, continued from 4 MB; MD5 ab12 as stated by the registry" in output
 
 
 @pytest.mark.parametrize(

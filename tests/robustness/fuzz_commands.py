@@ -42,7 +42,6 @@ from gaitval.cli import app
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
-from gaitval.datasets.unpacking import unpack
 from gaitval.errors import GaitvalError
 from gaitval.importing.batch_imports import read_batch
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -154,13 +153,6 @@ def _store(folder: Path) -> Result:
     return Result(exact=None)
 
 
-def _unpacked(folder: Path) -> Result:
-    unpack(folder / "a.zip", folder / "unpacked")
-    if list(folder.parent.glob("outside*")):
-        raise SilentNonsense("written outside")
-    return Result()
-
-
 def _table_only(name: str, folder: Path) -> Result:
     command("cohort", folder / name, "--table-only", "--out", folder / "out")
     return Result()
@@ -246,22 +238,6 @@ def npz_member(data: bytes, random: m.Random) -> bytes:
     return out.getvalue()
 
 
-def zip_member(data: bytes, random: m.Random) -> bytes:
-    """A member with a name that leads elsewhere, twice, or another content."""
-    names = (
-        *("../outside", "/tmp/outside", "a/../../outside", "C:\\outside", "a\0b", "b.txt", "a/"),
-        *("a" * 300, "x.txt"),
-    )
-    name = names[int(random.integers(len(names)))]
-    out = io.BytesIO(data)
-    try:
-        with zipfile.ZipFile(out, "a") as written:
-            written.writestr(name, random.bytes(10))
-    except (OSError, ValueError, zipfile.BadZipFile):
-        return m.cut(data, random)
-    return out.getvalue()
-
-
 def xml_element(data: bytes, random: m.Random) -> bytes:
     """A tag is missing, twice, or another; or the document has a type with entities."""
     text = data.decode("utf-8", "replace")
@@ -324,9 +300,6 @@ def kinds(folder: Path) -> dict[str, Kind]:
     (folder / "a" / FINISHED).write_text(json.dumps(record, indent=1))
     summary = quick_study.summary("a", "0" * 8, 1.0, 1)
     (folder / "a" / SUMMARY).write_text(json.dumps(summary, indent=1))
-    with zipfile.ZipFile(folder / "a.zip", "w", zipfile.ZIP_DEFLATED) as members:
-        for name in ("a.txt", "b/c.txt"):
-            members.writestr(name, "x" * 1000)
     (folder / "journal.jsonl").write_text(
         "".join(json.dumps([i, 0.1 * i]) + "\n" for i in range(9))
     )
@@ -433,9 +406,6 @@ def kinds(folder: Path) -> dict[str, Kind]:
             seeds(f"a/{FINISHED}", f"a/{SUMMARY}"),
             {f"a/{FINISHED}": tree, f"a/{SUMMARY}": tree},
             _store,
-        ),
-        "archive": Kind(
-            seeds("a.zip"), {"a.zip": (*m.BYTES, *[zip_member] * 6)}, _unpacked
         ),
     }  # fmt: skip
 
