@@ -73,9 +73,8 @@ check: setup ## Walk the stored policy of subject S again and compare with its s
 bench: setup ## Speed against peers, as ratios within one run
 	@$(BIN)/pytest benchmarks --benchmark-enable --benchmark-only --benchmark-columns=min,median,rounds
 
-claims: setup ## Measure what a release is held to (TOPIC="speed accuracy", or all), and its page
+claims: setup ## Measure what a release is held to (TOPIC="speed accuracy", or all) into reports/claims.csv
 	@$(BIN)/python -m claims $(TOPIC)
-	@$(BIN)/python -m claims --page
 
 translated: setup ## Before a release: texts that German and Portuguese pages lack
 	@$(BIN)/python scripts/messages.py --check

@@ -1,95 +1,102 @@
 """The command `python -m claims`, from the project's folder; README.md has examples."""
 
-import argparse
+import csv
+import datetime
+import importlib
 import sys
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any, Final
 
-from . import changes, registry
-from .given import Given
+from . import ROOT, TOPICS, Claim, Given, LackingError, commit
+
+STORE: Final = ROOT / "reports" / "claims.csv"
+COLUMNS: Final = ("what", "value", "unit", "n", "commit", "date", "by")
+"""`by` is the measurement, TOPIC.NAME, that made the row."""
 
 
-def run(names: Sequence[str], given: Given, *, again: bool) -> int:
-    """Make measurements and write the rows of each as it ends; the number of those that failed.
+def measurements(topics: Iterable[str] = TOPICS) -> dict[str, Callable[..., Any]]:
+    """Every measurement of some topics by its name, TOPIC.NAME, in the order of the files."""
+    return {
+        f"{topic}.{name}": function
+        for topic in topics
+        for name, function in vars(importlib.import_module(f"claims.{topic}")).items()
+        if hasattr(function, "needs")
+    }
 
-    What this commit has been measured for is not measured again, so a run that was stopped goes on.
+
+def chosen(names: Sequence[str]) -> dict[str, Callable[..., Any]]:
+    """The measurements of some topics or names; all if none is named. Raises SystemExit, with the
+    names that there are, if there is none of that name.
     """
-    from . import rows
+    topics = list(dict.fromkeys(each.partition(".")[0] for each in names)) or TOPICS
+    every = measurements(topics) if set(topics) <= set(TOPICS) else {}
+    found = {
+        name: function
+        for name, function in every.items()
+        if not names or {name, name.partition(".")[0]} & set(names)
+    }
+    lacking = [
+        name for name in names if not any(name in (each, each.partition(".")[0]) for each in found)
+    ]
+    if lacking:
+        raise SystemExit(f"There is no claim {', '.join(lacking)}. Topics: {', '.join(TOPICS)}.")
+    return found
 
-    path, failed = rows.path_of(), 0
-    for each in registry.chosen(names):
-        try:
-            measure, needs = each.load()
-        except ImportError as error:
-            print(f"{each.name}: not measured, it needs {error.name}", flush=True)
-            continue
-        lacking = [name for name in needs.folders if not getattr(given, name).is_dir()]
-        if lacking:
-            print(f"{each.name}: not measured, there is no --{lacking[0]} "
-                  f"{getattr(given, lacking[0])}", flush=True)  # fmt: skip
-            continue
-        source = rows.source_of(needs.stored)
-        known = [row for row in rows.read(path) if row["by"] == each.name]
-        whole = {row["commit"] for row in known} == {source.commit}
-        if whole and not again and not source.commit.endswith(rows.UNCOMMITTED):
-            print(f"{each.name}: measured at {source.commit} already", flush=True)
-            continue
+
+def run(names: Sequence[str], given: Given, store: Path = STORE) -> int:
+    """Make measurements and write the rows of each as it ends; the number of those that failed."""
+    failed = 0
+    for name, measure in chosen(names).items():
         began = time.perf_counter()
-        given.work.mkdir(parents=True, exist_ok=True)
         try:
+            for folder in vars(measure)["needs"]:
+                if not getattr(given, folder).is_dir():
+                    raise LackingError(f"there is no folder {getattr(given, folder)}")
+            given.work.mkdir(parents=True, exist_ok=True)
             found = measure(given)
-        except registry.LackingError as error:
-            print(f"{each.name}: not measured, {error}", flush=True)
+        except LackingError as error:
+            print(f"{name}: not measured, {error}", flush=True)
             continue
         except Exception:  # the others are measured nevertheless
             traceback.print_exc()
-            print(f"{each.name}: FAILED", flush=True)
+            print(f"{name}: FAILED", flush=True)
             failed += 1
             continue
-        made = found if isinstance(found, list) else [found]
+        made = [found] if isinstance(found, Claim) else list(found)
         for claim in made:
             print(f"  {claim.what}: {claim.value:.6g} {claim.unit}, n {claim.n}")
-        rows.write(each.name, made, source, path)
-        print(f"{each.name}: {time.perf_counter() - began:.0f} s, {path}", flush=True)
+        write(name, made, store)
+        print(f"{name}: {time.perf_counter() - began:.0f} s, {store}", flush=True)
     return failed
 
 
-def listed(names: Sequence[str] = ()) -> str:
-    """Measurements, a line each."""
-    return "\n".join(f"{each.name:28} {each.about}" for each in registry.chosen(names))
+def read(store: Path = STORE) -> list[dict[str, str]]:
+    """The rows; none if there is no file."""
+    if not store.is_file():
+        return []
+    with store.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
 
 
-def main(words: Sequence[str]) -> int:
-    """The exit code: 1 if a measurement failed."""
-    parser = argparse.ArgumentParser(prog="python -m claims", description=(
-        "Measures what a user may hold gaitval to, into reports/claims/VERSION.csv."))  # fmt: skip
-    parser.add_argument("names", nargs="*", metavar="TOPIC", help="or TOPIC.NAME (default: all)")
-    parser.add_argument("--list", action="store_true", help="what there is to measure")
-    parser.add_argument("--again", action="store_true", help="also what this commit is known for")
-    parser.add_argument(
-        "--page",
-        action="store_true",
-        help="write reports/claims/README.md: what moved since the version before",
-    )
-    usual = Given()
-    for name, about in (
-        ("data", "folder of the raw data; GAITVAL_DATA"),
-        ("public", "clones of the repositories of public recordings, OWNER+NAME; GAITVAL_PUBLIC"),
-        ("work", "folder of what long measurements go on from"),
-    ):
-        parser.add_argument(f"--{name}", type=Path, default=getattr(usual, name), help=about)
-    given = parser.parse_args(words)
-    if given.list:
-        print(listed(given.names))
-        return 0
-    if given.page:
-        print(changes.write_page())
-        return 0
-    folders = Given(given.data, given.public, given.work)
-    return 1 if run(given.names, folders, again=given.again) else 0
+def write(by: str, made: Iterable[Claim], store: Path) -> None:
+    """Put what a measurement found in the place of what it had found before."""
+    new = {
+        each.what: {
+            **{"what": each.what, "value": f"{each.value:.6g}", "unit": each.unit},
+            **{"n": str(each.n), "commit": commit(), "by": by},
+            "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        }
+        for each in made
+    }
+    kept = {row["what"]: row for row in read(store) if row["by"] != by}
+    with store.open("w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        table.writeheader()
+        table.writerows((kept | new).values())
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(1 if run(sys.argv[1:], Given()) else 0)

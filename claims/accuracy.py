@@ -27,7 +27,6 @@ LARGEST = {
     "shoulder_moment_peak": ("shoulder moment, peak", "Nm"),
     "arm_work_share": ("positive work of the arms over that of the legs", "%"),
 }
-STORED = ("reports/S??/baseline/metrics.json",)
 _Stored = dict[str, Any]
 _CurvesOf = Callable[[_Stored, str, str], NDArray[np.float64]]
 
@@ -49,7 +48,7 @@ def stored_baselines() -> list[_Stored]:
     return [read_metrics(path).as_dict() for path in paths]
 
 
-@claims.measured(stored=STORED)
+@claims.measured()
 def baselines(_: claims.Given) -> list[Claim]:
     """Errors, skills, goals and side effects of the ten stored baselines."""
     stored = stored_baselines()

@@ -15,12 +15,10 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 import claims
-from claims import Claim
+from claims import Claim, public_file
 from claims.accuracy import MOMENTS
 from claims.prediction import SKILLS
-from claims.recordings.public import public_file
 from claims.skill_interval import skill_interval
-from claims.walking import BASEL
 from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings, load_configuration
 from gaitval.constants import GRAVITY
@@ -32,6 +30,7 @@ from gaitval.gait.events import force_events, marker_events
 from gaitval.gait.foot_forces import assign_forces
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.record import GaitRecord
+from gaitval.importing.importing import request_of, work_out
 from gaitval.prediction.deviations import (
     KINETICS,
     SAGITTAL,
@@ -62,6 +61,9 @@ from gaitval.prediction.population import (
 from gaitval.prediction.seen import PHASES
 from gaitval.prediction.speed_line import dimensionless_speed
 from gaitval.scaling.scaling import scale_subject
+from gaitval.session.read import read_session
+from gaitval.session.request import ImportOptions, Request, checked
+from gaitval.session.subject import subject_of
 from gaitval.study.estimate_stage import Elsewhere, of_known, with_kinetics
 
 ARNOLD: Final = "stanfordnmbl+balance-exo-sim/results/experiments"
@@ -72,6 +74,7 @@ MONTREAL: Final = "mcgillmotionlab+biomechzoo/data/sample_study/raw c3d files"
 NO_STANDING: Final = "Basel"
 """The laboratory without standing trials: zeros of angles and joint centres are from the walk. Its
 people are learned from, and are rows of their own."""
+BASEL: Final = "fmoissenet+GaitEventsAlgorithms/NormSubjects"
 BASEL_WALKS: Final = (
     "1001a16", "1003a09", "1004a05", "1005a05", "1006a12", "1008a11", "1009a20", "1010a15",
     "1011a17", "1012a07", "1013a06", "1014a05", "1022a05", "1023a03", "1025a16", "1026a11",
@@ -176,15 +179,30 @@ class ImportedElsewhere(NamedTuple):
     known: Subject
 
 
+def _request(recording: dict[str, Any], base: Path, folder: Path) -> Request:
+    """What an import is asked for, into `folder`."""
+    options = {key: value for key, value in recording.items() if key in ImportOptions.model_fields}
+    for key in ("trials", "forces"):
+        options[key] = [public_file(each, base) for each in recording.get(key) or ()]
+    if "static" in recording:
+        options["static"] = public_file(recording["static"], base)
+    return request_of(checked(ImportOptions, options), folder / "out", lambda *_: None)
+
+
+def subject_from(recording: dict[str, Any], base: Path) -> Subject:
+    """The subject that a recording becomes."""
+    with tempfile.TemporaryDirectory() as folder:
+        request = _request(recording, base, Path(folder))
+        return subject_of(work_out(request, load_configuration().processing))
+
+
 def imported(public: Path) -> list[ImportedElsewhere]:
     """All `recordings` that become a subject without their plates."""
-    from claims.prediction import _subject_of
-
     found = []
     for each in recordings(public):
         try:
-            full = _subject_of(each, public)
-            known = _subject_of(each | {"kinematics_only": True, "forces": None}, public)
+            full = subject_from(each, public)
+            known = subject_from(each | {"kinematics_only": True, "forces": None}, public)
         except (GaitvalError, StopIteration) as error:
             print(f"{each['name']}: left out ({error})"[:200], flush=True)
             continue
@@ -412,13 +430,12 @@ def strikes(given: claims.Given) -> list[Claim]:
     """Heel strikes of markers alone against the same recordings' plates. A laboratory's are moved
     by what the others need in the mean, as `LANDS_BEFORE` is all laboratories' mean.
     """
-    from claims.measurement.faults import _read
-
     processing, off = load_configuration().processing, dict[str, list[float]]()
     for recording in [*recordings(given.public), TREADMILL]:
         with tempfile.TemporaryDirectory() as folder:
             try:
-                _, session = _read(recording, given.public, Path(folder))
+                request = _request(recording, given.public, Path(folder))
+                session = read_session(request, processing)
             except GaitvalError as error:
                 print(f"{recording['name']}: left out ({error})"[:200], flush=True)
                 continue
@@ -455,9 +472,9 @@ def strikes(given: claims.Given) -> list[Claim]:
 @claims.measured()
 def worth(_: claims.Given) -> list[Claim]:
     """Error of an estimate of angles alone that one more recording would leave, of the ten."""
-    from claims.prediction import _estimate_of
+    from claims.prediction import estimate_of
 
-    found = [_estimate_of(each.identifier) for each in builtin_subjects()]
+    found = [estimate_of(each.identifier) for each in builtin_subjects()]
     words = {
         "arms": "a foot alone on a plate once",
         "total": "the force on both feet together",

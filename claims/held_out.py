@@ -179,13 +179,13 @@ def halves_rows(found: dict[str, _Stored]) -> list[Claim]:
     return rows
 
 
-@claims.measured(stored=("reports/held_out/kinematics/*.json",))
+@claims.measured()
 def kinetics(_: claims.Given) -> list[Claim]:
     """Kinetics of walks that know angles only: skill against nine others."""
     return kinetics_rows(stored("kinematics"))
 
 
-@claims.measured(stored=("reports/held_out/holdout/*.json",))
+@claims.measured()
 def speeds(_: claims.Given) -> list[Claim]:
     """Walks of a trial at a speed that was held out, beside predictions without physics."""
     found = stored("holdout")
@@ -273,7 +273,7 @@ def predicted_errors(person: str, trial: str) -> dict[str, dict[str, float]]:
     }
 
 
-@claims.measured(stored=("reports/held_out/halves/*.json",))
+@claims.measured()
 def halves(_: claims.Given) -> list[Claim]:
     """Walks that know one half of a session's cycles, against the other half."""
     return halves_rows(stored("halves"))

@@ -1,16 +1,13 @@
-"""Muscles: paths in other programs, an instrumented knee, hips, electromyograms, time."""
+"""Muscles of the ten walks: hips beside implants, timing beside electromyograms, time."""
 
-import tempfile
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 import claims
-from claims import Claim
-from claims.given import Given
+from claims import Claim, Given
 from claims.muscle_measures import (
     MUSCLES,
     as_implants_say,
@@ -24,8 +21,6 @@ from gaitval.arrays import Array
 if TYPE_CHECKING:
     from gaitval.musculature.forces import LegForces
     from gaitval.musculature.gait import LoadedMotion, MuscleGait
-
-PERSON = 5
 
 PATIENTS_WALK: Final = 1.1
 """m/s: four people with implants carried 2.38 body weights at 4 km/h (Bergmann et al. 2001, J
@@ -130,87 +125,3 @@ def _timing(given: Given, who: str, gaits: "list[MuscleGait]") -> list[Claim]:
         Claim(f"muscles on and off by chance, {who}", float(chance), "%", n),
         Claim(f"muscles timed within 10 %, {who}", float(in_time(legs, seen)), "of 9", 9),
     ]
-
-
-RECORDED: Final = ("01", "04")
-"""People of Arnold et al. (2013) with markers, plates and electromyograms, as balance-exo-sim has
-them; 02's standing trial is of other markers than the walk. 18 and 19 are kept for a last test."""
-
-
-@claims.measured("data", "public")
-def measured_people(given: Given) -> list[Claim]:
-    """The walk of Rajagopal et al. (2016) and two people of Arnold et al. (2013), imported: muscles
-    beside their own electromyograms and Perry's, hips, reserves.
-    """
-    from gaitval.gait.electromyograms import read_electromyograms
-    from gaitval.musculature.electromyography import seen_activations
-    from gaitval.musculature.gait import muscles_of
-
-    gaits, implants, correlations, agreements = [], [], [], []
-    for motion, emg in _recorded(given):
-        found = muscles_of([motion])
-        gaits.append(found)
-        implants += _hips(motion, found)
-        own = seen_activations(found, {motion.name: read_electromyograms(emg, "right")})
-        correlations.append(np.nanmean([each.correlation for each in own]))
-        agreements.append((np.mean([e.agrees for e in own]), np.mean([e.by_chance for e in own])))
-    agree, chance = 100 * np.mean(agreements, axis=0)
-    return [
-        Claim(
-            "muscles to own electromyograms, r of three people",
-            float(np.mean(correlations)),
-            "1",
-            3,
-        ),
-        Claim("muscles on and off as own electromyograms", float(agree), "%", 3),
-        Claim("muscles on and off as own electromyograms, by chance", float(chance), "%", 3),
-        Claim("muscles, largest reserve, measured people", _reserve(gaits), "%", 3),
-        Claim("hip contact as implants say, measured people", float(np.median(implants)), "BW", 3),
-        *_timing(given, "measured people", gaits),
-    ]
-
-
-def _recorded(given: Given) -> "Iterator[tuple[LoadedMotion, Path]]":
-    """The motion and the electromyograms of each."""
-    from claims.measurement.faults import _imported, _read
-    from gaitval.session.loaded import loaded_motion, measured_knees
-
-    stanford = given.public / "stanfordnmbl+balance-exo-sim/results/experiments"
-    moco = given.public / "opensim-org+opensim-core/OpenSim/Examples/Moco/example3DWalking"
-    data = given.data / "opensim_rajagopal/ExpData"
-    people: list[tuple[dict[str, Any], Path]] = [
-        (
-            {
-                "static": str(data / "static_walk_1.trc"),
-                "trials": [str(data / "motion_capture_walk.trc")],
-                "forces": [str(data / "grf_walk.mot")],
-                "mass": 85.07, "height": 1.829, "sex": "M",
-            },
-            moco / "electromyography.sto",
-        )
-    ]  # fmt: skip
-    for number, mass, height in zip(RECORDED, (72.84, 80.3), (1.75, 1.85), strict=True):
-        walk = stanford / f"subject{number}" / "walk2" / "expdata"
-        static = stanford / f"subject{number}" / "static" / "expdata"
-        people.append(
-            (
-                {
-                    "static": str(static / "marker_trajectories.trc"),
-                    "trials": [str(walk / "marker_trajectories.trc")],
-                    "forces": [str(walk / "ground_reaction_unfiltered.mot")],
-                    "mass": mass, "height": height, "sex": "M",
-                },
-                walk / "emg.sto",
-            )
-        )  # fmt: skip
-    with tempfile.TemporaryDirectory() as folder:
-        for options, emg in people:
-            found = _imported(*_read(options, given.public, Path(folder)))
-            knees = measured_knees(
-                found.body.model, found.body.markers, found.session.marker_set.landmarks
-            )
-            motion = loaded_motion(
-                found.trials[0], found.body.model, height=options["height"], knees=knees
-            )
-            if motion is not None:
-                yield motion, emg

@@ -137,7 +137,7 @@ def changes_by_step() -> dict[tuple[str, str], list[tuple[float, float]]]:
     return groups
 
 
-@claims.measured(stored=("gaitval/metrics/time_step.csv",))
+@claims.measured()
 def convergence(_: claims.Given) -> list[Claim]:
     """The whole study made anew at a quarter of the step: change of the mean curves."""
     rows = []

@@ -1,14 +1,6 @@
-"""Kinetics of people of whom only angles are known: walked, estimated, and at other laboratories.
+"""Kinetics of people of whom only angles are known: walked, and estimated by the nine others."""
 
-Of the built-in people each is estimated by the nine others. Recordings of other laboratories are
-imported without their plates and compared with them.
-"""
-
-import tempfile
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,11 +10,8 @@ from claims.accuracy import MOMENTS
 from claims.held_out import mean, stored
 from claims.skill_interval import skill_interval
 from gaitval.arrays import Array
-from gaitval.configuration import RecordSettings, load_configuration
-from gaitval.datasets.stored_gait import StanceFraction
-from gaitval.datasets.subject import Subject
+from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.errors import RecordError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.insoles import InsoleForces
 from gaitval.metrics.baselines import others_line
@@ -37,13 +26,11 @@ from gaitval.prediction.deviations import (
     trial_of,
     units,
 )
-from gaitval.prediction.estimate import WIDER_WITH_TOTAL, Estimate, estimate
+from gaitval.prediction.estimate import Estimate, estimate
 from gaitval.prediction.insoles import with_insoles
 from gaitval.prediction.known import known_record
 from gaitval.prediction.normal_form import normal_form
-from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.servo import closed_cycle
-from gaitval.study.estimate_stage import of_known
 
 WORN_ERROR = 0.05
 TIMES_WORN = 5
@@ -58,7 +45,7 @@ SKILLS = (
 )
 
 
-@claims.measured(stored=("reports/held_out/kinematics/*.json",))
+@claims.measured()
 def kinematics(_: claims.Given) -> list[Claim]:
     """Kinetics of walks that know angles only: skill against what is expected of anybody at this
     speed, with an interval over people.
@@ -96,8 +83,8 @@ def estimates(_: claims.Given) -> list[Claim]:
     """
     people = builtin_subjects()
     found = [each.identifier for each in people]
-    ours = [_estimate_of(person) for person in found]
-    plain = [_estimate_of(person, angles=False) for person in found]
+    ours = [estimate_of(person) for person in found]
+    plain = [estimate_of(person, angles=False) for person in found]
     truth = [kinetics_of(normal_form(each.record(), each.leg_length_m)) for each in people]
     drawn = [others_line(each, people) for each in people]
     legs = [each.leg_length_m for each in people]
@@ -152,7 +139,7 @@ def insoles(_: claims.Given) -> list[Claim]:
     """
     rng, left, inside = np.random.default_rng(INSOLES_SEED), [], []
     for person in builtin_subjects():
-        before = _estimate_of(person.identifier)
+        before = estimate_of(person.identifier)
         truth = kinetics_of(normal_form(person.record(), person.leg_length_m))
         for _again in range(TIMES_WORN):
             found = with_insoles(before, _worn(truth[:, -1], person.stride_time_s, rng))
@@ -186,99 +173,7 @@ def _worn(vertical: Array, stride_time: float, rng: np.random.Generator) -> Inso
     return InsoleForces("", shown, 1.0, (9, 9), stride_time, WORN_ERROR)
 
 
-@claims.measured("public")
-def seen(given: claims.Given) -> list[Claim]:
-    """Kinetics of people of other laboratories, imported without their plates and compared with
-    them: error of the estimate with what markers say of the forces (contacts, and the total of both
-    feet), over that of the estimate without, and an interval over people. And how many points are
-    within the bands, which are as wide as errors in the other laboratories of these need.
-    """
-    before, after, widths, laboratories = [], [], [], []
-    for laboratory, known, truth in _without_plates(given.public):
-        model, contact = scale_subject(known).model, load_configuration().contact
-        usual = known_record(known, RecordSettings(), builtin_subjects())
-        for subject, errors in ((_without_markers_say(known), before), (known, after)):
-            found = of_known(usual, subject, model, contact)
-            errors.append(units(known.leg_length_m) * (found.kinetics - truth))
-        widths.append(units(known.leg_length_m) * found.half_width / WIDER_WITH_TOTAL)
-        laboratories.append(laboratory)
-    rows, count = [], len(laboratories)
-    size = [np.sqrt(np.mean(np.square(each), axis=3)).mean(axis=1) for each in (before, after)]
-    for kind, name in SKILLS:
-        i = KINETICS.index((kind, name))
-        without, with_them = (each[:, i] for each in size)
-        noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
-        scale, nearer = 100.0 if kind == "forces" else 1.0, int(np.sum(with_them < without))
-        print(f"{noun}: {scale * without.mean():.3f} without, {scale * with_them.mean():.3f} with "
-              f"what markers say, nearer {nearer} of {count}", flush=True)  # fmt: skip
-        what = f"recordings elsewhere without plates: {noun}, contacts and total force by markers"
-        ratio = float(with_them.mean() / without.mean())
-        of = f"{what}: error over that without them"
-        rows.append(Claim(of, ratio, "1", count))
-        of = f"{what}: skill against that without them, 5 % point"
-        least = lower_end(with_them, without)
-        rows.append(Claim(of, least, "1", count))
-    # (recordings, quantities): how much wider a band has to be to hold 90 of 100 points
-    off = np.abs(np.array(after)) / np.maximum(np.array(widths)[:, None], 1e-9)
-    print("wider:", np.round(_wider(off), 2).tolist(), "shipped:", WIDER_WITH_TOTAL[:, 0].tolist())
-    inside = []
-    for laboratory in dict.fromkeys(laboratories):
-        here = np.array([each == laboratory for each in laboratories])
-        inside += (off[here] <= _wider(off[~here])[:, None]).mean(axis=(1, 2, 3)).tolist()
-    what = (
-        "recordings elsewhere without plates: points within the band of 90 % of other laboratories"
-    )
-    share = 100.0 * float(np.mean(inside))
-    return [*rows, Claim(what, share, "%", count)]
-
-
-def _wider(off: Array) -> Array:
-    """(7,) half widths that 90 of 100 points of `off` (recordings, 2, 7, n) are within; each
-    recording counts as much as another.
-    """
-    return np.asarray(np.quantile(off, 0.9, axis=(0, 1, 3)))
-
-
-def _without_plates(clones: Path) -> Iterator[tuple[str, Subject, Array]]:
-    """People of public recordings with both sides' plates: their laboratory, the subject that an
-    import without the plates makes, and the true kinetics (2, 7, n).
-    """
-    from claims.measurement.faults import SAMPLE, _recordings
-
-    for recording in _recordings():
-        if recording is SAMPLE or "WBDS" in recording["laboratory"]:
-            continue  # nobody, and the laboratory of the built-in people
-        full = _subject_of(recording, clones)
-        try:
-            known = _subject_of(recording | {"kinematics_only": True, "forces": None}, clones)
-        except RecordError as error:
-            print(f"{recording['name']}: no subject without its plates ({error})", flush=True)
-            continue
-        if not full.gait.not_recorded:
-            print(recording["name"], full.source, flush=True)
-            yield (
-                recording["laboratory"],
-                known,
-                kinetics_of(normal_form(full.record(), full.leg_length_m)),
-            )
-
-
-def _subject_of(recording: dict[str, Any], clones: Path) -> Subject:
-    from claims.measurement.faults import _imported, _read
-    from gaitval.session.subject import subject_of
-
-    with tempfile.TemporaryDirectory() as folder:
-        return subject_of(_imported(*_read(recording, clones, Path(folder))))
-
-
-def _without_markers_say(subject: Subject) -> Subject:
-    """The `subject` of whom contacts and the total of the forces are unknown."""
-    unknown = StanceFraction.model_construct(right=None, left=None)
-    gait = subject.gait.model_copy(update={"total_force": None})
-    return subject.model_copy(update={"stance_fraction": unknown, "gait": gait})
-
-
-def _estimate_of(person: str, *, angles: bool = True) -> Estimate:
+def estimate_of(person: str, *, angles: bool = True) -> Estimate:
     """Of a built-in person, by the nine others; their own kinetics are NaN in it."""
     subject = load_subject(person)
     fit = stored_fits()[f"{subject.identifier} {subject.trial}"]

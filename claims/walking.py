@@ -2,14 +2,13 @@
 
 import csv
 import statistics
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import claims
+import gaitval
 from claims import Claim
-from claims.rows import STARTED
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -32,8 +31,6 @@ WALKS: Final = 0.95
 TABLES: Final = {"F": "ANSUR_II_FEMALE_Public.csv", "M": "ANSUR_II_MALE_Public.csv"}
 SLOWEST, FASTEST = 0.4, 1.6
 """m/s, of the strangers' speeds."""
-BASEL: Final = "fmoissenet+GaitEventsAlgorithms/NormSubjects"
-"""Folder of walks of one adult, which no list has."""
 CHILDREN: Final = 5
 """Every so many strangers is a child."""
 GROWTH: Final = {
@@ -96,7 +93,7 @@ def strangers(given: claims.Given) -> Claim:
     from gaitval.artefacts import read_json, write_json
 
     table = adults(given.data)
-    store = given.work / f"strangers-{STARTED}.json"
+    store = given.work / f"strangers-{gaitval.__version__}.json"
     known = read_json(store) if store.is_file() else []
     for number in range(len(known), COUNT):
         person, gait, speed = drawn_stranger(table, SEED, number, (SLOWEST, FASTEST))
@@ -170,53 +167,6 @@ def _child(person: "Subject", random: "Generator") -> "Subject":
             "mass_kg": float(mass),
             "height_m": float(height),
         }
-    )
-
-
-@claims.measured("public")
-def imports(given: claims.Given) -> Claim:
-    """Public recordings that become subjects, each walked as recorded without own training: how
-    many walk from every start.
-    """
-    from claims.recordings import people, public
-    from gaitval.artefacts import read_json, write_json
-    from gaitval.datasets.subject_file import load_subject
-    from gaitval.errors import GaitvalError
-
-    store = given.work / f"imports-{STARTED}.json"
-    known = read_json(store) if store.is_file() else {}
-    wanted = [
-        each
-        for each in (*people.listed(), *public.listed())
-        if not each.get("refused") and not each.get("drafted") and "WBDS" not in each["laboratory"]
-    ]
-    wanted += [
-        {"name": path.stem, "laboratory": "Basel", "trials": [str(path)], "sex": "M"}
-        for path in sorted((given.public / BASEL).glob("*.c3d"))
-    ]
-    with tempfile.TemporaryDirectory() as folder:
-        for number, recording in enumerate(wanted):
-            name = f"{recording['laboratory']}: {recording['name']}"
-            if name in known:
-                continue
-            try:
-                person = load_subject(
-                    public.imported(recording, given.public, Path(folder) / str(number))
-                )
-            except GaitvalError as error:
-                known[name] = {"refused": str(error).split("\n")[0]}
-            else:
-                speed = round(person.walking_speed_m_s, 2)
-                known[name] = {"speed": speed, "fell": _fell(person)}
-            write_json(store, known)
-            print(f"{name}: {known[name]}", flush=True)
-    walked = [each["fell"] == 0 for each in known.values() if "fell" in each]
-    return Claim(
-        "strangers, public recordings that become subjects, without own training: share that walk "
-        f"{CYCLES} cycles from {STARTS} starts",
-        100.0 * sum(walked) / len(walked),
-        "%",
-        len(walked),
     )
 
 

@@ -14,7 +14,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from claims.rows import STARTED
+from claims import commit
 from gaitval.artefacts import read_json, write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
@@ -96,7 +96,7 @@ def store(kind: str, name: str, metrics: dict[str, Any], run: Run) -> None:
         "reference_errors": reference_errors(run),
         "starts": walk["starts"],
         "measures": metrics["measures"],
-        "commit": STARTED,
+        "commit": commit(),
     }
     path = STORE / kind / f"{name}.json"
     write_json(path, kept)

@@ -23,7 +23,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from safetensors.numpy import save_file
 
-from claims.given import DATA, ROOT
+from claims import DATA, ROOT
 from claims.walking import adults, drawn_stranger, task_of
 from gaitval.arrays import Array
 from gaitval.artefacts import (

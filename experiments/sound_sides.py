@@ -16,12 +16,12 @@ the moments that are expected before any walk, each person's with the others' fi
 need the other files, so these are written first.
 """
 
+import csv
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from claims.patients import HEALTHY, SPEEDS, tables, true_moments
 from experiments.shipped import parser_of, ship
 from gaitval.apps.patients.ankle_errors import ERRORS
 from gaitval.apps.patients.cohort import found_patients
@@ -50,6 +50,10 @@ from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.scaling import scale_subject
 from gaitval.text_tables import csv_text
 
+SPEEDS = ("transfemoral_amputee=0.8", "TF02=0.7")
+"""m/s on the treadmill (Hood et al. 2020); TF02's fastest trial, which his stride is of, by his
+ankle's angle."""
+HEALTHY = "control"
 FOLDER = Path(__file__).resolve().parent.parent / "gaitval" / "apps" / "patients"
 
 ENDED = 0.05
@@ -84,6 +88,39 @@ Computed by experiments/sound_sides.py from: Hood S, Ishmael MK, Gunnell A, Fore
 # file: CC BY 4.0, https://creativecommons.org/licenses/by/4.0/. Its authors do not endorse this
 # project.
 """
+
+
+def tables(data: Path) -> tuple[Path, list[Path]]:
+    """The strides, and the tables of people."""
+    people = ["gps/amputee_subjects.csv", "gps/parkinson_subjects.csv"]
+    return data / "gps" / "strides.csv", [
+        *(data / each for each in people),
+        data / "wbds" / "WBDS_subjects_merged.csv",
+    ]
+
+
+def true_moments(data: Path) -> dict[tuple[str, str], Array]:
+    """Ankle moment (101,) Nm/kg, dorsiflexion positive, at the speed of the strides, by person and
+    side ("prosthetic", "intact").
+
+    A person's speeds are 0.4, 0.5, … m/s or 0.6, 0.8, … (by the ratio of the slowest two), of which
+    the file has the dimensionless ones.
+    """
+    found: dict[tuple[str, str], dict[float, Array]] = {}
+    with (data / "amputee" / "ankle.csv").open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            if row["quantity"] == "ankle_moment_nm_kg":
+                curve = np.array([float(row[f"p{each}"]) for each in range(101)])
+                known = found.setdefault((row["subject"], row["side"]), {})
+                known[float(row["dimensionless_speed"])] = curve
+    chosen = {}
+    for (subject, side), curves in found.items():
+        slowest, second = sorted(curves)[:2]
+        first, step = (0.4, 0.1) if second / slowest < 1.29 else (0.6, 0.2)
+        wanted = 0.7 if subject == "TF02" else 0.8
+        number = round((wanted - first) / step)
+        chosen[subject, side] = curves[sorted(curves)[number]]
+    return chosen
 
 
 def ends(moment: Array) -> float:

@@ -1,5 +1,5 @@
 """Write the accuracy tables of README.md and reports/README.md from the stored baselines, and the
-figures that `fed_figures` finds in docs/ from the newest claims.
+figures that `fed_figures` finds in docs/ from the claims.
 
 Every figure of a table comes from reports/Snn/baseline/metrics.json, which `make baseline` writes;
 how far the physics step changes results, in docs/speed.md, from `gaitval/metrics/time_step.csv`.

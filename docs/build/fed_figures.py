@@ -4,9 +4,8 @@ In a page,
 
     <!-- claim: WHAT :: FORMAT -->1.62<!-- end -->
 
-holds the value of the row WHAT of the newest `reports/claims/VERSION.csv` that has it, in Python's
-FORMAT (`.2f`; `.0%` for a share). Comments are not shown. `accuracy_tables.py` writes and checks
-them.
+holds the value of the row WHAT of `reports/claims.csv`, in Python's FORMAT (`.2f`; `.0%` for a
+share). Comments are not shown. `accuracy_tables.py` writes and checks them.
 """
 
 import re
@@ -14,16 +13,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from claims import changes
+from claims.__main__ import STORE, read
 from gaitval.datasets.subject_file import builtin_subjects
 
 ROOT = Path(__file__).parents[2]
 _FED: Final = re.compile(r"<!-- claim: (?P<what>.+?) :: (?P<format>\S+) -->.*?<!-- end -->")
 
 
-def claims(folder: Path = changes.FOLDER) -> dict[str, float]:
-    """Values of the claims, each of the newest version that measured it."""
-    return {row["what"]: float(row["value"]) for row in changes.newest(folder) if row["value"]}
+def claims(store: Path = STORE) -> dict[str, float]:
+    """Values of the claims."""
+    return {row["what"]: float(row["value"]) for row in read(store)}
 
 
 def fed(text: str, values: Mapping[str, float], where: str) -> str:
@@ -34,7 +33,7 @@ def fed(text: str, values: Mapping[str, float], where: str) -> str:
     def written(found: re.Match[str]) -> str:
         what, form = found["what"], found["format"]
         if what not in values:
-            raise ValueError(f"{where}: no claim is called {what!r}. See reports/claims/README.md.")
+            raise ValueError(f"{where}: no claim is called {what!r}. See reports/claims.csv.")
         shown = format(values[what], form).replace("%", " %")
         return f"<!-- claim: {what} :: {form} -->{shown}<!-- end -->"
 

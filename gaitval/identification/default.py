@@ -5,8 +5,8 @@ Bounds are `unidentified.WIDE` SDs of the prior, so that none decides what is fo
 is that of the posterior whatever the bound. The walker takes the posterior mean, which is shrunk
 towards the scaled body by as much as the record leaves open, where the record `fits` the model. So
 found, legs of harsh and of harsher people than the fit expects are nearer to the truth than as
-scaled on average, however they were measured (`experiments.harsher_people`). Its legs are equal
-unless `two_legs` says otherwise.
+scaled on average, however they were measured (`experiments/harsher_people.py` of
+commit 60ee3cba). Its legs are equal unless `two_legs` says otherwise.
 """
 
 from collections.abc import Callable

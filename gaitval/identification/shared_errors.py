@@ -112,7 +112,7 @@ _MEANS: Final = np.array(
 TRUST: Final = 0.6
 """Share of a record's information that counts. A likelihood that is wrong in its model says more
 than it knows; raised to a power below 1 it says less. Chosen on people of
-`experiments.harsher_people.CHOSEN_ON`."""
+`experiments/harsher_people.py` of commit 60ee3cba."""
 LARGEST_DEVIANCE: Final = 300.0
 """Of minus twice the log posterior at the mode. The ten built-in people have 67 to 176, 196 harsh
 ones 99 to 225; beyond this the record contradicts the model, and nothing is updated."""

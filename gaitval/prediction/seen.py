@@ -2,7 +2,8 @@
 
 What is expected of anybody has the double support of anybody. Of a person without plates the import
 knows when the feet land and leave; and the total of both forces is the acceleration of the centre
-of mass (`gaitval.prediction.force_split`). What both are worth: `python -m claims prediction.seen`.
+of mass (`gaitval.prediction.force_split`). What both are worth: `claims/prediction.py` of
+commit 60ee3cba.
 """
 
 from dataclasses import replace

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 JOINTS: Final = "joints"
 PEOPLE: Final = 0.13
 """Standard deviation of people's rates about what is expected of their speed, as a share of it: of
-35 adults on the level at 0.75 to 1.75 m/s (`experiments/level_rates.py`)."""
+35 adults on the level at 0.75 to 1.75 m/s (`experiments/level_rates.py` of commit 60ee3cba)."""
 MODEL: Final = 0.083
 """Standard deviation of what the joints' model is off for a group, as a share of the rate: of ten
 conditions of forty people, to which its two numbers were fitted (`experiments/joint_metabolics.py`;

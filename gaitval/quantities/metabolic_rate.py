@@ -73,7 +73,7 @@ def expected_rate(speed: float) -> float:
     m/s, none of whom it was made from, it is 0 % off (95 %: -4 to 4), the mean of it and of that of
     the American College of Sports Medicine 6 % too low (2 to 10), the latter alone 12 % (8 to 16).
     At 1.0 to 1.5 m/s, for which both are meant, it is 2 % off (-3 to 7), the mean 3 % too low (-2
-    to 8), the latter 8 % (4 to 13) (`experiments/level_rates.py`).
+    to 8), the latter 8 % (4 to 13) (`experiments/level_rates.py` of commit 60ee3cba).
     """
     return float(1.44 + 1.94 * speed**0.43 + 0.24 * speed**4)
 

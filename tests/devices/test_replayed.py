@@ -4,11 +4,11 @@ import io
 
 import numpy as np
 import pytest
+from browser import FLAGS
 from html_page import only_html
 from page_in_browser import chromium as found_chromium
 from PIL import Image
 
-from claims.browser import FLAGS
 from gaitval.apps.devices import study
 from gaitval.apps.devices.page import write_report
 from gaitval.apps.devices.replayed import replayed

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
+from browser import FLAGS
 from page_in_browser import chromium, overflow, violations
 
-from claims.browser import FLAGS
 from gaitval.apps.devices.of_subject import tables
 from gaitval.apps.live.page import _leading, served
 from gaitval.apps.live.walk import LiveWalk

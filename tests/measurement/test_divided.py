@@ -1,12 +1,13 @@
 """A plate under both feet is divided: the parts add up, and are those of two plates."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from synthetic_recording import BELTS, LANDMARKS, SPEED, walk
 
-from claims.measurement.one_plate import as_one, errors
 from gaitval.artefacts import read_json
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES
@@ -14,9 +15,51 @@ from gaitval.datasets.sample import copy_sample
 from gaitval.errors import RecordError
 from gaitval.gait.divided import HEEL, LATE, TOES, _parts, _share, divided
 from gaitval.gait.filters import low_pass
+from gaitval.gait.foot_forces import _moment
 from gaitval.importing.importing import import_files
+from gaitval.mocap.force_plates import plate_axes
+from gaitval.mocap.pressed_plates import plate_under
+from gaitval.mocap.recording import Recording
 from gaitval.session import trial
 from gaitval.session.request import ImportOptions
+
+PHASES = np.arange(200) / 200
+SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
+
+
+def as_one(recording: Recording) -> Recording:
+    """A `recording`, zeroed and in the project's axes, whose plates are one."""
+    plates = recording.plates
+    corners = np.concatenate([plate.corners for plate in plates])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    x, y, z = np.stack([low, high], axis=1)
+    # Clockwise from above, so that its third axis points down, as plates have it.
+    around = np.array(
+        [[x[1], y[0], z[0]], [x[0], y[0], z[0]], [x[0], y[1], z[0]], [x[1], y[1], z[0]]]
+    )
+    assert plate_axes(around)[2, 2] < 0.0
+    force = sum((plate.force for plate in plates), np.zeros_like(plates[0].force))
+    moment = sum((_moment(plate) for plate in plates), np.zeros_like(force))
+    return replace(recording, plates=(plate_under("1", around, force, moment),))
+
+
+def errors(right: Any, found: Any) -> dict[str, float]:
+    """Root mean squares over a cycle, worse side, of two records: forces % of body weight, and the
+    mean of the sagittal moments Nm/kg.
+    """
+    differences = [
+        found.ground_reaction(s, PHASES) - right.ground_reaction(s, PHASES) for s in SIDES
+    ]
+    forces = 100.0 * np.sqrt(np.mean(np.square(differences), axis=1)).max(axis=0)
+    moments = [
+        np.sqrt(np.mean((found.moments[name](PHASES) - right.moments[name](PHASES)) ** 2))
+        for side in "rl"
+        for name in (f"{joint}_{side}" for joint in SAGITTAL)
+    ]
+    values = (*forces, np.mean(moments))
+    return dict(
+        zip(("forward", "sideways", "vertical", "moments"), map(float, values), strict=True)
+    )
 
 
 def test_the_parts_add_up_and_their_forces_meet_with_the_sums():

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from planted_faults import faults
 from scipy.spatial.transform import Rotation
 
-from claims.measurement.planting import faults
 from gaitval.checks.checks import trial_warnings
 from gaitval.checks.force_checks import BRAKING, INWARD
 from gaitval.checks.laboratory_checks import FLOOR_TILTED

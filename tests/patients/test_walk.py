@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from claims.patients import HEALTHY, SPEEDS, tables
+from experiments.sound_sides import HEALTHY, SPEEDS, tables
 from gaitval.apps.patients.cohort import found_patients, walked
 from gaitval.apps.patients.gentle_fit import gentle_reference
 from gaitval.apps.patients.passive_foot import patient_record

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+from browser import FLAGS
 from html_page import only_html
 from page_in_browser import chromium as found_chromium
 from page_in_browser import overflow, violations
@@ -14,7 +15,6 @@ from PIL import Image
 from report_run import build_run
 from synthetic_walk import MODEL
 
-from claims.browser import FLAGS
 from gaitval.artefacts import read_arrays, read_json
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS

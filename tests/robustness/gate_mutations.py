@@ -34,7 +34,7 @@ from typing import Any, Final
 
 from gate_artefacts import FAULTS, Fault
 
-from claims.rows import STARTED
+from claims import commit
 from gaitval import __version__
 from gaitval.apps.regression import baseline as study
 from gaitval.apps.regression.regression import LONG_MEASURES, compare, lost
@@ -355,7 +355,7 @@ def save(**parts: Any) -> Json:
     faults = stored_faults()
     for name, value in parts.items():
         stored[name] = {**faults, **value} if name == "faults" else value
-        stored.setdefault("commits", {})[name] = STARTED
+        stored.setdefault("commits", {})[name] = commit()
     stored |= {
         "date": datetime.now(UTC).date().isoformat(),
         "versions": versions(),
@@ -369,7 +369,7 @@ def save(**parts: Any) -> Json:
 def stored_faults() -> Json:
     """Of the faults in the store, those that were planted in this commit."""
     stored: Json = read_json(STORE) if STORE.exists() else {}
-    here = stored.get("commits", {}).get("faults") == STARTED
+    here = stored.get("commits", {}).get("faults") == commit()
     return dict(stored["faults"]) if here else {}
 
 

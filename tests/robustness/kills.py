@@ -38,7 +38,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from claims.rows import STARTED
+from claims import commit
 from gaitval.apps.cohort.store import FINISHED
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.partial_files import PARTIAL
@@ -542,13 +542,13 @@ def message(stored: Json) -> list[str]:
 def _stored() -> Json:
     """What is in the store, if it is of this commit."""
     found = dict(read_json(STORE)) if STORE.exists() else {}
-    return found if found.get("commit") == STARTED else {}
+    return found if found.get("commit") == commit() else {}
 
 
 def _save(**parts: Any) -> None:
     STORE.parent.mkdir(parents=True, exist_ok=True)
     about = {"date": datetime.now(UTC).date().isoformat(), "versions": versions(),
-             "commit": STARTED}  # fmt: skip
+             "commit": commit()}  # fmt: skip
     write_json(STORE, {**_stored(), **parts, **about})
 
 

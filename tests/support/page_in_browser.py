@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-from claims.browser import LACKING, SERIOUS, program
+from browser import LACKING, SERIOUS, program
 
 
 def chromium(config: pytest.Config) -> str:
@@ -40,7 +39,7 @@ def opened(executable: str, file: Path, *, width: int = 800, dark: bool = False)
 def violations(page: Any) -> list[str]:
     """What axe-core finds that hinders readers seriously, with the first place of each.
 
-    It is not asked how to find every element that passes, as `claims.browser` asks it: on a page
+    It is not asked how to find every element that passes, as `browser` asks it: on a page
     with figures that takes three quarters of its time.
     """
     page.evaluate(resources.files("axe_playwright_python").joinpath("axe.min.js").read_text())

@@ -1,4 +1,4 @@
-"""Figures in running text come from the newest claims."""
+"""Figures in running text come from the claims."""
 
 import sys
 from pathlib import Path
@@ -26,19 +26,6 @@ def test_a_figure_is_written_in_its_format_and_the_rest_stays() -> None:
 def test_a_claim_that_there_is_not_is_named_with_its_page() -> None:
     with pytest.raises(ValueError, match=r"page\.md.*'gone'"):
         fed_figures.fed("<!-- claim: gone :: .1f -->1.0<!-- end -->", {}, "page.md")
-
-
-def test_a_claim_is_of_the_newest_version_that_measured_it_and_versions_are_numbers(
-    tmp_path: Path,
-) -> None:
-    for version, rows in {
-        "0.9.0": {"a": 1.0, "b": 2.0},
-        "0.10.0": {"a": 3.0},
-        "0.2.1": {"a": 4.0, "c": 5.0},
-    }.items():
-        lines = ["what,value,by", *(f"{what},{value},{what}" for what, value in rows.items())]
-        (tmp_path / f"{version}.csv").write_text("\n".join(lines), encoding="utf-8")
-    assert fed_figures.claims(tmp_path) == {"a": 3.0, "b": 2.0, "c": 5.0}
 
 
 def test_the_papers_table_says_what_differs() -> None:

@@ -33,8 +33,8 @@ al. (2019), Med Sci Sports Exerc 51:1954, abstract. By more, people differ from 
 COMMON: Final = 0.33
 """Standard deviation of what people's mean change is off that of the models, as a share of its
 size (`size`): of 19 means of four studies, of vests, inclines and a powered ankle, what chance of
-who was measured explains taken off (`python -m claims slopes.common`). On slopes alone it is 0.66:
-10 % downhill models see half of what people save."""
+who was measured explains taken off (`claims/slopes.py` of commit 60ee3cba). On slopes alone it
+is 0.66: 10 % downhill models see half of what people save."""
 
 
 class CostChange(NamedTuple):

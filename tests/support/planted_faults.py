@@ -83,37 +83,6 @@ class Sizes:
     tilts: Sequence[tuple[float, int]] = ((2, 1), (-2, 0), (2.5, 0))
 
 
-def drawn_sizes(seed: int) -> Sizes:
-    """As many of each as in the list, of sizes in between and beyond, on either plate."""
-    random = np.random.default_rng(seed)
-
-    def either(low: float, high: float, digits: int) -> float:
-        return float(round(random.choice((-1, 1)) * random.uniform(low, high), digits))
-
-    def axis() -> int:
-        return int(random.integers(2))
-
-    def plate() -> int:
-        return -int(random.integers(2))
-
-    return Sizes(
-        delays_ms=[either(20, 55, 0) for _ in range(6)],
-        masses=[1 + either(0.08, 0.11, 3) for _ in range(4)],
-        rotations=[(either(5, 9, 1), plate()) for _ in range(3)],
-        gains=[(either(0.08, 0.12, 3), plate()) for _ in range(3)],
-        places_mm=[(either(25, 45, 0), axis(), plate()) for _ in range(5)],
-        crossed=[(either(0.05, 0.08, 3), axis(), plate()) for _ in range(4)],
-        places_of_all_mm=[(either(25, 40, 0), axis()) for _ in range(3)],
-        turns_of_all=[either(4, 7, 1) for _ in range(2)],
-        slow_forces_hz=[round(float(random.uniform(3.5, 5)), 1) for _ in range(2)],
-        causal_hz=round(float(random.uniform(6, 9)), 1),
-        slow_markers_hz=round(float(random.uniform(2.5, 3.2)), 1),
-        wands=[1 + either(0.02, 0.04, 3) for _ in range(2)],
-        rates=[1 + either(0.06, 0.12, 3) for _ in range(3)],
-        tilts=[(either(2, 3.5, 1), axis()) for _ in range(3)],
-    )
-
-
 def faults(plates: Sequence[str], sizes: Sizes = Sizes()) -> tuple[Fault, ...]:
     """The list, for a session whose `plates` have these names. All plates of one are that one."""
     every = "all" if len(plates) > 1 else plates[0]

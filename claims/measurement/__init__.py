@@ -1,1 +1,0 @@
-"""What an import says of the measurement: faults, bands, lengths, one plate under both feet."""

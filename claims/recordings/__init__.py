@@ -1,1 +1,0 @@
-"""Recordings of other laboratories: events, marker sets, what becomes of them."""
