@@ -1,12 +1,16 @@
 """Which code made a result, and when: shown beside versions and hashes on every page."""
 
 import os
+import re
 import subprocess
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 from typing import Final
+
+from gaitval import file_gate
+from gaitval.errors import ArtefactError
 
 INSTALLED: Final = "installed package"
 """Given in place of the commit where gaitval is not in a checkout of its own."""
@@ -16,6 +20,7 @@ BUILD_DATE: Final = "SOURCE_DATE_EPOCH"
 _ROOT: Final = Path(__file__).resolve().parent.parent
 _WAIT: Final = 10.0
 """s, for git."""
+_COMMIT: Final = re.compile(r"[0-9a-f]{40}|[0-9a-f]{64}")
 
 
 def now() -> str:
@@ -40,20 +45,42 @@ def minute_of(stamp: str) -> str:
 
 @cache
 def source_commit(root: Path = _ROOT) -> str:
-    """The git commit of the running code, with `+` where the package differs from it; else
-    `INSTALLED`.
+    """The git commit that the checkout of the running code stands at; else `INSTALLED`. What was
+    changed in the checkout since is not known: only git could tell, which runs programs that a
+    repository's settings name.
 
     `root` holds the package `gaitval`. It counts as a checkout only if git's own files are in it: a
     virtual environment inside another repository is none.
     """
-    if not (root / ".git").exists():
+    git = root / ".git"
+    if not git.exists():
         return INSTALLED
     try:
-        commit = git(root, "rev-parse", "HEAD")
-        changed = git(root, "status", "--porcelain", "--ignore-submodules=all", "--", "gaitval")
-    except (OSError, subprocess.SubprocessError):
+        return _head(git)
+    except (ArtefactError, UnicodeDecodeError, LookupError):
         return UNREADABLE
-    return commit + ("+" if changed else "")
+
+
+def _head(git: Path) -> str:
+    """The commit of a folder `.git`, or of the file of this name that a second worktree has. Raises
+    LookupError without one.
+    """
+    if git.is_file():
+        git = git.parent / _read(git).removeprefix("gitdir: ").strip()
+    branch = _read(git / "HEAD").strip().removeprefix("ref: ")
+    shared = git / "commondir"
+    common = git / _read(shared).strip() if shared.is_file() else git
+    found = [branch]  # which is the commit itself where no branch is checked out
+    found += [_read(each).strip() for each in (git / branch, common / branch) if each.is_file()]
+    packed = common / "packed-refs"
+    if packed.is_file():
+        rows = (line.partition(" ") for line in _read(packed).splitlines())
+        found += [commit for commit, _, name in rows if name == branch]
+    return [each for each in found if _COMMIT.fullmatch(each)][0]
+
+
+def _read(path: Path) -> str:
+    return file_gate.read_text(path, ArtefactError, largest=file_gate.WRITTEN)
 
 
 def git(folder: Path | None, *arguments: str) -> str:
