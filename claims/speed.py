@@ -54,7 +54,7 @@ def _ran(*words: str, memory: bool = False, **environment: str) -> _Ran:
     asked for.
     """
     busy, worked, began = _busy(), _children(), time.monotonic()
-    command = [sys.executable, "-P", "-m", "gaitval", *words]
+    command = [sys.executable, "-P", "-P", "-m", "gaitval", *words]
     most = 0.0
     ticks: dict[int, int] = {}
     variables = os.environ | environment
@@ -215,7 +215,7 @@ def _processor(*arguments: str) -> float:
     paths = str(ROOT)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(
-        [sys.executable, "-P", "-m", "gaitval", *arguments],
+        [sys.executable, "-P", "-P", "-m", "gaitval", *arguments],
         cwd=ROOT,
         env={**environment, "PYTHONPATH": paths},
         stdout=subprocess.DEVNULL,

@@ -5,6 +5,17 @@ commands. They are imported from `gaitval.interface` on first use (PEP 562); a s
 describes them to type checkers and editors.
 """
 
+import sys
+
+# `python -m` takes modules, Python's own among them, from the current folder first. This is seen
+# while Python looks for the module that it shall run, before gaitval loads anything else.
+if sys.argv[:1] == ["-m"] and not sys.flags.safe_path:
+    sys.stderr.write(
+        "gaitval: python -m takes modules from the current folder first, so a file there could run "
+        "as a part of gaitval. Use the command gaitval, or python -P -m gaitval.\n"
+    )
+    raise SystemExit(2)
+
 from importlib import import_module
 
 from gaitval.current_folder import ignore as _ignore_current_folder

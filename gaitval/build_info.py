@@ -76,7 +76,10 @@ def _head(git: Path) -> str:
     if packed.is_file():
         rows = (line.partition(" ") for line in _read(packed).splitlines())
         found += [commit for commit, _, name in rows if name == branch]
-    return [each for each in found if _COMMIT.fullmatch(each)][0]
+    commits = [each for each in found if _COMMIT.fullmatch(each)]
+    if not commits:
+        raise LookupError(f"{git}: names no commit.")
+    return commits[0]
 
 
 def _read(path: Path) -> str:

@@ -1,11 +1,13 @@
 """Check stored walks and say the result in a table: the middle of the GitHub action (`action.yml`).
 
-    BASELINES="reports/S05/baseline" OUT=accuracy python scripts/action_check.py
+    BASELINES="reports/S05/baseline" OUT=accuracy python -P scripts/action_check.py
 
 Runs `gaitval check` on every line of `BASELINES`, all of them whatever becomes of the first, and
 writes into `OUT` a log and a JUnit file for each and `summary.md`, a table, which is also added to
 `GITHUB_STEP_SUMMARY`. `QUICK=true` leaves out long walks and pushes. The exit code is the largest:
-0 fine, 1 accuracy was lost, 2 a baseline cannot be used. Needs no library but gaitval's command.
+0 fine, 1 accuracy was lost, 2 a baseline cannot be used, 70 a check ended without a result. Needs
+no library but gaitval's command. It runs in a folder that others have written, so Python is told
+to take no modules from there (`-P`).
 """
 
 import os
@@ -22,7 +24,8 @@ class Outcome(NamedTuple):
 
     Attributes
     ----------
-    code : exit code of `gaitval check`; 128 and the signal's number if one ended it, as in a shell.
+    code : exit code of `gaitval check`; 128 and the signal's number if one ended it, as in a shell;
+        `CRASHED` for 0 or 1 without the measures that say so.
     measures, lost : numbers of measures compared, and of those that were lost.
     moved : of the lost ones, what the JUnit file says.
     inputs : what the walk depends on that has changed.
@@ -39,6 +42,10 @@ class Outcome(NamedTuple):
 
 
 VERDICTS = {0: "kept", 1: "**lost**", 2: "**cannot be used**"}
+CRASHED = 70
+"""Exit code of a check that ended without a result, as of a fault of gaitval. Python's own of an
+import that failed is 1, which must not read as accuracy that was lost.
+"""
 SHOWN = 10
 """Lost measures listed of each baseline; the report has all of them."""
 
@@ -67,9 +74,12 @@ def check(baseline: str, out: Path, *, quick: bool) -> Outcome:
     name = re.sub(r"\W+", "-", baseline).strip("-") or "baseline"
     junit = out / f"{name}.xml"
     junit.unlink(missing_ok=True)
-    command = [sys.executable, "-m", "gaitval", "check", "--baseline", baseline, "--junit", junit]
     done = subprocess.run(
-        [*command, *(["--quick"] if quick else [])],
+        [
+            *(sys.executable, "-P", "-m", "gaitval", "check", "--baseline", baseline),
+            *("--junit", junit),
+            *(["--quick"] if quick else []),
+        ],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         encoding="utf-8",
@@ -81,17 +91,24 @@ def check(baseline: str, out: Path, *, quick: bool) -> Outcome:
     print(f"::group::gaitval check {baseline}\n{done.stdout}\n::endgroup::", flush=True)
     measures, moved = _junit(junit)
     inputs = re.search(r"^Inputs: (.*)$", done.stdout, re.MULTILINE)
-    ended = done.returncode
     return Outcome(
         baseline=baseline,
-        # negative after a signal, and so less than the 0 of another baseline
-        code=128 - ended if ended < 0 else ended,
+        code=_code(done.returncode, measures, lost=len(moved)),
         measures=measures,
         lost=len(moved),
         moved=moved,
         inputs=inputs[1] if inputs else "",
         log=done.stdout,
     )
+
+
+def _code(ended: int, measures: int, *, lost: int) -> int:
+    """The exit code that counts: a verdict only with the measures that it is about."""
+    if ended < 0:  # after a signal, and so less than the 0 of another baseline
+        return 128 - ended
+    if ended in (0, 1) and (measures == 0 or (ended == 1) != (lost > 0)):
+        return CRASHED
+    return ended
 
 
 def summary(outcomes: list[Outcome], *, quick: bool) -> str:
@@ -103,7 +120,7 @@ def summary(outcomes: list[Outcome], *, quick: bool) -> str:
         "|---|---|---:|---:|---|",
     ]
     for one in outcomes:
-        verdict = VERDICTS.get(one.code, f"**exit code {one.code}**")
+        verdict = VERDICTS.get(one.code, f"**no result** (exit code {one.code})")
         cells = (one.baseline, verdict, one.measures or "–", one.lost, one.inputs or "–")
         lines.append("| " + " | ".join(_cell(str(cell)) for cell in cells) + " |")
     for one in outcomes:
@@ -122,9 +139,10 @@ def summary(outcomes: list[Outcome], *, quick: bool) -> str:
 
 def _junit(path: Path) -> tuple[int, tuple[str, ...]]:
     """Number of measures in a JUnit file of ours, and the messages of those that failed."""
-    if not path.is_file():
+    try:
+        cases = list(ElementTree.parse(path).getroot().iter("testcase"))
+    except (FileNotFoundError, ElementTree.ParseError):
         return 0, ()
-    cases = list(ElementTree.parse(path).getroot().iter("testcase"))
     failed = tuple(
         f"{case.get('classname', '').rsplit('.', 1)[-1]} of {case.get('name', '')}: "
         f"{failure.get('message', '').removeprefix('lost: ')}"

@@ -160,17 +160,72 @@ def test_a_repositorys_settings_run_nothing_when_its_commit_is_asked_for(place):
     assert not found.ran
 
 
-def test_python_m_gaitval_takes_no_library_from_it(place):
-    """Python itself looks for what it needs to start there (`-P` forbids that): not for more."""
-    for name in hostile_folder.MODULES:
-        if name in sys.stdlib_module_names:
-            (place.folder / f"{name}.py").rename(place.folder / f"{name}.aside")
-    try:
-        found = started(place, sys.executable, "-m", "gaitval", "subjects")
-    finally:
-        for path in place.folder.glob("*.aside"):
-            path.rename(path.with_suffix(".py"))
+def test_python_p_m_gaitval_takes_nothing_from_it(place):
+    found = started(place, sys.executable, "-P", "-m", "gaitval", "subjects")
     assert found.done.returncode == 0, found.done.stderr
+    assert not found.ran
+    assert not found.read
+
+
+@pytest.mark.parametrize("module", ["gaitval", "gaitval.study.run"])
+def test_python_m_gaitval_is_refused_before_gaitval_loads_anything(place, module):
+    """Without -P Python itself takes from the folder what it needs to find a module."""
+    (place.watcher / "empty_module.py").write_text("import sys; print(*sys.modules)\n")
+    needed = started(place, sys.executable, "-P", "-m", "empty_module").done.stdout.split()
+    aside = [path for name in needed if (path := place.folder / f"{name}.py").exists()]
+    for path in aside:
+        path.rename(path.with_suffix(".aside"))
+    try:
+        found = started(place, sys.executable, "-m", module, "subjects")
+    finally:
+        for path in aside:
+            path.with_suffix(".aside").rename(path)
+    assert found.done.returncode == 2
+    assert "Use the command gaitval, or python -P -m gaitval." in found.done.stderr
+    assert not found.ran
+    assert not found.done.stdout
+
+
+WORKING = """
+import math
+from gaitval.policy.processes import keeping_workers, side_by_side
+if __name__ == "__main__":
+    with keeping_workers(2):
+        print(*side_by_side(math.sqrt, [9.0, 16.0]))
+"""
+
+
+@pytest.mark.parametrize("way", ["forkserver", "spawn"])
+def test_workers_of_a_script_take_nothing_from_it(place, way, monkeypatch):
+    """Python starts them by `-c`, for which it looks in the current folder first."""
+    script = place.watcher / "working.py"
+    script.write_text(WORKING)
+    if way == "spawn":  # where a server has no place for its socket
+        long = place.watcher / ("d" * 120)
+        long.mkdir(exist_ok=True)
+        monkeypatch.setenv("TMPDIR", str(long))
+    found = started(place, sys.executable, str(script))
+    assert found.done.stdout == "3.0 4.0\n", found.done.stderr
+    assert not found.ran
+    assert not found.read
+
+
+@pytest.mark.slow  # a walk
+def test_the_pytest_plug_in_takes_nothing_from_the_folder_of_a_project(place, tmp_path):
+    """But for what pytest itself runs there: its settings, conftest.py and tests."""
+    project = tmp_path / "project"
+    (project / "tests").mkdir(parents=True)
+    of_pytest = ("conftest.py", "evil.py")
+    for path in place.folder.glob("*.py"):
+        if path.name not in of_pytest:
+            shutil.copy(path, project)
+    (project / "tests" / "test_walk.py").write_text(
+        "def test_knee(gaitval_check):\n    gaitval_check('S05', ['knee_angle'])\n"
+    )
+    own = SimpleNamespace(**vars(place) | {"folder": project})
+    script = "import sys; from pytest import main; sys.exit(main(['-q', '-p', 'no:randomly']))"
+    found = started(own, sys.executable, "-P", "-c", script)
+    assert found.done.returncode == 0, found.done.stdout + found.done.stderr
     assert not found.ran
 
 

@@ -98,7 +98,7 @@ def test_another_distribution_adds_a_command_and_a_reader(tmp_path: Path) -> Non
 
     def gaitval(*arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
-            [sys.executable, "-m", "gaitval.cli", *arguments],
+            [sys.executable, "-P", "-m", "gaitval", *arguments],
             cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path)},
             capture_output=True, text=True, check=False,
         )  # fmt: skip

@@ -317,7 +317,7 @@ def gaitval(work: Path, *words: str) -> None:
     """Run a command of gaitval in a folder; its output goes into a log there."""
     log = work / f"{words[0]}.log"
     with log.open("w", encoding="utf-8") as file:
-        command = [sys.executable, "-m", "gaitval", *words]
+        command = [sys.executable, "-P", "-m", "gaitval", *words]
         code = subprocess.run(command, cwd=work, stdout=file, stderr=file, check=False).returncode
     if code >= REFUSED:
         raise SystemExit(f"gaitval {' '.join(words)}: exit code {code}, see {log}")
@@ -354,7 +354,7 @@ def softened(folder: Path) -> None:
 @contextmanager
 def walking(work: Path) -> Iterator[str]:
     """The address of a page of `gaitval live`, while it runs."""
-    command = [sys.executable, "-m", "gaitval", "live", "5", "--no-browser", "--out", "live"]
+    command = [sys.executable, "-P", "-m", "gaitval", "live", "5", "--no-browser", "--out", "live"]
     process = subprocess.Popen(
         command, cwd=work, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )

@@ -14,6 +14,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import util
 from multiprocessing.context import ForkServerContext, SpawnContext
+from typing import Final
 
 from gaitval.memory import share_heap
 
@@ -79,25 +80,29 @@ def begin_as_worker() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
+OF_WORKERS: Final = {"OMP_NUM_THREADS": "1", "PYTHONSAFEPATH": "1"}
+"""Environment that workers start with: one thread, because a worker's arrays are tiny; and nothing
+from the current folder, where Python would look for its own modules first."""
+
+
 @contextmanager
 def fresh_processes() -> Iterator[None]:
-    """Processes that start in this block use one thread, because a worker's arrays are tiny, and do
-    not run the user's script again, which would begin its study once more.
+    """Processes that start in this block have the environment `OF_WORKERS`, and do not run the
+    user's script again, which would begin its study once more.
     """
-    name, main = "OMP_NUM_THREADS", vars(sys.modules["__main__"])
-    before = os.environ.get(name)
+    main, before = vars(sys.modules["__main__"]), os.environ.copy()
     script = {key: value for key, value in main.items() if key in ("__file__", "__spec__")}
-    os.environ[name] = "1"
+    os.environ.update(OF_WORKERS)
     # what `multiprocessing` would have each process load
     main.update(dict.fromkeys(script))
     try:
         yield
     finally:
         main.update(script)
-        if before is None:
+        for name in OF_WORKERS:
             del os.environ[name]
-        else:
-            os.environ[name] = before
+            if name in before:
+                os.environ[name] = before[name]
 
 
 def new_workers(count: int) -> ProcessPoolExecutor:

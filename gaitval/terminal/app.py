@@ -486,7 +486,7 @@ def main() -> None:
     signals.end_in_order()
     # Processes that are started here take no modules from the folder that this one is run in, where
     # others may have put some.
-    os.environ.setdefault("PYTHONSAFEPATH", "1")
+    os.environ["PYTHONSAFEPATH"] = "1"
     try:
         app()
     except KeyboardInterrupt:

@@ -703,7 +703,7 @@ def test_progress_elsewhere_is_a_line_now_and_then(monkeypatch: pytest.MonkeyPat
 
 def test_output_that_is_not_a_terminal_has_no_control_characters(tmp_path: Path) -> None:
     ended = subprocess.run(
-        [sys.executable, "-m", "gaitval.cli", "--version"], capture_output=True, check=False
+        [sys.executable, "-P", "-m", "gaitval", "--version"], capture_output=True, check=False
     )
     assert b"\x1b" not in ended.stdout + ended.stderr
 

@@ -189,7 +189,7 @@ def test_check_of_a_missing_baseline_says_which_there_are(messages: io.StringIO)
 def test_help_keeps_its_descriptions_where_python_leaves_out_docstrings(words: list[str]) -> None:
     plain, without = (
         subprocess.run(
-            [sys.executable, *flags, "-m", "gaitval", *words, "--help"],
+            [sys.executable, *flags, "-P", "-m", "gaitval", *words, "--help"],
             capture_output=True, text=True, check=True,
         ).stdout
         for flags in ([], ["-OO"])

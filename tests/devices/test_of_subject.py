@@ -86,7 +86,7 @@ def test_the_main_job_is_of_the_person_without(tmp_path):
 def test_a_wrong_device_is_refused_before_any_work(tmp_path):
     words = ("subject", "5", "--device", "jetpack", "--out", str(tmp_path / "run"))
     done = subprocess.run(
-        [sys.executable, "-m", "gaitval", *words], capture_output=True, text=True, check=False
+        [sys.executable, "-P", "-m", "gaitval", *words], capture_output=True, text=True, check=False
     )
     assert done.returncode == 2
     assert "no such device" in done.stderr

@@ -54,7 +54,7 @@ def started(arguments: list[str], threads: int, others: dict[str, str]) -> None:
     own = {"PYTHONPATH": str(kills.ROOT), "OMP_NUM_THREADS": str(threads)}
     environment = {**os.environ, **own, **others}
     subprocess.run(
-        [sys.executable, "-m", "gaitval", *arguments],
+        [sys.executable, "-P", "-m", "gaitval", *arguments],
         env=environment, stdout=subprocess.DEVNULL, check=True,
     )  # fmt: skip
 

@@ -53,7 +53,7 @@ def test_a_study_after_it_compiles_nothing(tmp_path):
         log = tmp_path / f"{len(words)}.log"
         environment = {**os.environ, "CACHE_LOG": str(log), "PYTHONPATH": str(tmp_path)}
         subprocess.run(
-            [sys.executable, "-m", *words], env=environment, cwd=tmp_path, check=True,
+            [sys.executable, "-P", "-m", *words], env=environment, cwd=tmp_path, check=True,
             capture_output=True,
         )  # fmt: skip
         return set(log.read_text().splitlines())

@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 MODULES = (
-    *("sitecustomize", "usercustomize", "evil", "conftest", "numpy", "numba"),
-    *("matplotlib", "yaml", "json", "pickle", "tokenize", "typing", "pkgutil", "dask", "torch"),
-    *("antigravity", "tomllib", "sqlite3", "setup", "gaitval_plugin", "cuda"),
+    *("sitecustomize", "usercustomize", "evil", "conftest", "numpy", "numba", "scipy", "typer"),
+    *("matplotlib", "yaml", "dask", "torch", "setup", "gaitval_plugin", "cuda", "filelock"),
+    *sorted(sys.stdlib_module_names),
 )
 SETTINGS = {
     ".numba_config.yaml": "cache_dir: .cache\ncache_locator_classes: evil.Locator\ndisable_jit: 1\n"

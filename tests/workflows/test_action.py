@@ -19,9 +19,9 @@ JUNIT = """<testsuites><testsuite tests="2"><testcase classname="gaitval.angle_r
 
 
 @pytest.fixture(autouse=True)
-def packages_of_this_folder(monkeypatch):
-    """A command that another test ran in this process has said that no package is found here."""
-    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+def installed(monkeypatch, tmp_path):
+    """What `fake_gaitval` makes is installed."""
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "installed"))
 
 
 @pytest.fixture(scope="module")
@@ -92,9 +92,9 @@ def test_shellcheck_has_nothing_to_say(definition):
 
 
 def fake_gaitval(folder: Path, codes: dict[str, int]) -> None:
-    """A package `gaitval` whose check says what the test wants."""
-    package = folder / "gaitval"
-    package.mkdir()
+    """A package `gaitval` in `folder/installed` whose check says what the test wants."""
+    package = folder / "installed" / "gaitval"
+    package.mkdir(parents=True)
     (package / "__init__.py").touch()
     (package / "__main__.py").write_text(
         "import sys, pathlib\n"
@@ -154,7 +154,47 @@ def test_a_check_that_was_killed_fails_the_job(tmp_path, monkeypatch, order):
     with pytest.raises(SystemExit) as ended:
         action_check.main()
     assert ended.value.code == 128 + 9
-    assert "| killed | **exit code 137** |" in (tmp_path / "out/summary.md").read_text()
+    row = "| killed | **no result** (exit code 137) | – | 0 | – |"
+    assert row in (tmp_path / "out/summary.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [
+        ("raise ImportError('no such')", ""), ("sys.exit(0)", ""), ("sys.exit(1)", "<testsuites>"),
+        ("sys.exit(0)", JUNIT), ("sys.exit(1)", JUNIT.replace("failure", "system-out")),
+        ("sys.exit(0)", "<testsuites></testsuites>"),
+    ],
+)  # fmt: skip
+def test_what_ends_without_a_result_is_no_verdict(tmp_path, monkeypatch, code, text):
+    """Python itself ends with 1 after an error, as `gaitval check` does when accuracy was lost."""
+    fake_gaitval(tmp_path, {})
+    program = f"import sys, pathlib\n{text!r} and pathlib.Path(sys.argv[5]).write_text({text!r})\n"
+    (tmp_path / "installed/gaitval/__main__.py").write_text(program + code)
+    outcome = action_check.check("a", tmp_path, quick=True)
+    assert outcome.code == action_check.CRASHED
+    assert "| a | **no result** (exit code 70) |" in action_check.summary([outcome], quick=True)
+
+
+def test_no_module_of_the_folder_that_is_checked_runs(tmp_path, monkeypatch):
+    """It is that of whoever made the pull request."""
+    fake_gaitval(tmp_path, {"a": 0})
+    workspace, marks = tmp_path / "workspace", tmp_path / "marks"
+    workspace.mkdir()
+    marks.mkdir()
+    for name in {*sys.stdlib_module_names, "numpy", "gaitval", "pip", "sitecustomize"}:
+        (workspace / f"{name}.py").write_text(f"open({str(marks / name)!r}, 'w').close()\n")
+    command = [sys.executable, "-P", str(ROOT / "scripts/action_check.py")]
+    environment = os.environ | {"BASELINES": "a", "OUT": str(tmp_path / "out")}
+    done = subprocess.run(command, cwd=workspace, env=environment, check=False)
+    assert done.returncode == 0
+    assert list(marks.iterdir()) == []
+
+
+def test_every_python_of_the_action_is_told_to_take_no_modules_from_there(definition):
+    for step in steps_that_run(definition):
+        for line in step["run"].splitlines():
+            assert re.search(r"\bpython\b(?! -P )", line) is None, line
 
 
 def test_quick_can_be_turned_off(tmp_path, monkeypatch):
@@ -196,8 +236,8 @@ def test_the_steps_run_in_order_and_the_report_is_kept_after_a_failure(tmp_path,
     commands.mkdir(parents=True)
     # `pip` is not to install anything; all else is this Python.
     (commands / "python").write_text(
-        f'#!/bin/sh\n[ "$2" = pip ] && {{ echo "$@" > "{folder}/pip"; exit 0; }}\n'
-        f'PYTHONPATH="{tmp_path}" exec "{sys.executable}" "$@"\n'
+        f'#!/bin/sh\n[ "$3" = pip ] && {{ echo "$@" > "{folder}/pip"; exit 0; }}\n'
+        f'PYTHONPATH="{tmp_path}/installed" exec "{sys.executable}" "$@"\n'
     )
     (commands / "python").chmod(0o755)
     action_try.run_steps(runner, definition["runs"]["steps"])

@@ -124,7 +124,7 @@ def test_what_is_wrong_in_a_check_is_told_of_the_users_files(tmp_path, monkeypat
 def test_a_check_that_is_ended_leaves_nothing(tmp_path):
     """SIGTERM while it walks, as a CI server sends it."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "gaitval", "check", "--baseline", BASELINES[0], "--quick"],
+        [sys.executable, "-P", "-m", "gaitval", "check", "--baseline", BASELINES[0], "--quick"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

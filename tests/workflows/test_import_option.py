@@ -23,10 +23,10 @@ def test_it_touches_two_files() -> None:
 
 @pytest.mark.slow  # Python has it, by the same declaration
 def test_the_command_has_it(place: Path) -> None:
-    shown = ran(place, "-m", "gaitval", "import", "--help")
+    shown = ran(place, "-P", "-m", "gaitval", "import", "--help")
     assert re.search(r"--note .* A remark of the laboratory, kept with the decisions\.", shown)
-    assert f"note: {NOTE}" in ran(place, "-m", "gaitval", "import", *TRIAL, "--note", NOTE)
-    refused = ran(place, "-m", "gaitval", "import", *TRIAL, "--note", 201 * "x")
+    assert f"note: {NOTE}" in ran(place, "-P", "-m", "gaitval", "import", *TRIAL, "--note", NOTE)
+    refused = ran(place, "-P", "-m", "gaitval", "import", *TRIAL, "--note", 201 * "x")
     assert "--note = 'xxx" in refused
     assert "at most 200 characters" in refused
 
@@ -35,7 +35,7 @@ def test_the_command_has_it(place: Path) -> None:
 def test_a_session_file_has_it(place: Path) -> None:
     text = f'[[people]]\nname = "P01"\nsex = "F"\ntrials = ["no.c3d"]\nnote = "{NOTE}"\n'
     (place / "session.toml").write_text(text)
-    message = ran(place, "-m", "gaitval", "imports", "session.toml", "--out", "many")
+    message = ran(place, "-P", "-m", "gaitval", "imports", "session.toml", "--out", "many")
     assert f"P01: note: {NOTE}" in message
 
 

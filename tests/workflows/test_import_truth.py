@@ -322,7 +322,7 @@ def from_the_command_line(sessions, tmp_path_factory) -> Path:
     support = Path(__file__).parents[1] / "support"
     done = subprocess.run(
         [
-            *(sys.executable, *(("-m", "gaitval") if whole_pages() else ("-c", UNDRAWN))),
+            *(sys.executable, *(("-P", "-m", "gaitval") if whole_pages() else ("-c", UNDRAWN))),
             *command(sessions[0.003], out),
         ],
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(support), *sys.path])},
