@@ -46,7 +46,7 @@ NOBODY = Recording("nobody", "laboratory", ("a",), np.zeros((1, 1, 3)), 100.0)
 posix = pytest.mark.skipif(os.name != "posix", reason="pipes and devices as POSIX has them")
 
 READERS = {
-    "a.toml": read_batch,
+    "a.toml": lambda path: read_batch([path]),
     "b.toml": read_table,
     "c.toml": load_subject,
     "d.toml": load_configuration,

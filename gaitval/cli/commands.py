@@ -7,7 +7,7 @@ from gaitval.terminal.app import Added
 
 _NAMES: Final = (
     *("body", "change", "check", "cohort", "compare", "curves", "data", "device", "estimate"),
-    *("events", "export", "history", "imports", "judge", "live", "locohub", "markers", "muscles"),
+    *("events", "export", "history", "judge", "live", "locohub", "markers", "muscles"),
     *("patients", "perturb", "predict", "screen", "virtual"),
 )
 
@@ -38,8 +38,6 @@ def _load(name: str) -> Added:
             from gaitval.apps.export.command import export as found
         case "history":
             from gaitval.apps.regression.history_command import history as found
-        case "imports":
-            from gaitval.cli.imports import imports as found
         case "judge":
             from gaitval.apps.judge.command import judge as found
         case "live":

@@ -13,6 +13,7 @@ from gaitval.terminal import display
 from gaitval.terminal.app import CommandFunction, ConfigOption, SetOption, command
 
 if TYPE_CHECKING:
+    from gaitval.configuration import Configuration
     from gaitval.importing.importing import Imported
 
 
@@ -60,7 +61,7 @@ def _with_import_options(function: CommandFunction) -> CommandFunction:
     from gaitval.session.request import ImportOptions
     from gaitval.terminal.model_options import with_fields
 
-    return with_fields(function, ImportOptions)
+    return with_fields(function, ImportOptions, may_lack=True)
 
 
 @command(
@@ -69,19 +70,29 @@ def _with_import_options(function: CommandFunction) -> CommandFunction:
     "gaitval import --static stand.trc --trial walk.trc --forces walk_grf.mot --mass 85 "
     "--height 1.83 --sex M --out reports/theirs",
     "gaitval subject reports/mine/subject.toml      # then the main job, as for a built-in subject",
+    "gaitval import session.toml --out reports/lab   # many recordings; or every session.toml in a "
+    "folder, or a session of OpenCap or Pose2Sim",
     name="import",
     complete=_with_import_options,
 )
 def import_command(
     out: Annotated[
         Path,
-        typer.Option("--out", "-o", help="Folder; the subject is named after it."),
+        typer.Option(
+            "--out",
+            "-o",
+            help="Folder; the subject is named after it. Of sessions, each person gets one in it.",
+        ),
     ],
+    sessions: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="FILE|FOLDER", help="Session files, or folders of them."),
+    ] = None,
     config: ConfigOption = None,
     settings: SetOption = None,
     **options: Any,
 ) -> None:
-    """Turn a laboratory's own recordings into a subject: OUT/subject.toml, OUT/recording.
+    r"""Turn a laboratory's own recordings into a subject: OUT/subject.toml, OUT/recording.
 
     Finds the axes and the marker set, cleans the markers, scales the body and fits it to the
     standing and the walking trial, and works out joint angles (inverse kinematics), joint moments
@@ -89,6 +100,11 @@ def import_command(
     decides. OUT/recording holds a page (recording.html, recording.pdf), tables (CSV, JSON) and
     the model, motion, moments and forces as OpenSim files. Exit code 1 if forces were
     given and no moments came of them, so that they are not judged; the subject is made of angles.
+
+    A session file has many recordings: TOML with a table \[\[people]] for each, with name, sex,
+    trials (a list) and any other option as a key (static, mass, ...).
+    Paths are relative to the file. One that is refused does not stop the others: a table at the
+    end, and OUT/batch.csv, say what became of each. The exit code is 2 if any was refused.
     """
     from gaitval.configuration import load_configuration
     from gaitval.errors import ToleranceError, TrialOnlyError
@@ -96,6 +112,10 @@ def import_command(
     from gaitval.session.request import ImportOptions, checked
     from gaitval.terminal.model_options import flag_of
 
+    if sessions:
+        _refuse_recordings(sessions, options)
+        _import_sessions(sessions, out, load_configuration(config, settings=settings or ()))
+        return
     # errors name the flag that the user typed, not the field
     given = checked(ImportOptions, options, shown=lambda name: flag_of(ImportOptions, name))
     try:
@@ -117,6 +137,60 @@ def import_command(
             f"Not judged: {reason}. The limits that passed are those of the markers. "
             "The subject is made of angles, and can be used. Give a trial with a whole stance on a "
             "plate, or --kinematics-only if forces do not matter."
+        )
+
+
+def _refuse_recordings(sessions: list[Path], options: dict[str, Any]) -> None:
+    """Refuse a recording among session files, or what is given of one beside them."""
+    from gaitval.errors import ConfigurationError
+    from gaitval.session.request import ImportOptions
+    from gaitval.terminal.model_options import flag_of
+
+    strays = [path for path in sessions if path.suffix.lower() != ".toml" and not path.is_dir()]
+    if strays:
+        trials = [
+            f"--trial {shlex.quote(str(path))}" for path in (*(options["trials"] or ()), *strays)
+        ]
+        raise ConfigurationError(
+            f"{', '.join(map(str, strays))}: a recording without its option; only session files "
+            f"(.toml) and folders go without. If it is a walking trial write {' '.join(trials)}, "
+            "else --static or --forces before it."
+        )
+    given = [
+        flag_of(ImportOptions, name)
+        for name, value in options.items()
+        if value not in (None, [], ImportOptions.model_fields[name].default)
+    ]
+    if given:
+        raise ConfigurationError(
+            f"{', '.join(given)}: of one recording, but session files are given. Write it into "
+            "them, as a key of each person whom it is of, or leave the session files out."
+        )
+
+
+def _import_sessions(sessions: list[Path], out: Path, configuration: "Configuration") -> None:
+    """Import the people of `sessions`, one after the other; print a table of what became of each.
+
+    Raises typer.Exit if one was refused, ToleranceError if forces of one were not judged.
+    """
+    from gaitval.errors import ToleranceError
+    from gaitval.importing.batch_imports import TABLE, import_batch, read_batch
+
+    people = read_batch(sessions, lambda _, text: display.plain(text))
+    with display.live_view() as live:
+        outcomes = import_batch(
+            people,
+            out,
+            configuration,
+            notify=lambda name, step, text: live.say(f"{name}: {step}: {text}"),
+        )
+    display.print_csv(out / TABLE, "Imports")
+    if not all(outcome.made for outcome in outcomes):
+        raise typer.Exit(2)
+    if unjudged := [outcome.name for outcome in outcomes if outcome.not_judged]:
+        raise ToleranceError(
+            f"Not judged: {', '.join(unjudged)}: see the column not_judged of {out / TABLE}. The "
+            "subjects were made of angles, and can be used."
         )
 
 

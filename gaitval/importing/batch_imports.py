@@ -1,4 +1,4 @@
-"""The people of a session file or folder, one import after the other.
+"""The people of session files or folders, one import after the other.
 
 An import that is refused does not stop the others.
 """
@@ -71,16 +71,27 @@ def _program_folders() -> dict[str, _SessionsOf]:
     return {"opencap": opencap_sessions, "pose2sim": pose2sim_sessions, **others}
 
 
-def read_batch(path: Path, notify: Notify = silent) -> tuple[BatchPerson, ...]:
-    """The people of the session file `path`; of a folder, of every `session.toml` in or below it,
-    else of the program that wrote it, if its folders can be read.
+def read_batch(paths: Sequence[Path], notify: Notify = silent) -> tuple[BatchPerson, ...]:
+    """The people of session files; of a folder among the `paths`, of every `session.toml` in or
+    below it, else of the program that wrote it, if its folders can be read.
 
     `notify` is called with a sentence for each key of an earlier gaitval, what it is read as, and
     for each person of a program's folder, which of its files are read. Raises
     ConfigurationError if a file is missing or not TOML, has unknown or missing keys, or if two
     people have one name.
     """
-    path = Path(path)
+    people = [person for path in paths for person in _people(Path(path), notify)]
+    names = [person.name for person in people]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ConfigurationError(
+            f"{', '.join(map(str, paths))}: {', '.join(twice)}: more than one person of this name, "
+            "whose files would be written over each other. Give each a name of their own."
+        )
+    return tuple(people)
+
+
+def _people(path: Path, notify: Notify) -> list[BatchPerson]:
     files = sorted(path.rglob("session.toml")) if path.is_dir() else [path]
     people = [person for file in files for person in _read(file, notify)]
     for name, sessions_of in _program_folders().items() if path.is_dir() and not files else ():
@@ -93,16 +104,9 @@ def read_batch(path: Path, notify: Notify = silent) -> tuple[BatchPerson, ...]:
     if not people:
         raise ConfigurationError(
             f"{path}: no session.toml in this folder or below it. Write one with a table "
-            "[[people]] for each person (gaitval imports --help)."
+            "[[people]] for each person (gaitval import --help)."
         )
-    names = [person.name for person in people]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ConfigurationError(
-            f"{path}: {', '.join(twice)}: more than one person of this name, whose files would be "
-            "written over each other. Give each a name of their own."
-        )
-    return tuple(people)
+    return people
 
 
 def _read(file: Path, notify: Notify) -> list[BatchPerson]:

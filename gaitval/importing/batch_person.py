@@ -1,4 +1,4 @@
-"""A person of a session file, which has many people's recordings (`gaitval imports`).
+"""A person of a session file, which has many people's recordings (`gaitval import`).
 
 A session file is TOML with a table for each person; paths are relative to the file:
 
@@ -66,4 +66,4 @@ def person_of(file: Path, where: str, table: Any, notify: Notify = silent) -> Ba
     try:
         return below(file.parent, checked(BatchPerson, values))
     except ConfigurationError as error:
-        raise ConfigurationError(f"{file}: {where}: {error} See gaitval imports --help.") from None
+        raise ConfigurationError(f"{file}: {where}: {error} See gaitval import --help.") from None

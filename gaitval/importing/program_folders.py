@@ -1,4 +1,4 @@
-"""Folders of OpenCap and Pose2Sim, as sessions for `gaitval imports`.
+"""Folders of OpenCap and Pose2Sim, as sessions for `gaitval import`.
 
 OpenCap: `sessionMetadata.yaml` has mass_kg, height_m and gender_mf; `MarkerData/*.trc` are the
 trials, that whose name has neutral, static or calib is the standing one; `ForceData/NAME.mot` or

@@ -58,7 +58,7 @@ def read_other(path: Path) -> Recording:
         return found
     if path.is_dir():
         raise RecordError(
-            f"{path}: is a folder. Give the file of a trial in it; `gaitval imports` takes folders."
+            f"{path}: is a folder. Give the file of a trial in it; `gaitval import` takes folders."
         )
     raise RecordError(
         f"{path}: markers are read from .c3d{further(READERS, plugins.RECORDINGS)} and WBDS's "

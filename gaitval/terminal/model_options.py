@@ -23,14 +23,14 @@ def flag_of(model: type[BaseModel], name: str) -> str:
 
 
 def with_fields(
-    function: Callable[..., None], model: type[BaseModel], *names: str
+    function: Callable[..., None], model: type[BaseModel], *names: str, may_lack: bool = False
 ) -> Callable[..., None]:
     """Give the command `function` an option for each field of `model`, or for each of `names`, in
-    place of its `**options`.
+    place of its `**options`. With `may_lack` none is required: the function says what it lacks.
     """
     signature = inspect.signature(function)
     own = [each for each in signature.parameters.values() if each.kind != each.VAR_KEYWORD]
-    of_model = [_parameter(model, name) for name in names or model.model_fields]
+    of_model = [_parameter(model, name, may_lack=may_lack) for name in names or model.model_fields]
     last = [each for each in own if each.name in ("config", "settings")]
     first = [each for each in own if each not in last]
     # the help shows options in this order; `sorted` is stable, so it is the model's within each
@@ -56,7 +56,7 @@ def _shown(field: FieldInfo) -> OptionDisplay:
     )
 
 
-def _parameter(model: type[BaseModel], name: str) -> inspect.Parameter:
+def _parameter(model: type[BaseModel], name: str, *, may_lack: bool) -> inspect.Parameter:
     """A field as typer takes it: a flag, a number, or text, which the model reads."""
     field, schema = model.model_fields[name], model.model_json_schema()["properties"][name]
     # an optional field is "anyOf" of its type and null
@@ -65,8 +65,8 @@ def _parameter(model: type[BaseModel], name: str) -> inspect.Parameter:
     many, one = "items" in only, only.get("items", only)
     kind: Any = _TYPES.get(one.get("format", one.get("type", "")), str)
     annotation = list[kind] if many else kind
-    default = None if field.default == () else field.default
-    if field.is_required():
+    default = None if field.default == () or field.is_required() else field.default
+    if field.is_required() and not may_lack:
         default = inspect.Parameter.empty
     elif default is None:
         annotation = annotation | None

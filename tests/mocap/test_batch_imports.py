@@ -4,7 +4,9 @@ import csv
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from gaitval import cli
 from gaitval.configuration import load_configuration
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.importing import batch_imports
@@ -32,7 +34,7 @@ def test_one_that_is_refused_does_not_stop_the_others(tmp_path, monkeypatch):
     """Every person's outcome is in the table, also if the program ends after the first."""
     tried, tables = [], []
     text = PERSON + PERSON.replace("P01", "P02") + PERSON.replace("P01", "P03")
-    people = read_batch(session(tmp_path, text))
+    people = read_batch([session(tmp_path, text)])
 
     def refuse(options, out, **_):
         assert options.knee_width == (0.101, 0.102)
@@ -72,7 +74,7 @@ def test_the_reason_is_all_that_the_error_says(tmp_path, monkeypatch):
 
     monkeypatch.setattr(batch_imports, "import_files", refuse)
     (outcome,) = import_batch(
-        read_batch(session(tmp_path, PERSON)), tmp_path / "out", load_configuration()
+        read_batch([session(tmp_path, PERSON)]), tmp_path / "out", load_configuration()
     )
     assert outcome.reason == (
         "a.c3d and b.c3d do not show the same person. The largest are LASI to RASI: 3 mm; LKNE to "
@@ -94,12 +96,12 @@ def test_people_of_a_session_file_are_those_of_their_names_unless_it_says_otherw
         "_made",
         lambda person, *_: batch_imports.ImportOutcome(person.name, *6 * [""]),
     )
-    import_batch(read_batch(session(tmp_path, text)), tmp_path / "out", load_configuration())
+    import_batch(read_batch([session(tmp_path, text)]), tmp_path / "out", load_configuration())
     assert [(each.person, each.laboratory) for each in seen] == [("P01", None), ("P01", "Lyon")]
 
 
 def test_a_session_file_is_read_relative_to_itself(tmp_path):
-    (person,) = read_batch(session(tmp_path, "\ufeff" + PERSON))
+    (person,) = read_batch([session(tmp_path, "\ufeff" + PERSON)])
     assert person.static == tmp_path / "P01" / "stand.c3d"
     assert person.trials[1] == tmp_path / "P01" / "walk2.c3d"
     assert (person.mass, person.height, person.knee_width) == (63.2, None, (0.101, 0.102))
@@ -110,7 +112,7 @@ def test_a_session_file_is_read_relative_to_itself(tmp_path):
 def test_a_folder_is_every_session_file_in_it(tmp_path):
     session(tmp_path / "a", PERSON)
     session(tmp_path / "b" / "c", PERSON.replace("P01", "P02"))
-    assert [person.name for person in read_batch(tmp_path)] == ["P01", "P02"]
+    assert [person.name for person in read_batch([tmp_path])] == ["P01", "P02"]
 
 
 @pytest.mark.parametrize(
@@ -132,23 +134,61 @@ def test_a_folder_is_every_session_file_in_it(tmp_path):
 )
 def test_what_cannot_be_a_session_is_refused(tmp_path, text, match):
     with pytest.raises(ConfigurationError, match=match):
-        read_batch(session(tmp_path, text))
+        read_batch([session(tmp_path, text)])
 
 
 def test_missing_files_and_empty_folders_are_refused(tmp_path):
     with pytest.raises(ConfigurationError, match="no such file"):
-        read_batch(tmp_path / "no.toml")
+        read_batch([tmp_path / "no.toml"])
     with pytest.raises(ConfigurationError, match=r"no session\.toml in this folder"):
-        read_batch(tmp_path)
+        read_batch([tmp_path])
 
 
 def test_a_key_of_an_earlier_session_file_is_read_and_said(tmp_path):
     messages = []
     text = PERSON + "feet_flat = false\n"
-    (person,) = read_batch(session(tmp_path, text), lambda *words: messages.append(words))
+    (person,) = read_batch([session(tmp_path, text)], lambda *words: messages.append(words))
     assert person.feet_not_flat
     ((step, sentence),) = messages
     assert step == "session"
     assert "person 1: feet_flat is read as feet_not_flat = true; write that" in sentence
-    (person,) = read_batch(session(tmp_path, PERSON + "feet_flat = true\n"))
+    (person,) = read_batch([session(tmp_path, PERSON + "feet_flat = true\n")])
     assert not person.feet_not_flat
+
+
+def test_the_command_takes_several_sessions(tmp_path, monkeypatch):
+    """One that is refused does not stop the others, and decides the exit code."""
+
+    def of_one(options, out, **_):
+        if out.name == "P02":
+            raise RecordError("no such file. Check it.")
+        return options
+
+    monkeypatch.setattr(batch_imports, "import_files", of_one)
+    monkeypatch.setattr(
+        batch_imports,
+        "_made",
+        lambda person, *_: batch_imports.ImportOutcome(person.name, True, *5 * [""]),
+    )
+    first = session(tmp_path / "a", PERSON)
+    session(tmp_path / "b", PERSON.replace("P01", "P02") + PERSON.replace("P01", "P03"))
+
+    def exit_code(*arguments):
+        given = [*map(str, arguments), "--out", str(tmp_path / "out")]
+        return CliRunner().invoke(cli.app, ["import", *given]).exit_code
+
+    assert exit_code(first, tmp_path / "b") == 2
+    with (tmp_path / "out" / TABLE).open(newline="") as file:
+        made = {row["name"]: row["made"] for row in csv.DictReader(file)}
+    assert made == {"P01": "True", "P02": "False", "P03": "True"}
+    assert exit_code(first) == 0
+    assert exit_code(first, first) == 2
+
+
+def test_options_of_one_recording_are_refused_beside_sessions(tmp_path):
+    result = CliRunner().invoke(
+        cli.app, ["import", str(session(tmp_path, PERSON)), "--mass", "70", "--out", str(tmp_path)]
+    )
+    assert isinstance(result.exception, SystemExit)
+    assert result.exit_code == 2
+    assert "--mass: of one recording" in result.stderr

@@ -1,4 +1,4 @@
-"""Sessions of OpenCap and Pose2Sim as `gaitval imports` takes them."""
+"""Sessions of OpenCap and Pose2Sim as `gaitval import` takes them."""
 
 from pathlib import Path
 
@@ -24,7 +24,7 @@ def pose2sim(session, standing, tmp_path) -> Path:
 
 
 def one(folder: Path) -> BatchPerson:
-    (person,) = read_batch(folder)
+    (person,) = read_batch([folder])
     assert (person.mass, person.height, person.sex) == (63.2, 1.66, "F")
     return person
 
@@ -58,7 +58,7 @@ def test_the_scaled_model_of_a_session_is_shown_beside_ours(opencap, pose2sim) -
 
 def test_sessions_below_a_folder_and_without_forces(opencap) -> None:
     (opencap / "ForceData" / "walk1.mot").unlink()
-    (person,) = read_batch(opencap.parent)
+    (person,) = read_batch([opencap.parent])
     assert person.kinematics_only
     assert person.forces == ()
 
@@ -108,12 +108,12 @@ def test_several_people_in_one_trial_of_pose2sim(pose2sim) -> None:
     assert one(pose2sim).trials == (first,)
     (place / "S00_P00_T01_Walk_P2_0-100_LSTM.trc").write_bytes(first.read_bytes())
     with pytest.raises(GaitvalError, match=r"2 people \(.*_P1_.*, .*_P2_.*Move the others'"):
-        read_batch(pose2sim)
+        read_batch([pose2sim])
 
 
 def test_the_files_that_are_read_are_said(pose2sim) -> None:
     messages: list[str] = []
-    (person,) = read_batch(pose2sim, lambda _, text: messages.append(text))
+    (person,) = read_batch([pose2sim], lambda _, text: messages.append(text))
     (sentence,) = messages
     assert person.static is not None
     for file in (person.static, *person.trials):
@@ -149,7 +149,7 @@ def _refused(folder: Path, file: Path, old: str, new: str, words: tuple[str, ...
     assert old in text
     file.write_text(text.replace(old, new))
     with pytest.raises(GaitvalError) as caught:
-        read_batch(folder)
+        read_batch([folder])
     for word in (file.name, *words):
         assert word in str(caught.value)
 
@@ -158,13 +158,13 @@ def test_a_folder_without_walks_or_with_forces_of_some(opencap) -> None:
     walk = opencap / "MarkerData" / "walk1.trc"
     walk.with_name("walk2.trc").write_bytes(walk.read_bytes())
     with pytest.raises(GaitvalError, match=r"1 of 2 trials, none of walk2.trc.*Add walk2.mot"):
-        read_batch(opencap)
+        read_batch([opencap])
     walk.unlink()
     walk.with_name("walk2.trc").unlink()
     with pytest.raises(GaitvalError, match="nobody walks"):
-        read_batch(opencap)
+        read_batch([opencap])
 
 
 def test_a_folder_of_nothing(tmp_path) -> None:
     with pytest.raises(GaitvalError, match=r"no session\.toml"):
-        read_batch(tmp_path)
+        read_batch([tmp_path])

@@ -184,7 +184,7 @@ def _trial(name: str, forces: str | None, folder: Path) -> Result:
 
 
 def _session_folder(name: str, folder: Path) -> Result:
-    for person in read_batch(folder / name):
+    for person in read_batch([folder / name]):
         if not (0.0 < (person.mass or 0.0) < 1e4 and 0.0 < (person.height or 0.0) < 1e4):
             raise SilentNonsense(f"mass {person.mass}, height {person.height}")
     return Result()
@@ -349,7 +349,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "session": Kind(
             seeds("session.toml", *trial),
             {"session.toml": toml},
-            lambda f: through(f, "imports", f / "session.toml"),
+            lambda f: through(f, "import", f / "session.toml"),
         ),
         "marker_set": Kind(seeds("own.toml", *trial), {"own.toml": toml}, _imported),
         "cohort_csv": Kind(

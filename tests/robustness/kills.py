@@ -74,7 +74,7 @@ ENDING_SECONDS: Final = 300.0
 some seconds of a processor, which may be busy."""
 JOBS: Final = ("import", "study", "report", "check")
 WRITING: Final = {
-    **{"baseline": 8, "history": 6, "compare": 5, "judge": 5, "imports": 4, "import": 3},
+    **{"baseline": 8, "history": 6, "compare": 5, "judge": 5, "sessions": 4, "import": 3},
     **{"export": 3, "report": 1, "virtual": 1, "subject": 1, "predict": 1, "screen": 1},
     "cohort": 1,
 }
@@ -215,7 +215,7 @@ def further_jobs(work: Path) -> dict[str, Job]:
         "history": [made / "history.db", "--out"],
         "compare": [*stored, "--out"],
         "judge": [made / "model.osim", *judged, "--out"],
-        "imports": [made / "people.toml", "--out"],
+        "sessions": [made / "people.toml", "--out"],
         "export": ["5", "--to", "c3d", "--out"],
         "virtual": ["--out"],
         "subject": ["5", *quick, "--out"],
@@ -233,7 +233,7 @@ def further_jobs(work: Path) -> dict[str, Job]:
         folder = work / f"{name}-out"
         out = folder / "table.csv" if name == "screen" else folder
         made_by[name] = Job(
-            [[name, *map(str, rest), str(out)]],
+            [["import" if name == "sessions" else name, *map(str, rest), str(out)]],
             folder,
             setting=shorter.get(name, ""),
             verdict=int(name == "judge"),

@@ -3,7 +3,7 @@
 A made-up session is imported as recorded and made consistent, with a mass that the plates
 contradict; given the folder of the raw data, the walk of WBDS01 too. Value, limit and
 verdict of each limit are read back from what the command prints, the page, Python, `gaitval judge`
-on the files that the import wrote, and the tables of `gaitval imports` and of a cohort.
+on the files that the import wrote, and the tables of many imports and of a cohort.
 """
 
 import csv
@@ -154,7 +154,7 @@ def _outputs(out: Path, options: Mapping[str, Any]) -> Outputs:
         "page": _page(out / "recording" / "recording.html"),
         "Python": _python(out),
         "judge": judged,
-        "imports": _table(person, imported, out.parent / "tables", terminal),
+        "table": _table(person, imported, out.parent / "tables", terminal),
         "cohort": _cohort(out),
     }
 

@@ -35,7 +35,7 @@ def test_the_command_has_it(place: Path) -> None:
 def test_a_session_file_has_it(place: Path) -> None:
     text = f'[[people]]\nname = "P01"\nsex = "F"\ntrials = ["no.c3d"]\nnote = "{NOTE}"\n'
     (place / "session.toml").write_text(text)
-    message = ran(place, "-P", "-m", "gaitval", "imports", "session.toml", "--out", "many")
+    message = ran(place, "-P", "-m", "gaitval", "import", "session.toml", "--out", "many")
     assert f"P01: note: {NOTE}" in message
 
 

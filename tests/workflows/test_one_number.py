@@ -20,7 +20,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> one_number.Compared:
 def test_every_output_says_the_same_of_every_limit(found: one_number.Compared) -> None:
     assert not found.differences, "\n".join(found.differences)
     assert found.numbers >= 20
-    assert found.outputs == ("terminal", "page", "Python", "judge", "imports", "cohort")
+    assert found.outputs == ("terminal", "page", "Python", "judge", "table", "cohort")
     assert found.failed >= 2
 
 

@@ -24,7 +24,7 @@ A column with a dot in its name is a setting, `section.key`; one with the name o
     name = "P01"
     recording = { static = "P01/stand.c3d", trials = ["P01/walk.c3d"], sex = "F", mass = 63.2 }
 
-`recording` takes what a person of `gaitval imports` takes. With the column `device`, names or files
+`recording` takes what a person of `gaitval import` takes. With the column `device`, names or files
 with a semicolon between them, the person then walks with these; `search` is what the torque of the
 first is searched for before, a joint and a quantity: `hip_flexion work`. In TOML that is
 
