@@ -23,7 +23,7 @@ from gaitval.metrics.push_recovery import (
     trials,
     without_drift,
 )
-from gaitval.metrics.tolerances import load_registry
+from gaitval.metrics.tolerances import push_limit
 from gaitval.metrics.typed import array
 from gaitval.policy.rollouts import RolloutPool, in_groups
 from gaitval.policy.storage import Policy
@@ -79,16 +79,6 @@ def standing_of(tasks: Sequence[WalkingTask], policy: Policy, mu: Array) -> Stan
         scatter=None if mean is None else float(np.std(totals)),
         error=mean,
     )
-
-
-def push_limit() -> float:
-    """The share of pushes that acceptance asks a walker to survive, %."""
-    (limit,) = [
-        each.value
-        for each in load_registry().tolerance
-        if each.measure == "push_survival" and each.role == "acceptance"
-    ]
-    return limit
 
 
 def learning_gain(

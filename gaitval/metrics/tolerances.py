@@ -347,11 +347,25 @@ class Verdict(Result):
         return holds(self.limit, value, self.tolerance)
 
 
+def limits_text() -> str:
+    """The registry that ships with the package, as TOML."""
+    return resources.files("gaitval.metrics").joinpath("tolerances.toml").read_text("utf-8")
+
+
 @cache
 def load_registry() -> Registry:
     """The registry that ships with the package."""
-    text = resources.files("gaitval.metrics").joinpath("tolerances.toml").read_text("utf-8")
-    return Registry.model_validate(tomllib.loads(text))
+    return Registry.model_validate(tomllib.loads(limits_text()))
+
+
+def push_limit() -> float:
+    """The share of pushes that acceptance asks a walker to survive, %."""
+    (limit,) = [
+        each.value
+        for each in load_registry().tolerance
+        if each.measure == "push_survival" and each.role == "acceptance"
+    ]
+    return limit
 
 
 def _concerns(tolerance: Tolerance, measure: Measure) -> bool:

@@ -9,6 +9,7 @@ from gaitval.artefacts import read_json, write_json
 from gaitval.reporting.body_bars import FILE
 from gaitval.study.inputs import body_parameters
 from gaitval.study.stage import Run, Stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 
 FOUND: Final = "rounds/1/identification/identification.json"
 """What identified the body; the record is the same in every round."""
@@ -22,6 +23,7 @@ def stage(run: Run) -> Stage:
     return Stage(
         "body",
         lambda: write(run),
+        version=STAGE_VERSIONS["body"],
         inputs=(
             *("subject.toml", "model.urdf"),
             *((FOUND, "identification.json") if shared else ("reference.npz",)),

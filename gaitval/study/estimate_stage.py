@@ -60,6 +60,7 @@ from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import write_html
 from gaitval.study.stage import Run, Stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 from gaitval.text_tables import csv_text
 
 FOLDER: Final = "estimate"
@@ -110,6 +111,7 @@ def stage(run: Run) -> Stage:
     return Stage(
         "estimate",
         lambda: write(run),
+        version=STAGE_VERSIONS["estimate"],
         inputs=("subject.toml", "model.urdf", "metrics.json", *given),
         outputs=(TABLE, PAGE),
         values={

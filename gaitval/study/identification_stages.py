@@ -29,6 +29,7 @@ from gaitval.study.inputs import (
 )
 from gaitval.study.scaling_stages import reference_of
 from gaitval.study.stage import Run, Stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 
 if TYPE_CHECKING:
     from gaitval.arrays import Array
@@ -70,6 +71,7 @@ def identify_stage(run: Run, round_number: int) -> Stage:
     return Stage(
         f"identify-{round_number}",
         identify,
+        version=STAGE_VERSIONS["identify"],
         inputs=(
             "subject.toml",
             "model.urdf",
@@ -192,6 +194,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
     return Stage(
         f"evaluate-{round_number}",
         evaluate,
+        version=STAGE_VERSIONS["evaluate"],
         inputs=(
             "subject.toml",
             "model.urdf",
@@ -209,11 +212,12 @@ def choose_stage(run: Run, rounds: int) -> Stage:
     """The best of the `rounds` of `run`, by what its policy lacks and then by epsilon, copied to
     where later stages read it.
     """
+    from gaitval.metrics.tolerances import push_limit
+
     numbers = range(1, rounds + 1)
 
     def choose() -> None:
         from gaitval.metrics.learning_gain import LearningGain
-        from gaitval.metrics.policy_comparison import push_limit
         from gaitval.metrics.results import IdentificationResult, Round
 
         errors = [round_errors(run, number) for number in numbers]
@@ -259,6 +263,7 @@ def choose_stage(run: Run, rounds: int) -> Stage:
     return Stage(
         "choose",
         choose,
+        version=STAGE_VERSIONS["choose"],
         inputs=(
             "reference.npz",
             *(
@@ -278,6 +283,7 @@ def choose_stage(run: Run, rounds: int) -> Stage:
             "identification.json",
             IDENTIFIED,
         ),
+        values={"push_limit": push_limit()},
     )
 
 

@@ -26,6 +26,7 @@ from gaitval.study.inputs import (
     walking_task,
 )
 from gaitval.study.stage import Run, Stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 
 if TYPE_CHECKING:
     from gaitval.arrays import Array
@@ -110,7 +111,8 @@ def need_stage(run: Run, round_number: int, speeds: Mapping[str, float] | None =
     here, start = _place_of(round_number, speeds), _start_of(run, round_number)
 
     def compare() -> None:
-        from gaitval.metrics.policy_comparison import push_limit, standing_of
+        from gaitval.metrics.policy_comparison import standing_of
+        from gaitval.metrics.tolerances import push_limit
 
         found = None
         if start is not None:
@@ -129,6 +131,7 @@ def need_stage(run: Run, round_number: int, speeds: Mapping[str, float] | None =
     return Stage(
         "need-range" if speeds else f"need-{round_number}",
         compare,
+        version=STAGE_VERSIONS["need"],
         inputs=("subject.toml", *_compared(run, round_number, speeds)),
         outputs=(f"{here}{STANDING}", f"{here}{NEED}"),
         values=_comparing(run, speeds),
@@ -159,12 +162,15 @@ def _compared(run: Run, round_number: int, speeds: Mapping[str, float] | None) -
 
 def _comparing(run: Run, speeds: Mapping[str, float] | None) -> dict[str, Any]:
     """Values of a stage that compares policies of `run`, or of a range of `speeds`."""
+    from gaitval.metrics.tolerances import push_limit
+
     validation, pushes = run.configuration.validation, run.configuration.pushes
     of_range = {**run.sections("record"), "speeds": list(speeds.values())} if speeds else {}
     return {
         **run.sections(*SIMULATION_SECTIONS, "randomisation"),
         "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
         "pushes": pushes.model_dump(mode="json", include={"phases", "force", "cycles"}),
+        "push_limit": push_limit(),
         **of_range,
     }
 
@@ -192,6 +198,7 @@ def train_stage(run: Run, round_number: int) -> Stage:
     return Stage(
         f"train-{round_number}",
         train,
+        version=STAGE_VERSIONS["train"],
         inputs=(
             *_compared(run, round_number, None),
             *need_files(run, _place_of(round_number, None)),
@@ -230,6 +237,7 @@ def hand_on_stage(run: Run, round_number: int, speeds: Mapping[str, float] | Non
     return Stage(
         "keep-range" if speeds else f"keep-{round_number}",
         decide,
+        version=STAGE_VERSIONS["keep"],
         inputs=(
             "subject.toml",
             *_compared(run, round_number, speeds),

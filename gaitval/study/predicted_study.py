@@ -39,6 +39,7 @@ from gaitval.study.report_stages import metrics_of, report_stage, validate_stage
 from gaitval.study.run import choose_start
 from gaitval.study.scaling_stages import reference_stage, scale_stage
 from gaitval.study.stage import Run, Stage, run_stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 from gaitval.study.unread import say_unread
 from gaitval.study.walking_stages import repeat_stage, save_correction, simulate_stage
 
@@ -62,6 +63,7 @@ def train_range_stage(run: Run) -> Stage:
     return Stage(
         "train-range",
         train,
+        version=STAGE_VERSIONS["train"],
         inputs=(
             "model.urdf",
             *speeds,
@@ -104,6 +106,7 @@ def adopt_stage(run: Run, source: Path) -> Stage:
     return Stage(
         "adopt",
         adopt,
+        version=STAGE_VERSIONS["adopt"],
         inputs=(),
         outputs=tuple(f"policy/{name}" for name in (*names, "training.csv")),
         # the files may be outside this run folder, so they count as values, not inputs
@@ -156,6 +159,7 @@ def predicted_correction_stage(run: Run) -> Stage:
     return Stage(
         "correct",
         correct_walk,
+        version=STAGE_VERSIONS["correct"],
         inputs=("model.urdf", "reference.npz", *(f"policy/{name}" for name in POLICY_FILES)),
         outputs=(CENTRING, "correction.json", STARTS),
         values=run.sections(*SIMULATION_SECTIONS, "correction", "validation"),

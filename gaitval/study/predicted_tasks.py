@@ -18,6 +18,7 @@ from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import CENTRING, corrected_task, walking_task
 from gaitval.study.stage import Run, Stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 
 SPEEDS: Final = 6
 """Speeds that the policy of a range learns at."""
@@ -53,6 +54,7 @@ def range_stage(run: Run, fit: Callable[..., ReferenceMotion] | None = None) -> 
     return Stage(
         "range",
         build,
+        version=STAGE_VERSIONS["range"],
         inputs=("subject.toml", "model.urdf"),
         outputs=tuple(speeds),
         values={**run.sections("contact", "record"), "speeds": list(speeds.values())},

@@ -22,6 +22,7 @@ from gaitval.study.inputs import (
     stored,
 )
 from gaitval.study.stage import Run, Stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
@@ -98,6 +99,8 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
 def validate_stage(run: Run) -> Stage:
     """Rollouts and pushes of `run`, compared with the record and the tolerances → metrics.json."""
     from gaitval.metrics.results import SCHEMA_VERSION
+    from gaitval.metrics.tolerances import limits_text
+    from gaitval.quantities import QUANTITIES
 
     def validate() -> None:
         pushes = stored(run, "push.json", StoredPushes)
@@ -106,6 +109,7 @@ def validate_stage(run: Run) -> Stage:
     return Stage(
         "validate",
         validate,
+        version=STAGE_VERSIONS["validate"],
         inputs=(
             "subject.toml",
             "model.urdf",
@@ -123,6 +127,8 @@ def validate_stage(run: Run) -> Stage:
             **run.sections("seed", "record", "contact", "validation"),
             # metrics of an earlier version cannot be read, so they are written again
             "schema_version": SCHEMA_VERSION,
+            "limits": limits_text(),
+            "quantities": [each.name for each in QUANTITIES],
         },
     )
 
@@ -143,6 +149,7 @@ def report_stage(run: Run) -> Stage:
     return Stage(
         "report",
         report,
+        version=STAGE_VERSIONS["report"],
         inputs=(
             "subject.toml",
             "configuration.toml",

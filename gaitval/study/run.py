@@ -1,9 +1,9 @@
 """Run the stages of a subject in order, each only if its inputs have changed.
 
 A stage is a function that reads and writes files of one run folder. For every stage, `stages.json`
-there keeps the hashes of all that it depended on (its code included) and of all that it wrote; a
-stage whose hashes still match is skipped. `provenance.json` keeps versions, seed, hashes and wall
-times. No other file contains times, so equal runs give equal files.
+there keeps its version, and hashes of all that it depended on and of all that it wrote; a stage for
+which these still match is skipped. `provenance.json` keeps versions, seed, hashes and wall times.
+No other file contains times, so equal runs give equal files.
 
 Algorithm 1 (train, identify, until epsilon < kappa) is a sequence of such stages, one pair a
 round, in `rounds/1`, `rounds/2`, ...; the best round, by falls and pushes where it lacks some and
@@ -235,7 +235,7 @@ def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:
     round gains no more than the scatter over start phases. It ends after `identification.rounds`.
     """
     from gaitval.metrics.learning_gain import LearningGain
-    from gaitval.metrics.policy_comparison import push_limit
+    from gaitval.metrics.tolerances import push_limit
 
     settings = run.configuration.identification
     errors = round_errors(run, rounds)

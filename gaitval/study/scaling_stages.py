@@ -6,6 +6,7 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.model.urdf import read_urdf
 from gaitval.study.inputs import target_record
 from gaitval.study.stage import Run, Stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 
 if TYPE_CHECKING:
     from gaitval.configuration import RecordSettings
@@ -41,6 +42,7 @@ def scale_stage(run: Run) -> Stage:
     return Stage(
         "scale",
         scale,
+        version=STAGE_VERSIONS["scale"],
         inputs=("subject.toml",),
         outputs=("model.urdf", "scaling.csv"),
         values={**run.sections("scaling"), "walked": walked_on(run.configuration.record)},
@@ -66,6 +68,7 @@ def reference_stage(run: Run) -> Stage:
     return Stage(
         "reference",
         build,
+        version=STAGE_VERSIONS["reference"],
         inputs=("subject.toml", "model.urdf"),
         outputs=("reference.npz",),
         values=run.sections("contact", "record"),

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import tomli_w
 
-from gaitval import __version__
 from gaitval.artefacts import (
     file_hash,
     read_json,
@@ -26,7 +25,6 @@ from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.folder_lock import locked
 from gaitval.memory import give_back_now
 from gaitval.one_thread import one_thread
-from gaitval.study.sources import code_of
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
@@ -90,19 +88,20 @@ class Stage:
     Attributes
     ----------
     name : as in `stages.json`: `scale`, `train-1`.
-    run : writes `outputs`, each whole or not at all (`artefacts.replacing`). What it uses from the
-        package is the stage's code (`sources.code_of`).
+    run : writes `outputs`, each whole or not at all (`artefacts.replacing`).
+    version : of what `run` computes (`stage_versions`).
     inputs : files that it reads, relative to the run folder.
     outputs : files that it writes, relative to the run folder.
     values : other JSON-serialisable values that it depends on, such as sections of the
         configuration.
     workspace : a folder with what an unfinished run resumes from; emptied before a run with other
-        inputs or other code, which must not resume from it.
+        inputs or of another version, which must not resume from it.
     emptied : the workspace is of no use once the stage is finished, and is removed then.
     """
 
     name: str
     run: Callable[[], object]
+    version: int
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -189,11 +188,10 @@ class Run:
 
 
 def fingerprint(stage: Stage, folder: Path) -> dict[str, str]:
-    """Hash of everything in a run `folder` that `stage` depends on, by name. Raises ArtefactError
-    if an input is missing.
+    """Hash of every value and file of a run `folder` that `stage` depends on, by name. Raises
+    ArtefactError if an input is missing.
     """
-    hashes = {"gaitval": value_hash(__version__)}
-    hashes |= {name: value_hash(value) for name, value in stage.values.items()}
+    hashes = {name: value_hash(value) for name, value in stage.values.items()}
     for name in stage.inputs:
         if not (folder / name).exists():
             raise ArtefactError(
@@ -238,9 +236,9 @@ def why_run(stage: Stage, folder: Path) -> str | None:
     changed = _differences(record["inputs"], fingerprint(stage, folder))
     if changed:
         return f"{', '.join(changed)} changed"
-    changed = _differences(record["code"], code_of(stage.run))
-    if changed:
-        return f"the code of {stage.name} has changed: {', '.join(changed)}"
+    made_by = record.get("version")
+    if made_by != stage.version:
+        return f"made by version {made_by} of {stage.name}, which is at version {stage.version} now"
     if record["outputs"] is None:
         return INTERRUPTED
     for name in stage.outputs:
@@ -263,14 +261,13 @@ class PendingStage:
     Attributes
     ----------
     reason : why it runs.
-    inputs, code : fingerprints of what it depends on.
+    inputs : fingerprint of what it depends on.
     """
 
     stage: Stage
     folder: Path
     reason: str
     inputs: Mapping[str, str]
-    code: Mapping[str, str]
     started: datetime
 
 
@@ -282,15 +279,15 @@ def begin_stage(stage: Stage, folder: Path, *, force: bool = False) -> PendingSt
     if reason is None:
         return None
     records = _records(folder)
-    inputs, code = fingerprint(stage, folder), code_of(stage.run)
+    inputs = fingerprint(stage, folder)
     before = records.get(stage.name, {})
-    same = before.get("inputs") == inputs and before.get("code") == code
+    same = before.get("inputs") == inputs and before.get("version") == stage.version
     if stage.workspace and (force or not same):
         shutil.rmtree(folder / stage.workspace, ignore_errors=True)
     # a kill from here on leaves a record without outputs, which `why_run` calls interrupted
-    records[stage.name] = {"inputs": inputs, "code": code, "outputs": None}
+    records[stage.name] = {"version": stage.version, "inputs": inputs, "outputs": None}
     write_json(folder / RECORDS, records)
-    return PendingStage(stage, folder, reason, inputs, code, datetime.now(UTC))
+    return PendingStage(stage, folder, reason, inputs, datetime.now(UTC))
 
 
 def end_stage(started: PendingStage, seconds: float) -> None:
@@ -308,7 +305,7 @@ def end_stage(started: PendingStage, seconds: float) -> None:
         },
     )
     records = _records(folder)  # another stage may have started or ended meanwhile
-    records[stage.name] = {"inputs": started.inputs, "code": started.code, "outputs": outputs}
+    records[stage.name] = {"version": stage.version, "inputs": started.inputs, "outputs": outputs}
     write_json(folder / RECORDS, records)
     if stage.workspace and stage.emptied:
         shutil.rmtree(folder / stage.workspace, ignore_errors=True)
@@ -367,7 +364,7 @@ def _records(folder: Path) -> dict[str, Any]:
 def _read_records(path: Path) -> dict[str, Any]:
     records: dict[str, Any] = _table(path, Mapping)
     for stage, record in records.items():
-        for key in ("inputs", "outputs", "code"):
+        for key in ("inputs", "outputs"):
             # None are the outputs of a stage that has not ended
             unended = key == "outputs" and record.get(key, {}) is None
             if not (unended or isinstance(record.get(key), dict)):

@@ -33,6 +33,7 @@ from gaitval.study.inputs import (
     walking_task,
 )
 from gaitval.study.stage import Run, Stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 
 if TYPE_CHECKING:
     from gaitval.learning_control.correct import Corrected
@@ -59,6 +60,7 @@ def correct_stage(run: Run) -> Stage:
     return Stage(
         "correct",
         correct,
+        version=STAGE_VERSIONS["correct"],
         inputs=("subject.toml", *WALKER),
         outputs=("correction.json", STARTS),
         values={
@@ -117,6 +119,7 @@ def simulate_stage(run: Run, *, second_engine: bool = True) -> Stage:
     return Stage(
         "simulate",
         simulate,
+        version=STAGE_VERSIONS["simulate"],
         inputs=(*WALKER, "correction.json", STARTS),
         outputs=(*ROLLOUTS.values(), *([SECOND_ENGINE] if second_engine else []), WALKS),
         values={
@@ -151,6 +154,7 @@ def repeat_stage(run: Run, *, predicted: bool = False) -> Stage:
     return Stage(
         "repeat",
         repeat,
+        version=STAGE_VERSIONS["repeat"],
         inputs=(
             "subject.toml",
             "model.urdf",
@@ -196,6 +200,7 @@ def push_stage(run: Run) -> Stage:
     return Stage(
         "push",
         push,
+        version=STAGE_VERSIONS["push"],
         inputs=(*WALKER, "correction.json"),
         outputs=("push.json", *PUSHED),
         values={

@@ -10,9 +10,9 @@ from gaitval.metrics.policy_comparison import (
     between,
     handed_on,
     learning_gain,
-    push_limit,
     standing_of,
 )
+from gaitval.metrics.tolerances import push_limit
 from gaitval.model.parameters import nominal_parameters
 from gaitval.study.stored_policy import general_walker
 

@@ -41,12 +41,11 @@ def record(folder: Path, stage: str) -> None:
     records = read_json(path) if path.exists() else {}
     records[stage] = {
         "inputs": {
-            "gaitval": value_hash("of another version"),
             "seed": value_hash(0),
             **{name: file_hash(folder / name) for name in inputs},
         },
         "outputs": {name: file_hash(folder / name) for name in outputs},
-        "code": {f"gaitval/{stage.partition('-')[0]}/code.py": value_hash(stage)},
+        "version": 1,
     }
     write_json(path, records)
 
@@ -60,6 +59,7 @@ def make_run() -> MakeRun:
         files = {"start/policy.json", *(each for both in STAGES.values() for each in sum(both, ()))}
         for file in files - {*STORED_FILES}:
             write_text(folder / file, f'{{"file": "{file}"}}')
+        write_json(folder / "provenance.json", {"commit": "a" * 40, "stages": {}})
         for stage in STAGES:
             record(folder, stage)
         return folder

@@ -60,7 +60,15 @@ def edited(path: Path, change: Callable[[Any], object]) -> None:
 def test_what_is_stored_can_be_checked(run: Path, target: Path) -> None:
     assert {*contents(target)} == {*STORED_FILES, SEAL, "README.md"}
     assert stored_metrics(target / "metrics.json").subject.identifier == "S05"
-    assert "gaitval/validate" in (read_seal(target).code or {})
+    seal = read_seal(target)
+    assert seal.versions == {"scale": 1, "simulate": 1, "validate": 1}
+    assert seal.commit == "a" * 40
+
+
+def test_a_run_of_a_gaitval_without_versions_is_stored_as_one(run: Path, tmp_path: Path) -> None:
+    edited(run / "stages.json", lambda records: records["scale"].pop("version"))
+    store_baseline(run, tmp_path / "baseline")
+    assert read_seal(tmp_path / "baseline").versions is None
 
 
 def test_a_run_that_is_redone_half_is_refused_and_the_old_baseline_stays(

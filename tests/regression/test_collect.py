@@ -138,7 +138,7 @@ def test_the_margins_are_those_that_the_baseline_was_stored_with(
     }
     shutil.copytree(stored(), tmp_path / "baseline")
     monkeypatch.setattr("gaitval.apps.regression.seal.installed_margins", lambda: wide)
-    seal(tmp_path / "baseline", code=None)
+    seal(tmp_path / "baseline", versions=None, commit=None)
     monkeypatch.undo()
     now = collect([run_of(tmp_path / "a", angle_rmse=2.0 * margins["angle_rmse"].value)])
     wider = matched(*collect_versions([tmp_path / "baseline"], now))

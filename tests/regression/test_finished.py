@@ -36,10 +36,12 @@ def edited(folder: Path, change: Callable[[dict[str, Any]], object]) -> Path:
     return folder
 
 
-def test_a_finished_run_is_one_whatever_code_made_it(run: Path) -> None:
+def test_a_finished_run_is_one_whatever_versions_made_it(run: Path) -> None:
     assert why_unfinished(run) is None
     check_finished(run)
-    edited(run, lambda records: [record.update(code={}) for record in records.values()])
+    edited(run, lambda records: [record.update(version=99) for record in records.values()])
+    assert why_unfinished(run) is None
+    edited(run, lambda records: [record.pop("version") for record in records.values()])
     assert why_unfinished(run) is None
 
 
@@ -66,7 +68,7 @@ def test_what_comes_after_the_figures_or_was_left_by_a_run_of_more_rounds_does_n
 ) -> None:
     def left(records: dict[str, Any]) -> None:
         records["report"]["outputs"] = None
-        records["train-2"] = {"inputs": {"model.urdf": "0" * 64}, "outputs": None, "code": {}}
+        records["train-2"] = {"inputs": {"model.urdf": "0" * 64}, "outputs": None, "version": 1}
 
     assert why_unfinished(edited(run, left)) is None
 

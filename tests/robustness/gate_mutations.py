@@ -171,12 +171,12 @@ def plant(fault: Json, package: Path) -> None:
 
 
 def sealed_baseline(folder: Path) -> Path:
-    """A copy of the baseline that says which code it is of, as a new one does."""
+    """A copy of the baseline that says what it was made with, as a new one does."""
     copy = Path(shutil.copytree(BASELINE, folder / "baseline"))
     metrics = read_json(copy / METRICS)
     metrics["provenance"]["versions"] |= {"gaitval": __version__}
     write_json(copy / METRICS, metrics)
-    seal(copy, code=study.installed_code())
+    seal(copy, versions=study.installed_versions(), commit=None)
     return copy
 
 

@@ -21,8 +21,7 @@ from stage_order import STAGES
 
 from gaitval.apps.regression.baseline import (
     WALKING,
-    by_folder,
-    installed_code,
+    installed_versions,
     store_baseline,
 )
 from gaitval.apps.regression.seal import SEAL, read_seal
@@ -31,9 +30,11 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.metrics.learning_gain import LearningGain, Standing
+from gaitval.metrics.tolerances import limits_text
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash, write_urdf
 from gaitval.policy.storage import save_policy
+from gaitval.quantities import QUANTITIES
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study import body_stage, one_stage
@@ -45,8 +46,8 @@ from gaitval.study.learning_stages import learned, train_stage
 from gaitval.study.one_stage import finished_rounds, run_one
 from gaitval.study.report_stages import validate_stage
 from gaitval.study.run import plan, run_subject
-from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
+from gaitval.study.stage_versions import STAGE_VERSIONS
 from gaitval.study.stored_policy import stored_baseline
 from gaitval.study.walking_stages import push_stage, simulate_stage
 
@@ -89,14 +90,14 @@ class Listener(Observer):
         self.lines.append(message)
 
 
-def doubling(folder: Path, **values: int) -> Stage:
+def doubling(folder: Path, version: int = 1, **values: int) -> Stage:
     """A stage that writes twice the number in `number.txt`."""
 
     def double() -> None:
         number = int((folder / "number.txt").read_text())
         write_text(folder / "double.txt", str(2 * number))
 
-    return Stage("double", double, ("number.txt",), ("double.txt",), values=values)
+    return Stage("double", double, version, ("number.txt",), ("double.txt",), values=values)
 
 
 @pytest.fixture
@@ -119,6 +120,20 @@ def test_a_changed_input_file_runs_the_stage_and_is_named(folder: Path) -> None:
     assert why_run(doubling(folder), folder) == "number.txt changed"
     assert run_stage(doubling(folder), folder)
     assert (folder / "double.txt").read_text() == "8"
+
+
+def test_a_stage_of_another_version_runs_again(folder: Path) -> None:
+    run_stage(doubling(folder, version=2), folder)
+    assert why_run(doubling(folder, version=2), folder) is None
+    reason = "made by version 2 of double, which is at version 3 now"
+    assert why_run(doubling(folder, version=3), folder) == reason
+    assert run_stage(doubling(folder, version=3), folder)
+    assert why_run(doubling(folder, version=3), folder) is None
+
+
+def test_a_stage_depends_on_its_values_and_files_and_on_nothing_else(folder: Path) -> None:
+    """Not on gaitval's version: a release runs nothing again."""
+    assert {*fingerprint(doubling(folder, seed=1), folder)} == {"seed", "number.txt"}
 
 
 def test_a_file_is_read_once_while_nobody_writes_it(
@@ -149,14 +164,6 @@ def test_a_file_is_read_once_while_nobody_writes_it(
 def test_a_changed_setting_runs_the_stage_and_is_named(folder: Path) -> None:
     run_stage(doubling(folder, seed=0), folder)
     assert why_run(doubling(folder, seed=1), folder) == "seed changed"
-
-
-def test_another_version_of_gaitval_runs_the_stage(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run_stage(doubling(folder), folder)
-    monkeypatch.setattr("gaitval.study.stage.__version__", "999")
-    assert why_run(doubling(folder), folder) == "gaitval changed"
 
 
 @pytest.mark.parametrize("damage", [lambda path: path.unlink(), lambda path: path.write_text("4")])
@@ -196,7 +203,7 @@ def test_a_failed_stage_is_not_taken_for_finished(folder: Path) -> None:
     assert why_run(doubling(folder), folder) == "was interrupted"
 
 
-def counting(folder: Path, *, until: int, stop_at: int, seed: int = 0) -> Stage:
+def counting(folder: Path, *, until: int, stop_at: int, seed: int = 0, version: int = 1) -> Stage:
     """Counts in its workspace, a file a number; interrupted at `stop_at`."""
 
     def count() -> None:
@@ -208,7 +215,7 @@ def counting(folder: Path, *, until: int, stop_at: int, seed: int = 0) -> Stage:
         write_text(folder / "count.txt", str(until))
 
     seen: list[int] = []
-    stage = Stage("count", count, (), ("count.txt",), values={"seed": seed}, workspace="work")
+    stage = Stage("count", count, version, (), ("count.txt",), {"seed": seed}, workspace="work")
     counting.seen = seen  # type: ignore[attr-defined]
     return stage
 
@@ -221,11 +228,14 @@ def test_an_interrupted_stage_resumes_where_it_was(folder: Path) -> None:
     assert (folder / "count.txt").read_text() == "6"
 
 
-@pytest.mark.parametrize(("seed", "force"), [(1, False), (0, True)])
-def test_work_of_other_inputs_is_not_resumed(folder: Path, seed: int, force: bool) -> None:
+@pytest.mark.parametrize(("seed", "version", "force"), [(1, 1, False), (0, 2, False), (0, 1, True)])
+def test_work_of_other_inputs_or_of_another_version_is_not_resumed(
+    folder: Path, seed: int, version: int, force: bool
+) -> None:
     with pytest.raises(KeyboardInterrupt):
         run_stage(counting(folder, until=6, stop_at=4), folder)
-    run_stage(counting(folder, until=6, stop_at=-1, seed=seed), folder, force=force)
+    stage = counting(folder, until=6, stop_at=-1, seed=seed, version=version)
+    run_stage(stage, folder, force=force)
     assert counting.seen == [0, 1, 2, 3, 4, 5]  # type: ignore[attr-defined]
 
 
@@ -257,7 +267,7 @@ def die() -> None:
         temporary.write_text("half of a nu")
         os._exit(9)
 
-run_stage(Stage("double", die, ("number.txt",), ("double.txt",)), folder, force=True)
+run_stage(Stage("double", die, 1, ("number.txt",), ("double.txt",)), folder, force=True)
 """
 
 
@@ -826,6 +836,7 @@ def test_settings_of_a_stage_are_those_of_its_sections(opened: Opener) -> None:
     assert "training" not in identify_stage(run, 1).values
     assert "reward" not in simulate_stage(run).values
     expected = {"seed", "record", "contact", "validation", "schema_version"}
+    expected |= {"limits", "quantities"}
     assert set(validate_stage(run).values) == expected
     assert "pushes" in push_stage(run).values
     assert "pushes" not in simulate_stage(run).values
@@ -848,7 +859,7 @@ def test_a_baseline_is_stored_of_finished_runs_only(
     store_baseline(run.folder, tmp_path / "baseline")
     stored = [str(p.relative_to(tmp_path / "baseline")) for p in tmp_path.glob("baseline/**/*.*")]
     assert sorted(stored) == sorted([*STORED_FILES, SEAL])
-    assert read_seal(tmp_path / "baseline").code == {}  # that of the stand-ins
+    assert read_seal(tmp_path / "baseline").versions == installed_versions()
 
 
 @pytest.mark.slow
@@ -882,14 +893,57 @@ def test_a_run_that_is_redone_half_is_no_baseline_until_it_is_finished(
         store_baseline(run.folder, tmp_path / "baseline")
 
 
-def test_the_code_in_a_seal_is_that_of_the_stages_that_a_check_runs(opened: Opener) -> None:
-    run = opened()
-    stages = {stage.name: stage for stage in plan(run, 1)}
-    ran_with = by_folder(code_of(stages[name].run) for name in WALKING)
-    assert ran_with == installed_code()
-    assert {"gaitval/study", "gaitval/simulation", "gaitval/metrics"} <= set(ran_with)
-    changed = by_folder({**code_of(stages[name].run), "gaitval/x/y": "0"} for name in WALKING)
-    assert set(changed) - set(ran_with) == {"gaitval/x"}
+def test_every_stage_has_the_version_of_its_name(opened: Opener) -> None:
+    """In every round, so that raising one number is enough."""
+    versions = {stage.name: stage.version for stage in plan(opened(), 2)}
+    assert versions == {name: STAGE_VERSIONS[name.partition("-")[0]] for name in versions}
+    assert installed_versions() == {name: versions[name] for name in WALKING}
+
+
+def new_sentence(patch: pytest.MonkeyPatch) -> None:
+    text = limits_text() + "# another sentence\n"
+    patch.setattr("gaitval.metrics.tolerances.limits_text", lambda: text)
+
+
+def new_quantity(patch: pytest.MonkeyPatch) -> None:
+    another = replace(QUANTITIES[0], name="another")
+    patch.setattr("gaitval.quantities.QUANTITIES", (*QUANTITIES, another))
+
+
+def new_push_limit(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr("gaitval.metrics.tolerances.push_limit", lambda: 12.0)
+
+
+def new_version(patch: pytest.MonkeyPatch) -> None:
+    patch.setitem(STAGE_VERSIONS, "identify", STAGE_VERSIONS["identify"] + 1)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("change", "stages"),
+    [
+        (new_sentence, ["validate"]),
+        (new_quantity, ["validate"]),
+        (new_push_limit, ["need-1", "keep-1", "choose"]),
+        (new_version, ["identify-1"]),
+    ],
+)
+def test_a_change_of_gaitval_makes_those_stages_invalid_that_depend_on_it(
+    opened: Opener,
+    stand_ins: list[float | None],
+    monkeypatch: pytest.MonkeyPatch,
+    change: Callable[[pytest.MonkeyPatch], None],
+    stages: list[str],
+) -> None:
+    """Stages after them run again if their files differ."""
+    run = opened("identification.rounds=1")
+    run_subject(run)
+
+    def invalid() -> list[str]:
+        return [each.name for each in plan(run, 1) if why_run(each, run.folder) is not None]
+
+    assert invalid() == []
+    change(monkeypatch)
+    assert invalid() == stages
 
 
 def test_provenance_names_versions_seed_and_hashes(
@@ -998,7 +1052,7 @@ def test_a_start_that_is_half_there_is_chosen_again(
     general = stored_policy(tmp_path / "general", task, general=True)
     monkeypatch.setattr(study, "general_policy", lambda *_: general)
     study.choose_start(scaled, study.train_stage(scaled, 1))
-    record = {"inputs": {}, "code": {}, "outputs": {}}
+    record = {"inputs": {}, "version": 1, "outputs": {}}
     write_json(scaled.folder / "stages.json", {"train-1": record})
     (scaled.folder / "start" / "policy.json").unlink()
     (scaled.folder / "rounds/1/need.json").unlink(missing_ok=True)
@@ -1069,7 +1123,7 @@ def test_a_changed_file_of_a_run_does_not_become_a_baseline(
     store_baseline(run.folder, tmp_path / "baseline")
 
 
-@pytest.mark.parametrize("key", ["inputs", "outputs", "code"])
+@pytest.mark.parametrize("key", ["inputs", "outputs"])
 @pytest.mark.parametrize("value", ["renamed", None, [], "text"])
 def test_a_record_that_was_edited_is_refused_with_its_key(
     folder: Path, key: str, value: object

@@ -15,7 +15,7 @@ from safetensors.numpy import load_file, save_file
 from gaitval.apps.regression.baseline import remove_abandoned, seal_again, stored_metrics
 from gaitval.apps.regression.seal import (
     SEAL,
-    UNKNOWN_CODE,
+    UNKNOWN_VERSIONS,
     changes,
     inputs_in_words,
     read_seal,
@@ -257,20 +257,21 @@ def test_a_measure_is_only_new_if_the_seal_does_not_know_it(folder: Path) -> Non
 
 def test_what_has_changed_since_is_told(folder: Path) -> None:
     before = read_metrics(folder)
-    code = {"gaitval/policy": "0" * 64, "gaitval/metrics": "1" * 64}
-    seal(folder, code=code)
+    versions = {"simulate": 3, "validate": 5}
+    seal(folder, versions=versions, commit=None)
     found = read_seal(folder)
-    assert changes(found, before, before, code) == []
+    assert changes(found, before, before, versions) == []
     numpy = before.provenance.versions["numpy"]
     other = {"versions": {**before.provenance.versions, "numpy": "99.0"}, "record": "2" * 64}
     now = before.model_copy(update={"provenance": before.provenance.model_copy(update=other)})
-    assert changes(found, before, now, code | {"gaitval/policy": "3" * 64}) == [
+    assert changes(found, before, now, versions | {"simulate": 4, "push": 1}) == [
         f"numpy {numpy}, now 99.0",
         "the record as it is read now",
-        "the code in gaitval/policy",
+        "stage simulate at version 3, now 4",
+        "stage push at version none, now 1",
     ]
-    seal(folder, code=None)
-    assert changes(read_seal(folder), before, before, code) == [UNKNOWN_CODE]
+    seal(folder, versions=None, commit=None)
+    assert changes(read_seal(folder), before, before, versions) == [UNKNOWN_VERSIONS]
 
 
 def _abandoned(where: Path, *, seconds: float) -> Path:
@@ -321,10 +322,10 @@ def test_a_part_that_is_missing_is_named(folder: Path) -> None:
         stored_metrics(folder / "metrics.json")
 
 
-def test_code_that_nobody_noted_is_no_change() -> None:
+def test_versions_that_nobody_noted_are_no_change() -> None:
     assert inputs_in_words([]) == "the same as when the baseline was stored"
-    line = inputs_in_words([UNKNOWN_CODE])
+    line = inputs_in_words([UNKNOWN_VERSIONS])
     assert line.startswith("the same as when the baseline was stored, as far as is known: ")
-    assert inputs_in_words(["numpy 1, now 2", UNKNOWN_CODE]) == (
-        f"changed: numpy 1, now 2; {UNKNOWN_CODE}"
+    assert inputs_in_words(["numpy 1, now 2", UNKNOWN_VERSIONS]) == (
+        f"changed: numpy 1, now 2; {UNKNOWN_VERSIONS}"
     )

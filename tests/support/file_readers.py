@@ -65,9 +65,6 @@ OWN: Final = {
     "gaitval/reporting/translated.py:_catalogue": "catalogues of the package",
     "gaitval/study/stage.py:_undone": "a run's own files, which are put back as they were",
     "gaitval/scaling/marker_sets.py:_builtin": "marker sets of the package",
-    "gaitval/study/sources.py:_kept_at": "the package's own files",
-    "gaitval/study/sources.py:_read_code": "the package's own data",
-    "gaitval/study/sources.py:_tree": "the package's own sources",
 }
 """Readers, by module and function, of what is the package's own or the gate has looked at before,
 with the reason."""

@@ -8,6 +8,7 @@ from gaitval.apps.cohort.table import Study
 from gaitval.apps.devices import of_subject
 from gaitval.apps.devices.results import summary
 from gaitval.datasets.subject import Subject
+from gaitval.study.stage_versions import STAGE_VERSIONS
 
 DevicesSetting = str | dict[str, Any]
 """A device: its name or file, or its table."""
@@ -15,7 +16,7 @@ DevicesSetting = str | dict[str, Any]
 
 def identity_of(devices: Sequence[DevicesSetting]) -> dict[str, Any]:
     """What walks with `devices` depend on. Raises ConfigurationError if there is no such device."""
-    return {"tables": of_subject.tables(devices), "code": of_subject.code()}
+    return {"tables": of_subject.tables(devices), "version": STAGE_VERSIONS["device"]}
 
 
 def wearing(study: Study, subject: Subject) -> Subject:

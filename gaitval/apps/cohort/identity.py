@@ -9,7 +9,6 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from gaitval import __version__
 from gaitval.apps.cohort.device_studies import DevicesSetting, identity_of
 from gaitval.apps.cohort.table import Study
 from gaitval.artefacts import file_hash, value_hash
@@ -18,8 +17,8 @@ from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.model.devices.device import tables_of
 from gaitval.session.request import FILES, ImportOptions
 from gaitval.study.inputs import POLICY_FILES
-from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer
+from gaitval.study.stage_versions import STAGE_VERSIONS
 from gaitval.study.stored_policy import DELAYED, SLOW, general_policy
 
 if TYPE_CHECKING:
@@ -28,6 +27,9 @@ if TYPE_CHECKING:
 Json = dict[str, Any]
 _StudyFunction = Callable[[Study, Path, int, Observer], Json]
 """A study's work: the study, its folder, its threads, who hears of it → its summary."""
+
+VERSION: Final = 1
+"""Of what a study makes of the results of its stages; raised as `stage_versions` says."""
 
 REAL: Final = "gaitval.apps.cohort.study:run"
 """The function of a real study, as `function_of` takes it."""
@@ -52,16 +54,15 @@ def configuration_of(study: Study, threads: int = 1) -> Configuration:
 
 def fingerprint(study: Study, function: str = REAL) -> str:
     """Hash of all that the results of `study`, done by `function` ("module:function"), depend on:
-    gaitval's version and the code that the study uses, the record, the settings, and the policies
-    that its training may start from.
+    `VERSION` and those of the stages, the record, the settings, and the policies that its training
+    may start from.
 
     Raises GaitvalError if the subject, a file or a setting cannot be used.
     """
     settings = configuration_of(study).model_dump(mode="json")
     parts: Json = {
-        "gaitval": __version__,
+        "versions": [VERSION, dict(STAGE_VERSIONS)],
         "function": function,
-        "code": code_of(function),
         "settings": settings,
         "start": study.start,
         "record": record_parts(study),

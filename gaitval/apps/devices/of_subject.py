@@ -12,8 +12,8 @@ from gaitval.apps.devices.sound_leg import check_side
 from gaitval.datasets.subject import Subject
 from gaitval.model.devices.device import Device, devices_of, load_devices, tables_of
 from gaitval.study.inputs import POLICY_FILES
-from gaitval.study.sources import code_of
 from gaitval.study.stage import Run, Stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 
 if TYPE_CHECKING:
     from gaitval.simulation.walker import Walker, WalkingTask
@@ -51,11 +51,6 @@ def _devices(device: str | Mapping[str, Any]) -> tuple[Device, ...]:
     return devices_of({"devices": [dict(device)]}, f"device {name}".strip())
 
 
-def code() -> dict[str, str]:
-    """Hash of every source that walking with devices uses."""
-    return code_of(_walk)
-
-
 def live_walker(
     task: "WalkingTask", given: Sequence[Mapping[str, Any]]
 ) -> "tuple[WalkingTask, Walker]":
@@ -88,6 +83,7 @@ def stage(run: Run) -> Stage:
     return Stage(
         f"device-{name}",
         lambda: _walk(run, name),
+        version=STAGE_VERSIONS["device"],
         inputs=(
             *("subject.toml", "model.urdf", "reference.npz", "identification.json"),
             *("correction.json", *(f"policy/{each}" for each in POLICY_FILES)),

@@ -24,7 +24,6 @@ from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import stored_policy
 from gaitval.study.predicted_tasks import SPEEDS, range_stage, range_task
 from gaitval.study.scaling_stages import scale_stage
-from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, open_run, run_stage
 from gaitval.study.stored_policy import general_walker
 
@@ -96,7 +95,7 @@ def _range_stage(run: Run) -> Stage:
     if side not in SIDES:
         return range_stage(run)
     stage = range_stage(run, partial(gentle_reference, amputation=side))
-    return replace(stage, values={**stage.values, "fit": code_of(gentle_reference)})
+    return replace(stage, values={**stage.values, "fit": "gentle"})
 
 
 def _person(run: Run, references: tuple[str, ...], policy: Path | None) -> LivePerson:

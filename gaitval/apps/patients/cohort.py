@@ -104,8 +104,7 @@ def walked(
     found: Sequence[Patient], out: Path, notify: Callable[[str], None]
 ) -> list[dict[str, Any]]:
     """Walk all of them (`walk.walk_all`); results are also in `out`/walks."""
-    from gaitval.apps.patients.walk import walk, walk_all
-    from gaitval.study.sources import code_of
+    from gaitval.apps.patients.walk import walk_all
     from gaitval.study.stored_policy import general_walker
 
     configuration = load_configuration()
@@ -114,7 +113,6 @@ def walked(
         out / "walks",
         general_walker(configuration.environment),
         configuration,
-        str(sorted(code_of(walk).items())),
         notify,
     )
 

@@ -42,6 +42,8 @@ COMPARED: Final = 4
 """Cycles of each start that are compared, after the settling ones: 32 of eight starts."""
 KNOWN: Final = tuple(name for name in PROFILE_ANGLES if name != "foot_progression")
 """Angles that the model knows, and has a coordinate for."""
+VERSION: Final = 1
+"""Of what a walk gives; one more when the same patient and settings give other figures."""
 _PHASE: Final = np.linspace(0.0, 1.0, 101)
 
 _Json = dict[str, Any]
@@ -132,11 +134,10 @@ def walk_all(
     folder: Path,
     policy: Policy,
     configuration: Configuration,
-    code: str,
     notify: Callable[[str], None],
 ) -> list[_Json]:
     """`walk` of all `patients`, each in `folder`/NAME.json; one that is there, of the same subject,
-    settings and `code`, is not walked again. `notify` is called with a sentence for each.
+    settings and `VERSION`, is not walked again. `notify` is called with a sentence for each.
     """
     found = []
     for number, (name, patient) in enumerate(patients.items(), start=1):
@@ -146,7 +147,7 @@ def walk_all(
                 "subject": patient.subject.to_toml(),
                 "affected": patient.affected,
                 "settings": configuration.model_dump(mode="json"),
-                "code": code,
+                "version": VERSION,
                 "policy": policy.key,
             }
         )

@@ -5,7 +5,7 @@ import shutil
 import stat
 import tempfile
 import time
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -20,9 +20,9 @@ from gaitval.artefacts import (
     file_hash,
     read_json,
     read_toml,
-    value_hash,
     write_json,
 )
+from gaitval.build_info import source_commit
 from gaitval.configuration import load_configuration
 from gaitval.disk_errors import why_unwritable
 from gaitval.errors import ArtefactError, GaitvalError, SubjectError
@@ -39,8 +39,8 @@ from gaitval.study.inputs import (
 )
 from gaitval.study.report_stages import metrics_of, validate_stage
 from gaitval.study.scaling_stages import reference_stage, scale_stage
-from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, open_run, run_stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
 from gaitval.study.walking_stages import push_stage, repeat_stage, simulate_stage
 
 if TYPE_CHECKING:
@@ -76,10 +76,19 @@ def store_baseline(folder: Path, target: Path, identifier: str | None = None) ->
     _check_believed(folder)
     _check_subject(folder, identifier)
     # all that may be refused is read before anything is written
-    walked = [records[name].code for name in WALKING if name in records]
+    versions = {name: records[name].version for name in WALKING if name in records}
+    known = {name: each for name, each in versions.items() if each is not None}
     with writing_whole(target) as new:
         copy_files(folder, new, STORED_FILES)
-        seal(new, code=by_folder(walked))
+        whole = known if len(known) == len(versions) else None
+        seal(new, versions=whole, commit=_commit_of(folder))
+
+
+def _commit_of(folder: Path) -> str | None:
+    """The commit of the gaitval that ran in `folder`, as far as its provenance says."""
+    provenance = read_json(folder / "provenance.json")
+    found = provenance.get("commit") if isinstance(provenance, dict) else None
+    return found if isinstance(found, str) else None
 
 
 def _check_unchanged(folder: Path, records: Mapping[str, Record]) -> None:
@@ -127,43 +136,26 @@ def _check_subject(folder: Path, identifier: str | None) -> None:
 
 def seal_again(baseline: Path, *, walked: bool = False) -> None:
     """Seal a stored `baseline` that was changed on purpose, or that an earlier gaitval wrote;
-    `walked` if its metrics are those of a walk of the installed code.
+    `walked` if its metrics are those of a walk of the installed gaitval.
     Raises ArtefactError if it is still incomplete or contradicts itself.
     """
     if walked:
         believed(baseline / METRICS)
-        seal(baseline, code=installed_code())
+        seal(baseline, versions=installed_versions(), commit=source_commit())
         return
     believed(baseline / METRICS, known=measures_known(baseline))
     try:
-        # a new seal does not change by which code the stored walk was made
-        code = read_seal(baseline).code
+        # a new seal does not change what made the stored walk
+        before = read_seal(baseline)
     except ArtefactError:
-        code = None
-    seal(baseline, code=code)
+        seal(baseline, versions=None, commit=None)
+    else:
+        seal(baseline, versions=before.versions, commit=before.commit)
 
 
-def by_folder(codes: Iterable[Mapping[str, str]]) -> dict[str, str]:
-    """One hash for each folder of the package, from the file hashes `codes` (`sources.code_of`)."""
-    folders: dict[str, dict[str, list[str]]] = {}
-    for code in codes:  # of a file with several stages each uses its part
-        for name, found in code.items():
-            files = folders.setdefault("/".join(name.split("/")[:2]), {})
-            files.setdefault(name, []).append(found)
-    return {name: value_hash(files) for name, files in sorted(folders.items())}
-
-
-def installed_code() -> dict[str, str]:
-    """The code of the installed gaitval that walks and measures, by folder."""
-    stages = (
-        scale_stage,
-        reference_stage,
-        simulate_stage,
-        repeat_stage,
-        push_stage,
-        validate_stage,
-    )
-    return by_folder(code_of(stage) for stage in stages)
+def installed_versions() -> dict[str, int]:
+    """The versions of the stages of the installed gaitval that walk and measure."""
+    return {name: STAGE_VERSIONS[name] for name in WALKING}
 
 
 def identified_reference_stage(run: Run) -> Stage:
@@ -171,6 +163,7 @@ def identified_reference_stage(run: Run) -> Stage:
     return Stage(
         "identified",
         lambda: save_identified_reference(run, run.folder),
+        version=STAGE_VERSIONS["identify"],
         inputs=("subject.toml", "model.urdf", "reference.npz", "identification.json"),
         outputs=(IDENTIFIED,),
         values=run.sections("contact", "record"),
@@ -338,7 +331,7 @@ def changed_inputs(baseline: Path, now: "Metrics") -> list[str]:
     """Dependencies of `baseline` that differ in the new walk with metrics `now`, a phrase each."""
     from gaitval.metrics.results import read_metrics
 
-    return changes(read_seal(baseline), read_metrics(baseline), now, installed_code())
+    return changes(read_seal(baseline), read_metrics(baseline), now, installed_versions())
 
 
 def _walked(run: Run, baseline: Path, *, quick: bool) -> "Metrics":

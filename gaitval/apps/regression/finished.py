@@ -1,8 +1,8 @@
 """Whether a run folder is finished: whether its figures are those of the files beside them.
 
 A command that is killed, or runs one stage alone, leaves a folder half redone, such as a new policy
-beside the figures of the one before. The records of the folder say so. Which code is installed does
-not matter: a run of an earlier gaitval is finished, too, and its records keep its code.
+beside the figures of the one before. The records of the folder say so. Which gaitval is installed
+does not matter: a run of an earlier one is finished, too.
 """
 
 from collections.abc import Mapping
@@ -33,12 +33,12 @@ class Record(OpenResult):
     ----------
     inputs : of files and settings.
     outputs : of files; None while the stage has not ended.
-    code : of sources.
+    version : of the stage; None if an earlier gaitval ran it, which recorded none.
     """
 
     inputs: dict[str, str]
     outputs: dict[str, str] | None
-    code: dict[str, str]
+    version: int | None = None
 
 
 def read_records(folder: Path) -> dict[str, Record]:

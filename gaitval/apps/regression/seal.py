@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
 
 SEAL: Final = "seal.json"
-VERSION: Final = 1
+VERSION: Final = 2
 
-UNKNOWN_CODE: Final = "the baseline does not say which code it was made with"
+UNKNOWN_VERSIONS: Final = "the baseline does not say which versions of the stages made it"
 """Of a baseline that was sealed by hand, or that an earlier gaitval stored."""
 
 _WITHOUT_MEASURES: Final = ("measures", "tolerances")
@@ -42,14 +42,16 @@ class Seal(Result):
     ----------
     parts : hash by part: of the contents, not of the layout of a file.
     margins : those of `tolerances.toml`, by measure, of the measures that are stored.
-    code : hash by folder of the package of the code that walks and measures; None if not recorded.
+    versions : of the stages that walk and measure, by name; None if not recorded.
+    commit : of the gaitval that ran them; None if not recorded.
     seal : hash of everything else.
     """
 
     version: int
     parts: dict[str, Sha256]
     margins: dict[str, SealedMargin]
-    code: dict[str, Sha256] | None
+    versions: dict[str, int] | None
+    commit: str | None
     seal: Sha256
 
 
@@ -92,15 +94,18 @@ def measures_known(baseline: Path) -> set[str] | None:
         return None
 
 
-def seal(baseline: Path, *, code: Mapping[str, str] | None) -> None:
-    """Seal a stored `baseline` as it is, with the hashes of its `code` (see `Seal`)."""
+def seal(baseline: Path, *, versions: Mapping[str, int] | None, commit: str | None) -> None:
+    """Seal a stored `baseline` as it is, with the `versions` of the stages that made it and the
+    `commit` that they ran at (see `Seal`).
+    """
     stored = {row["measure"] for row in read_json(baseline / "metrics.json")["measures"]}
     margins = installed_margins().items()
     values = {
         "version": VERSION,
         "parts": parts_of(baseline),
         "margins": {name: margin.as_dict() for name, margin in margins if name in stored},
-        "code": None if code is None else dict(code),
+        "versions": None if versions is None else dict(versions),
+        "commit": commit,
     }
     write_json(baseline / SEAL, {**values, "seal": value_hash(values)})
 
@@ -174,10 +179,12 @@ def fix(baseline: Path) -> str:
     )
 
 
-def changes(found: Seal, before: "Metrics", now: "Metrics", code: Mapping[str, str]) -> list[str]:
+def changes(
+    found: Seal, before: "Metrics", now: "Metrics", versions: Mapping[str, int]
+) -> list[str]:
     """Dependencies of a walk that have changed since its baseline was sealed (`found`), one phrase
-    each, by the metrics `before` and `now` and the installed `code` (see `Seal`). A library that is
-    not installed now did not change this walk.
+    each, by the metrics `before` and `now` and the installed `versions` of the stages. A library
+    that is not installed now did not change this walk.
     """
     then, here = (each.provenance.versions for each in (before, now))
     messages = [
@@ -187,23 +194,20 @@ def changes(found: Seal, before: "Metrics", now: "Metrics", code: Mapping[str, s
     ]
     if before.provenance.record != now.provenance.record:
         messages.append("the record as it is read now")
-    if found.code is None:
-        messages.append(UNKNOWN_CODE)
-    else:
-        messages += _changed_code(found.code, code)
-    return messages
+    if found.versions is None:
+        return [*messages, UNKNOWN_VERSIONS]
+    return messages + [
+        f"stage {name} at version {found.versions.get(name, 'none')}, now {version}"
+        for name, version in versions.items()
+        if found.versions.get(name) != version
+    ]
 
 
 def inputs_in_words(changed: Sequence[str]) -> str:
-    """One sentence on what `changes` returned (`changed`). Unrecorded code is no change."""
-    known = [each for each in changed if each != UNKNOWN_CODE]
+    """One sentence on what `changes` returned (`changed`). Unrecorded versions are no change."""
+    known = [each for each in changed if each != UNKNOWN_VERSIONS]
     if known:
         return f"changed: {'; '.join(changed)}"
     if changed:
-        return f"the same as when the baseline was stored, as far as is known: {UNKNOWN_CODE}"
+        return f"the same as when the baseline was stored, as far as is known: {UNKNOWN_VERSIONS}"
     return "the same as when the baseline was stored"
-
-
-def _changed_code(then: Mapping[str, str], now: Mapping[str, str]) -> Sequence[str]:
-    changed = [name for name in sorted({*then, *now}) if then.get(name) != now.get(name)]
-    return [f"the code in {', '.join(changed)}"] if changed else []
