@@ -11,14 +11,27 @@ import filelock
 from gaitval import file_gate
 from gaitval.artefacts import make_folder, write_text, writing
 from gaitval.errors import ArtefactError
-from gaitval.partial_files import remove_partial
+from gaitval.partial_files import linked_folders, remove_partial
+
+
+def check_links(folder: Path) -> None:
+    """Refuse a `folder` to write to that has links to folders in it, before any work. The folder
+    itself may be one, since the user has named it. Raises ArtefactError.
+    """
+    links = linked_folders(folder) if folder.is_dir() else []
+    if links:
+        raise ArtefactError(
+            f"{links[0]}: is a link to a folder. gaitval follows no link in a folder that it "
+            "writes to, because files elsewhere would be replaced. Remove the link, or give "
+            "another folder with --out."
+        )
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
     """Lock `folder` for this process, until the block or the process ends. It is made if it is not
     there, and what a killed process left half written is removed. Raises ArtefactError if another
-    process works in it, or it cannot be written to.
+    process works in it, it cannot be written to, or `check_links` refuses it.
     """
     make_folder(folder)
     # The process is named in a separate file, because Windows lets nobody read a locked file.
@@ -43,6 +56,7 @@ def locked(folder: Path) -> Iterator[None]:
         ) from None
     try:
         # Only now: before the lock is held, the partial files might be those of a running process.
+        check_links(folder)
         remove_partial(folder)
         write_text(holder, str(os.getpid()))
         yield

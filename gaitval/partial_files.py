@@ -15,6 +15,8 @@ from typing import Final
 PARTIAL: Final = ".partial-"
 """First letters of the name of a file that is still being written (`artefacts.replacing`), or of a
 temporary folder (`artefacts.scratch`)."""
+_LEVELS: Final = 3
+"""Levels of folders that gaitval makes below a run folder."""
 
 
 @contextmanager
@@ -66,13 +68,27 @@ def own_folder(where: Path, prefix: str) -> Iterator[Path]:
 
 
 def remove_partial(folder: Path) -> None:
-    """Remove whatever a killed process has left half written in the run `folder` and up to three
-    levels of folders below it. Call it with the folder locked, because another process may be
-    writing.
+    """Remove whatever a killed process has left half written in the run `folder` and the folders
+    below it. Call it with the folder locked, because another process may be writing.
     """
-    for depth in ("", "*/", "*/*/", "*/*/*/"):
-        for left in folder.glob(f"{depth}{PARTIAL}*"):
-            _remove(left)
+    for each in list(_below(folder)):
+        if each.name.startswith(PARTIAL):
+            _remove(Path(each.path))
+
+
+def linked_folders(folder: Path) -> list[Path]:
+    """The links to folders in the run `folder` and below it: what goes there lands elsewhere."""
+    return [Path(each.path) for each in _below(folder) if each.is_symlink() and each.is_dir()]
+
+
+def _below(folder: Path, levels: int = _LEVELS) -> Iterator[os.DirEntry[str]]:
+    """What is in a run folder and the folders below it. No link is followed."""
+    with os.scandir(folder) as entries:
+        for each in sorted(entries, key=lambda entry: entry.name):
+            yield each
+            if levels and each.is_dir(follow_symlinks=False):
+                with suppress(OSError):  # one that may not be read has nothing of ours
+                    yield from _below(Path(each.path), levels - 1)
 
 
 def _remove(left: Path) -> None:

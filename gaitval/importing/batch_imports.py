@@ -15,6 +15,7 @@ from gaitval.artefacts import read_toml, write_text
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval.folder_lock import check_links
 from gaitval.importing.batch_person import BatchPerson, person_of
 from gaitval.importing.files import FOLDER
 from gaitval.importing.importing import Imported, import_files
@@ -135,6 +136,7 @@ def import_batch(
 
     `configuration` serves all; `notify` is called with each decision: person, step, and a sentence.
     """
+    check_links(Path(out))
     outcomes = []
     for person in people:
 

@@ -41,8 +41,10 @@ def export(
     """
     from gaitval.apps.export.formats import export_to, writer_of
     from gaitval.apps.export.walked import ExportedWalk
+    from gaitval.folder_lock import check_links
 
     writer_of(to)  # a name that is none is refused before anything is computed
+    check_links(out)
     display.messages.print(f"Reading the walker of {walker} ...")
     found = ExportedWalk.of(walker)
     display.messages.print(f"{found.stored.subject.identifier}, from {found.stored.folder}.")

@@ -111,12 +111,12 @@ def muscles(
         emg_side=emg_side and emg_side.lower(),  # type: ignore[arg-type]
         emg_weight=emg_weight,
     )
-    motions = motions_in(folder, height=height)
-    shared = shared_motions(motions, settings)
-    found = shared.muscles
-    cost = metabolic_cost(motions, found)
     target = folder / "muscles" if out is None else out
-    with locked(target):
+    motions = motions_in(folder, height=height)
+    with locked(folder if out is None else out):
+        shared = shared_motions(motions, settings)
+        found = shared.muscles
+        cost = metabolic_cost(motions, found)
         written = write_muscles(target, shared, settings, motions[0], cost)
     if found.legs:
         display.print_rows(_contact_rows(shared), found.title())

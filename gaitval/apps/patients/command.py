@@ -75,6 +75,7 @@ def patients(
     --walk also OUT/walks/NAME.json. The same command continues where it was interrupted.
     """
     from gaitval.apps.patients.cohort import found_patients, written
+    from gaitval.folder_lock import locked
 
     found = found_patients(
         strides,
@@ -85,22 +86,23 @@ def patients(
         citation=citation,
         licence=licence,
     )
-    table = written(found, out)
-    _say(found, people or [])
-    walks = None
-    if walk:
-        from gaitval.apps.patients.cohort import walked
+    with locked(out):
+        table = written(found, out)
+        _say(found, people or [])
+        walks = None
+        if walk:
+            from gaitval.apps.patients.cohort import walked
 
-        walks = walked(found, out, display.messages.print)
-        fallen = [each["name"] for each in walks if each["falls"]]
-        display.plain(
-            f"Walks without a fall from any start: {len(walks) - len(fallen)} of {len(walks)}"
-            + (f"; not {', '.join(fallen)}" if fallen else "")
-        )
-    from gaitval.apps.patients.page import write_pages
+            walks = walked(found, out, display.messages.print)
+            fallen = [each["name"] for each in walks if each["falls"]]
+            display.plain(
+                f"Walks without a fall from any start: {len(walks) - len(fallen)} of {len(walks)}"
+                + (f"; not {', '.join(fallen)}" if fallen else "")
+            )
+        from gaitval.apps.patients.page import write_pages
 
-    pages = write_pages(found, walks, out)
-    display.plain(f"Subjects ({len(found)}): {table}; pages: {pages}")
+        pages = write_pages(found, walks, out)
+        display.plain(f"Subjects ({len(found)}): {table}; pages: {pages}")
 
 
 def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:

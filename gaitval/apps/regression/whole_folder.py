@@ -7,6 +7,7 @@ from pathlib import Path
 from gaitval.artefacts import scratch
 from gaitval.disk_errors import why_unwritable
 from gaitval.errors import ArtefactError, GaitvalError
+from gaitval.folder_lock import check_links
 
 
 @contextmanager
@@ -15,10 +16,11 @@ def writing_whole(target: Path) -> Iterator[Path]:
     all of them or none. What else is in `target` stays.
 
     The folder lies in `target`, because files can be moved in one step within a disk only. Raises
-    ArtefactError if the disk does not take the files.
+    ArtefactError if the disk does not take the files, or `target` has links to folders.
     """
     try:
         with scratch(target) as temporary:
+            check_links(target)
             new, replaced = temporary / "new", temporary / "replaced"
             for folder in (new, replaced):
                 folder.mkdir()
