@@ -15,12 +15,10 @@ A picture is the page as a reader sees it, with as many colours as keep it below
 import argparse
 import io
 import os
-import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -59,6 +57,32 @@ UNWANTED: Final = ".replay-cursor, .replay-dot, button.copy"
 """In pictures of tables and curves: the replay's place in the curves, and buttons."""
 HUNDREDTHS: Final = 8
 """Hundredths of a gait cycle after the start, where both feet carry the walker."""
+
+PUSHED: Final = """
+import sys
+from pathlib import Path
+
+import mujoco
+from PIL import Image
+
+sys.path.insert(0, sys.argv[1])
+import walk
+
+walker = walk.MujocoWalker(Path(sys.argv[1]))
+observation = walker.reset()
+while walker.phase < 2.24:
+    observation, _ = walker.step(walker.act(observation))
+walker.push[1, 1] = 150.0
+walker.step(walker.act(observation))
+camera, options = mujoco.MjvCamera(), mujoco.MjvOption()
+walk.look(camera, options)
+camera.distance = 2.4
+mujoco.mj_forward(walker.model, walker.data)
+with mujoco.Renderer(walker.model, 480, 640) as renderer:
+    renderer.update_scene(walker.data, camera, options)
+    Image.fromarray(renderer.render()).save(f"{sys.argv[1]}/walker.png")
+"""
+"""The exported walker in the stance of its third cycle, while it is pushed to its left."""
 
 Shot = Callable[[Any], list[bytes]]
 
@@ -119,21 +143,6 @@ def failed(page: Any) -> list[bytes]:
     return [beginning.getvalue()]
 
 
-def live(page: Any) -> list[bytes]:
-    """The whole page, while a push is drawn by the mouse."""
-    page.set_viewport_size({"width": 1200, "height": 760})
-    page.wait_for_timeout(SETTLING)
-    page.locator("#pause").click()
-    page.wait_for_timeout(SETTLING)
-    box = page.locator("canvas").bounding_box()
-    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.45 * box["height"]
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + 90, y, steps=3)
-    page.wait_for_timeout(SETTLING)
-    return [page.screenshot()]
-
-
 def whole(page: Any) -> list[bytes]:
     """The whole page, if that is a picture or a summary."""
     return [element(page, "main, svg, img")]
@@ -176,7 +185,7 @@ class Picture:
     Attributes
     ----------
     step : what computes it, a key of `STEPS`.
-    page : what is drawn, below the work folder; "" where the step says what.
+    page : what is drawn, below the work folder.
     shot : which part of it.
     """
 
@@ -203,7 +212,7 @@ PICTURES: Final = {
     "recording-failed": Picture("overground", "overground/recording/recording.html", failed),
     "check": Picture("check", "check/summary.md", whole),
     "placement": Picture("placement", "placement.svg", whole),
-    "live": Picture("live", "", live),
+    "mujoco": Picture("mujoco", "mujoco/walker.png", whole),
 }
 
 SAMPLE: Final = ("--static", "sample/standing.c3d", "--trial", "sample/walking.c3d")
@@ -285,7 +294,7 @@ class Lacking(Exception):
 
 def prepared(step: str, work: Path, done: set[str]) -> None:
     """Compute a step, and what it needs, once."""
-    if step in done or step == "live":
+    if step in done:
         return
     if step in BEFORE:
         prepared(BEFORE[step], work, done)
@@ -299,6 +308,10 @@ def prepared(step: str, work: Path, done: set[str]) -> None:
     elif step == "placement":
         script = [sys.executable, "-m", "experiments.foot_placement", "--out"]
         subprocess.run([*script, str((work / "placement.svg").resolve())], cwd=ROOT, check=True)
+    elif step == "mujoco":
+        gaitval(work, "export", "5", "--to", "mujoco", "--out", "mujoco")
+        script = [sys.executable, "-c", PUSHED, "mujoco"]
+        subprocess.run(script, cwd=work, env=os.environ | {"MUJOCO_GL": "egl"}, check=True)
     else:
         if step == "markers":  # it does not write over a set that may be corrected by hand
             for earlier in work.glob("my.*"):
@@ -349,26 +362,6 @@ def softened(folder: Path) -> None:
     subprocess.run(script, cwd=folder, env=wanted, stdout=subprocess.DEVNULL, check=False)
     if "**lost**" not in (folder / "summary.md").read_text(encoding="utf-8"):
         raise SystemExit(f"{folder / 'summary.md'}: nothing was lost.")
-
-
-@contextmanager
-def walking(work: Path) -> Iterator[str]:
-    """The address of a page of `gaitval live`, while it runs."""
-    command = [sys.executable, "-P", "-m", "gaitval", "live", "5", "--no-browser", "--out", "live"]
-    process = subprocess.Popen(
-        command, cwd=work, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
-    try:
-        assert process.stdout is not None
-        for line in process.stdout:
-            found = re.search(r"https?://127\.0\.0\.1:\S+", line)
-            if found is not None:
-                yield found[0]
-                return
-        raise SystemExit("gaitval live ended without an address.")
-    finally:
-        process.terminate()
-        process.wait()
 
 
 def trimmed(image: Image.Image) -> Image.Image:
@@ -425,17 +418,12 @@ def as_page(summary: Path, folder: Path) -> Path:
     return page
 
 
-@contextmanager
-def address(picture: Picture, work: Path) -> Iterator[str]:
+def address(picture: Picture, work: Path) -> str:
     """Where the browser finds what is drawn."""
-    if picture.step == "live":
-        with walking(work) as place:
-            yield place
-        return
     path = work / picture.page
     if path.suffix == ".md":
         path = as_page(path, work)
-    yield path.resolve().as_uri()
+    return path.resolve().as_uri()
 
 
 def draw(name: str, work: Path, browser: Any) -> None:
@@ -445,9 +433,8 @@ def draw(name: str, work: Path, browser: Any) -> None:
         viewport={"width": WIDTH, "height": 900}, device_scale_factor=SCALE, color_scheme="light"
     )
     page.set_default_timeout(180_000)
-    with address(picture, work) as place:
-        page.goto(place)
-        parts = picture.shot(page)
+    page.goto(address(picture, work))
+    parts = picture.shot(page)
     page.close()
     path = DOCS / f"{name}.png"
     size = write(stacked(parts), path)

@@ -7,7 +7,7 @@ from gaitval.terminal.app import Added
 
 _NAMES: Final = (
     *("body", "change", "check", "cohort", "compare", "curves", "data", "device", "estimate"),
-    *("events", "export", "history", "judge", "live", "locohub", "markers", "muscles"),
+    *("events", "export", "history", "judge", "locohub", "markers", "muscles"),
     *("patients", "perturb", "predict", "screen", "virtual"),
 )
 
@@ -40,8 +40,6 @@ def _load(name: str) -> Added:
             from gaitval.apps.regression.history_command import history as found
         case "judge":
             from gaitval.apps.judge.command import judge as found
-        case "live":
-            from gaitval.apps.live.command import live as found
         case "locohub":
             from gaitval.cli.locohub import locohub as found
         case "markers":

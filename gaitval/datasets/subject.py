@@ -319,8 +319,8 @@ class Subject(Displayed, StoredPart):
         if self.gait.forces is None:
             raise SubjectError(
                 f"{self.identifier}: no moments and forces were recorded, which this needs. Give a "
-                "recording with force plates; what needs none is `gaitval subject`, predict, "
-                "live and export."
+                "recording with force plates; what needs none is `gaitval subject`, predict "
+                "and export."
             )
         stance = self.stance_fraction.of_both()
         return GaitRecord(

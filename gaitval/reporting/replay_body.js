@@ -1,4 +1,4 @@
-/* The body that the replay and a live walk draw: smooth shapes from the lengths of the segments.
+/* The body that the replay draws: smooth shapes from the lengths of the segments.
 
    `walkerBody({ joints, spheres, mass })` returns parts, each with its segment, its paint and its geometry in
    the frame of the segment (x forward, y left, z up, m). Lengths are those of the model; girths are

@@ -1,6 +1,6 @@
 """The references of a range of speeds, and what is walked there, from the files of run folders."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Final
 
@@ -34,17 +34,13 @@ def range_speeds(known: Sequence[float]) -> list[float]:
     return [round(float(speed), 4) for speed in np.geomspace(*ends, SPEEDS)]
 
 
-def range_stage(run: Run, fit: Callable[..., ReferenceMotion] | None = None) -> Stage:
-    """Given trials of `run` → reference motions at all speeds of the range, by another `fit` than
-    `consistent_reference`, which takes the same.
-    """
+def range_stage(run: Run) -> Stage:
+    """Given trials of `run` → reference motions at all speeds of the range."""
     speeds = speeds_of(run)
 
     def build() -> None:
-        from gaitval.reference.dynamic_fit import consistent_reference
-
         model = read_urdf(run.folder / "model.urdf")
-        one = partial(_fitted_one, fit or consistent_reference, model, run.configuration.contact)
+        one = partial(_fitted_one, model, run.configuration.contact)
         known = (run.known_record(speed=speed) for speed in speeds.values())
         # each takes seconds and needs nothing of the others
         for done, (name, found) in enumerate(zip(speeds, side_by_side(one, known), strict=True)):
@@ -61,14 +57,11 @@ def range_stage(run: Run, fit: Callable[..., ReferenceMotion] | None = None) -> 
     )
 
 
-def _fitted_one(
-    fit: Callable[..., ReferenceMotion],
-    model: BodyModel,
-    contact: ContactSettings,
-    known: KnownRecord,
-) -> ReferenceMotion:
+def _fitted_one(model: BodyModel, contact: ContactSettings, known: KnownRecord) -> ReferenceMotion:
     """The reference of one speed; a worker gets it pickled."""
-    return fit(known.record, model, contact, known.accuracy)
+    from gaitval.reference.dynamic_fit import consistent_reference
+
+    return consistent_reference(known.record, model, contact, known.accuracy)
 
 
 def speeds_of(run: Run) -> dict[str, float]:

@@ -117,7 +117,7 @@ def test_a_device_in_place_of_a_leg_is_on_the_side_of_the_prosthesis(name):
     with pytest.raises(ConfigurationError, match=r'on the left.*right leg.*sides = \["left"\]'):
         check_side(patient, right)
     with pytest.raises(ConfigurationError, match="on the left"):
-        of_subject.wearing(patient, [{"name": name, "sides": ["right"]}])  # live, cohort
+        of_subject.wearing(patient, [{"name": name, "sides": ["right"]}])  # cohort
     both = of_subject.devices_of({"devices": [{"name": name, "sides": ["left", "right"]}]}, "x")
     with pytest.raises(ConfigurationError, match="left and right leg"):
         check_side(patient, both)

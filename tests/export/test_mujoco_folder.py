@@ -4,8 +4,10 @@ import ast
 import json
 import subprocess
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -132,6 +134,86 @@ def test_a_person_that_falls_says_so(mujoco_folder: Path) -> None:
         if fell:
             break
     assert fell
+
+
+def held(walker: plain.MujocoWalker, body: str, apart: tuple[float, float, float]) -> Any:
+    """The mouse holds the middle of a body, and is `apart` m from it."""
+    drag, number = mujoco.MjvPerturb(), walker.model.body(body).id
+    drag.select, drag.active = number, int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
+    drag.localpos[:] = walker.model.body_ipos[number]
+    drag.localmass = walker.model.body_mass[number]
+    drag.refselpos[:] = walker.data.xipos[number] + apart
+    return drag
+
+
+def velocity(walker: plain.MujocoWalker, body: int) -> Any:
+    """m/s, of a body's centre of mass."""
+    found = np.zeros(6)
+    mujoco.mj_forward(walker.model, walker.data)
+    mujoco.mj_objectVelocity(
+        walker.model, walker.data, mujoco.mjtObj.mjOBJ_BODY, body, found, flg_local=0
+    )
+    return found[3:]
+
+
+@pytest.mark.parametrize("body", ["pelvis", "foot_r"])  # the ground acts on a foot as well
+def test_a_drag_of_the_mouse_is_added_to_the_forces_of_the_ground(mujoco_folder: Path, body):
+    at_rest, pushed = plain.MujocoWalker(mujoco_folder), plain.MujocoWalker(mujoco_folder)
+    for walker in (at_rest, pushed):
+        walker.reset()
+    pushed.push = plain.dragged(pushed, held(pushed, body, (0.0, 0.3, 0.0)))
+    number = pushed.model.body(body).id
+    assert pushed.push[number, 1] > 10.0  # N, to the left
+    assert not np.delete(pushed.push, number, axis=0).any()
+    for walker in (at_rest, pushed):
+        walker._physics_step(np.zeros(len(ACTUATED)), 1.0)
+    np.testing.assert_allclose(
+        pushed.data.xfrc_applied - at_rest.data.xfrc_applied, pushed.push, atol=1e-9
+    )
+    assert velocity(pushed, number)[1] > velocity(at_rest, number)[1]
+
+
+class Window:
+    """In the place of MuJoCo's window, for 60 actions: in the middle the pelvis is held."""
+
+    def __init__(self, walker: plain.MujocoWalker) -> None:
+        self.walker, self.perturb = walker, mujoco.MjvPerturb()
+        self.cam, self.opt = mujoco.MjvCamera(), mujoco.MjvOption()
+        self.sideways: list[float] = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
+
+    def is_running(self) -> bool:
+        return len(self.sideways) < 60
+
+    def lock(self):
+        return nullcontext()
+
+    def sync(self) -> None:
+        self.sideways.append(float(self.walker.push[1, 1]))
+        if len(self.sideways) == 20:
+            self.perturb = held(self.walker, "pelvis", (0.0, 0.05, 0.0))
+        if len(self.sideways) == 40:
+            self.perturb.active = 0
+
+
+def test_who_is_dragged_in_the_viewer_is_pushed_until_released(mujoco_folder, monkeypatch):
+    import mujoco.viewer
+
+    walker = plain.MujocoWalker(mujoco_folder)
+    window = Window(walker)
+    monkeypatch.setattr(mujoco.viewer, "launch_passive", lambda *_, **__: window)
+    plain.view(walker)
+    force = np.array(window.sideways)
+    assert (force[20:40] > 5.0).any()
+    assert not force[:20].any()
+    assert not force[40:].any()
+    assert not walker.fallen()  # the policy walks on
+    assert window.cam.trackbodyid == walker.model.body("pelvis").id
 
 
 def test_the_model_is_the_person_by_itself(walked: ExportedWalk, mujoco_folder: Path) -> None:

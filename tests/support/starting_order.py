@@ -38,7 +38,6 @@ LONG = (
     "workflows/test_import_errors.py",
     "reporting/test_report.py",
     "identification/test_body_fit.py",
-    "live/test_person.py",
     "identification/test_screening.py",
     "identification/test_shared_errors.py",
     "export/test_environment.py",

@@ -142,34 +142,12 @@ class DisturbedEnvironment(WalkingEnvironment):
         law: Any = self.walker.body.law
         return law  # type: ignore[no-any-return]
 
-    def begin(self, ground: "Slip | Trip") -> None:
-        """Let a `ground` begin with the next action."""
-        now = self._actions * self.walker.action_seconds
-        self.planned = Planned(ground, now)
-        self.began = self.ended = np.nan
-        self._last, self._loaded, self.slid = None, False, 0.0
-
-    def level(self) -> None:
-        """Nothing is planned any longer, and the ground is as usual."""
-        self.planned = None
-        self._stand_on(Disturbed.around(self.walker.law))
-
-    def walk_on(self, ground: Disturbed) -> None:
-        """Stand on a `ground` again after the walker got a new body, with its law of contact."""
-        self._stand_on(ground._replace(law=self.walker.law))
-
     def _stand_on(self, law: Disturbed) -> None:
         self.walker.body = self.walker.body._replace(law=law)
 
     def push(self) -> None:
         """What acts in the next action: the push of the options, and the ground."""
         super().push()
-        self.act_on_ground()
-
-    def act_on_ground(self) -> None:
-        """Let what is planned happen to the ground before the next action. To be called once an
-        action.
-        """
         now = self._actions * self.walker.action_seconds
         self._actions += 1
         if self.planned is not None and now >= self.planned.start and np.isnan(self.ended):

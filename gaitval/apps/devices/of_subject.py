@@ -6,7 +6,7 @@ again.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from gaitval.apps.devices.sound_leg import check_side
 from gaitval.datasets.subject import Subject
@@ -14,9 +14,6 @@ from gaitval.model.devices.device import Device, devices_of, load_devices, table
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.stage import Run, Stage
 from gaitval.study.stage_versions import STAGE_VERSIONS
-
-if TYPE_CHECKING:
-    from gaitval.simulation.walker import Walker, WalkingTask
 
 PAGE: Final = "device.html"
 
@@ -49,18 +46,6 @@ def _devices(device: str | Mapping[str, Any]) -> tuple[Device, ...]:
         whole = [tables_of([each])[0] | dict(device, name=each.name) for each in load_devices(name)]
         return devices_of({"devices": whole}, name)
     return devices_of({"devices": [dict(device)]}, f"device {name}".strip())
-
-
-def live_walker(
-    task: "WalkingTask", given: Sequence[Mapping[str, Any]]
-) -> "tuple[WalkingTask, Walker]":
-    """The `task` with the devices of these whole tables (`given`), and a walker of it, for a walk
-    without an end. Raises ConfigurationError.
-    """
-    from gaitval.apps.devices.walking import EndlessWalker, with_devices
-
-    fitted = with_devices(task, devices_of({"devices": list(given)}, "devices"))
-    return fitted, EndlessWalker(fitted)
 
 
 def afterwards(subject: Subject) -> tuple[Callable[[Run], Stage], ...]:

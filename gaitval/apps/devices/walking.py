@@ -476,14 +476,6 @@ def _engaged(hinge: Hinge, estimate: PhaseEstimate) -> bool:
     return estimate.phase >= first or estimate.phase <= last
 
 
-class EndlessWalker(DeviceWalker):
-    """Keeps nothing of what its hinges did."""
-
-    def _rows(self) -> Array:
-        self._kept.clear()
-        return super()._rows()
-
-
 class DeviceEnvironment(WalkingEnvironment):
     """A `WalkingEnvironment` whose walker wears devices, and may choose its own speed.
 

@@ -1,5 +1,6 @@
 """The person as files that walk in plain MuJoCo: MJCF, policy, reference, and a script."""
 
+from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
 from xml.etree import ElementTree
@@ -40,8 +41,18 @@ _MUSCLES = """
   changes of Lai et al. (2017) and Uhlrich et al. (2022), of this person's size and strength. Over
   gait, tendons are as long as gaitval's muscles to about a millimetre.
 """
-_LIMB = {"thigh": 0.065, "shank": 0.045, "foot": 0.03, "upper_arm": 0.04}
+_LIMB = {"torso": 0.08, "thigh": 0.065, "shank": 0.045, "foot": 0.03, "upper_arm": 0.04}
 """m, radius of a limb as drawn; convention."""
+_SCENERY = (
+    '<visual><headlight ambient="0.6 0.6 0.6" diffuse="0.5 0.5 0.5"/><map force="0.03"/></visual>',
+    '<asset><texture name="sky" type="skybox" builtin="flat" rgb1="1 1 1" width="8" height="48"/>'
+    '<texture name="tiles" type="2d" builtin="checker" rgb1="0.9 0.9 0.9" rgb2="0.8 0.8 0.8"'
+    ' width="300" height="300"/>'
+    '<material name="tiles" texture="tiles" texrepeat="1 1" texuniform="true"/></asset>',
+)
+"""To be looked at: light, sky, tiles on the floor, and how long the arrow of a force is."""
+_HEAD = 0.1, 0.2
+"""m, radius of the head as drawn, and how high its centre is above the shoulders; convention."""
 
 
 def write_mujoco(folder: Path, walked: ExportedWalk) -> list[Path]:
@@ -97,6 +108,9 @@ def person_xml(walked: ExportedWalk) -> str:
     assert floor is not None
     free.set("name", "root")
     floor.set("name", "floor")
+    floor.set("material", "tiles")
+    for number, part in enumerate(_SCENERY, 1):
+        root.insert(number, ElementTree.fromstring(part))
     floor.set("friction", f"{walked.friction!r} 0.005 0.0001")
     _joints(root, body.stiffness, body.total_damping + body.physics_step * body.stiffness)
     _spheres(root, walked.body, walked.friction)
@@ -145,18 +159,30 @@ def _spheres(root: ElementTree.Element, model: BodyModel, friction: float) -> No
 
 
 def _limbs(root: ElementTree.Element, model: BodyModel) -> None:
-    """Capsules from joint to joint; they touch nothing and weigh nothing."""
+    """Capsules from joint to joint, and a head; they touch nothing and weigh nothing."""
     for segment in model.segments:
         body = root.find(f".//body[@name='{segment.name}']")
         assert body is not None
         ends = [s.joint_position for s in model.segments if PARENTS.get(s.name) == segment.name]
         for number, end in enumerate(ends or [2.0 * segment.centre_of_mass]):
-            ElementTree.SubElement(
-                body, "geom", name=f"{segment.name}_{number}", type="capsule",
-                fromto="0 0 0 " + " ".join(repr(float(value)) for value in end),
-                size=repr(_LIMB.get(segment.kind, 0.03)), contype="0", conaffinity="0", group="1",
-                rgba="0.85 0.75 0.6 1",
-            )  # fmt: skip
+            radius = repr(_LIMB.get(segment.kind, 0.03))
+            line = _text([0.0, 0.0, 0.0, *end])
+            _drawn(body, f"{segment.name}_{number}", type="capsule", fromto=line, size=radius)
+        if segment.name == "torso":
+            middle = np.mean(ends, axis=0)
+            place = _text([*middle[:2], middle[2] + _HEAD[1]])
+            _drawn(body, "head", type="sphere", pos=place, size=repr(_HEAD[0]))
+
+
+def _drawn(body: ElementTree.Element, name: str, **shape: str) -> None:
+    ElementTree.SubElement(
+        body, "geom", name=name, contype="0", conaffinity="0", group="1", rgba="0.85 0.75 0.6 1",
+        **shape,
+    )  # fmt: skip
+
+
+def _text(numbers: Iterable[float]) -> str:
+    return " ".join(repr(float(value)) for value in numbers)
 
 
 def _keyframe(root: ElementTree.Element, walked: ExportedWalk) -> None:
@@ -175,7 +201,7 @@ def _keyframe(root: ElementTree.Element, walked: ExportedWalk) -> None:
     places[7:], speeds[6:] = (np.array(each)[order] for each in (places[7:], speeds[6:]))
     key = ElementTree.SubElement(ElementTree.SubElement(root, "keyframe"), "key", name="start")
     for name, values in (("qpos", places), ("qvel", speeds), ("ctrl", target)):
-        key.set(name, " ".join(repr(float(value)) for value in values))
+        key.set(name, _text(values))
 
 
 def _numbers(walked: ExportedWalk) -> dict[str, object]:

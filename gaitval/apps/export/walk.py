@@ -102,12 +102,15 @@ class GroundContact:
         self.memory = force + share * (self.memory - force)
         return point, self.memory
 
-    def apply(self, data: Any) -> Any:
-        """Set the feet's external forces for the next step; (2, 3) N, of right and left foot."""
+    def apply(self, data: Any, push: Any) -> Any:
+        """Set all external forces for the next step, those of the ground and `push` (bodies, 6);
+        returns those of the ground on right and left foot, (2, 3) N.
+        """
         point, force = self.forces(data, self.lag)
         torque = _cross(point - data.xipos[self.body], force)
-        data.xfrc_applied[self.bodies, :3] = self.on @ force
-        data.xfrc_applied[self.bodies, 3:] = self.on @ torque
+        data.xfrc_applied[:] = push
+        data.xfrc_applied[self.bodies, :3] += self.on @ force
+        data.xfrc_applied[self.bodies, 3:] += self.on @ torque
         return self.feet @ force
 
 
@@ -124,6 +127,7 @@ class MujocoWalker:
     phase : of the right gait cycle, counting on over cycles.
     moments : (25,) Nm, net joint moments of the last physics step.
     ground_reaction : (2, 3) N, on right and left foot, of the last physics step.
+    push : (bodies, 6) N and Nm, force on each body at its centre of mass and torque, until changed.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -153,6 +157,7 @@ class MujocoWalker:
             ]
         )
         self.phase = 0.0
+        self.push = np.zeros_like(self.data.xfrc_applied)
 
     def reset(self, phase: float = 0.0) -> Any:
         """Place the person on the reference at a phase; returns the observation."""
@@ -223,7 +228,7 @@ class MujocoWalker:
         angle, rate, moment = requested[:25], requested[25:50], requested[50:]
         command = self.stiffness * (angle + offset) + self.damping * pace * rate + moment
         mujoco.mj_step1(self.model, data)
-        self.ground_reaction = self.ground.apply(data)
+        self.ground_reaction = self.ground.apply(data, self.push)
         # The actuators' gain is the stiffness, so that they take a target, in rad.
         data.ctrl[:] = command / self.stiffness
         mujoco.mj_step2(self.model, data)
@@ -354,19 +359,41 @@ def walk(
     return {n: a[1:] if n in acting else a[:-1] for n, a in walked.items()}, fell
 
 
+def dragged(walker: MujocoWalker, drag: Any) -> Any:
+    """`MujocoWalker.push` of a drag with the mouse, which is MuJoCo's `MjvPerturb`."""
+    walker.data.xfrc_applied[:] = 0.0
+    mujoco.mjv_applyPerturbForce(walker.model, walker.data, drag)
+    return walker.data.xfrc_applied.copy()
+
+
+def look(camera: Any, options: Any) -> None:
+    """Let a camera of MuJoCo follow the person from the side, and draw the forces on it."""
+    camera.type, camera.trackbodyid = mujoco.mjtCamera.mjCAMERA_TRACKING, 1
+    camera.distance, camera.azimuth, camera.elevation = 3.0, 60.0, -10.0
+    options.flags[mujoco.mjtVisFlag.mjVIS_PERTFORCE] = True
+
+
 def view(walker: MujocoWalker, start_phase: float = 0.0) -> None:
-    """Show the walk in MuJoCo's viewer, at the speed of life, until it is closed."""
+    """Show the walk in MuJoCo's viewer, at the speed of life, until it is closed. A body that is
+    dragged there is pushed; after a fall the walk begins again.
+    """
     import time
 
     import mujoco.viewer
 
     observation = walker.reset(start_phase)
-    with mujoco.viewer.launch_passive(walker.model, walker.data) as window:
+    with mujoco.viewer.launch_passive(
+        walker.model, walker.data, show_left_ui=False, show_right_ui=False
+    ) as window:
+        look(window.cam, window.opt)
         while window.is_running():
             started, before = time.perf_counter(), walker.data.time
+            with window.lock():
+                walker.push = dragged(walker, window.perturb)
             observation, fell = walker.step(walker.act(observation))
             if fell:
                 observation = walker.reset(start_phase)
+                window.perturb.active = 0  # the body is no longer where it was held
             window.sync()
             time.sleep(max(0.0, walker.data.time - before - time.perf_counter() + started))
 
