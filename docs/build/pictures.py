@@ -310,7 +310,7 @@ def prepared(step: str, work: Path, done: set[str]) -> None:
         subprocess.run([*script, str((work / "placement.svg").resolve())], cwd=ROOT, check=True)
     elif step == "mujoco":
         gaitval(work, "export", "5", "--to", "mujoco", "--out", "mujoco")
-        script = [sys.executable, "-c", PUSHED, "mujoco"]
+        script = [sys.executable, "-P", "-c", PUSHED, "mujoco"]
         subprocess.run(script, cwd=work, env=os.environ | {"MUJOCO_GL": "egl"}, check=True)
     else:
         if step == "markers":  # it does not write over a set that may be corrected by hand

@@ -171,9 +171,10 @@ def test_dotted_names_are_code_or_settings():
 
 
 def test_commands_and_their_options_are_there():
+    pages = [page for page in PAGES if page.name != "CHANGELOG.md"]  # it names what is gone too
     lines = [
         (name, line.split())
-        for name, line in found(r"(?m)(?:^ {4}|`|\")gaitval ([a-z][^`\"#|\n]*)", PAGES + PACKAGE)
+        for name, line in found(r"(?m)(?:^ {4}|`|\")gaitval ([a-z][^`\"#|\n]*)", pages + PACKAGE)
     ]
     assert len(lines) > 30
     for name, words in lines:
