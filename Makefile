@@ -20,12 +20,11 @@ needs_pictures := docs test
 needs_audit := audit
 needs_bench := test peers
 needs_claims := test peers
-needs_translated := test
 needs_wheel := test
 needed := $(sort $(FOR) $(foreach target,$(MAKECMDGOALS),$(needs_$(target))))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint docs pictures baseline tables check bench claims translated general held-out paper wheel audit clean
+.PHONY: help setup subject test lint docs pictures baseline tables check bench claims general held-out paper wheel audit clean
 
 help: ## This list
 	@echo 'gaitval: a simulated walker that walks like a recorded person, compared with the record'
@@ -75,10 +74,6 @@ bench: setup ## Speed against peers, as ratios within one run
 
 claims: setup ## Measure what a release is held to (TOPIC="speed accuracy", or all) into reports/claims.csv
 	@$(BIN)/python -m claims $(TOPIC)
-
-translated: setup ## Before a release: texts that German and Portuguese pages lack
-	@$(BIN)/python scripts/messages.py --check
-	@$(BIN)/pytest -q -n 0 tests/reporting/release_languages.py
 
 general: setup ## Train the general policy of reports/general, which trainings start from (65 min)
 	@$(BIN)/python -m experiments.general_policy --out reports/general-first

@@ -33,12 +33,6 @@ from gaitval.errors import ConfigurationError
 NAMED = Path(__file__).parent / "configurations"
 """Configurations that can be given by name: `paper`."""
 
-LANGUAGES = (
-    "en",
-    *sorted(file.stem for file in (Path(__file__).parent / "reporting/languages").glob("*.po")),
-)
-"""Languages of the pages: that of the templates, and one for each catalogue."""
-
 LARGEST = 1e9
 """Bound on every number and its inverse. The largest constant is the modulus of the contact, 3e6
 Pa; squares and sums of much larger numbers exceed the resolution of a float."""
@@ -608,13 +602,6 @@ class ProcessingSettings(Section):
     to five times as long are rebuilt from them."""
 
 
-def _has_a_catalogue(language: str) -> str:
-    language = as_known(language, LANGUAGES)
-    if language not in LANGUAGES:
-        raise ValueError(f"{language!r} has no catalogue; there are {', '.join(LANGUAGES)}")
-    return language
-
-
 def _is_a_convention(name: str) -> str:
     try:
         return convention_of(name).name
@@ -623,13 +610,10 @@ def _is_a_convention(name: str) -> str:
 
 
 class ReportSettings(Section):
-    """Language and paper of the pages, and how their angles are counted; no file but a page's
+    """Paper of the pages, and how their angles are counted; no file but a page's
     figures and their tables depends on them.
     """
 
-    language: Annotated[str, AfterValidator(_has_a_catalogue)] = "en"
-    """Language of the pages. Citations, licences, rows that quote the project's evidence, and the
-    decisions and findings of an import are always in English."""
     paper: Literal["a4", "letter"] = "a4"
     """Sheets of the PDF."""
     convention: Annotated[str, AfterValidator(_is_a_convention)] = OWN

@@ -81,7 +81,7 @@ class ToleranceError(GaitvalError):
 
 def count_of(number: int, one: str, many: str = "") -> str:
     """`number` with the word for `one` thing or for `many` (if not given, `one` with an s), in the
-    words of a message; pages, which are translated, have the plural forms of gettext.
+    words of a message.
 
     >>> count_of(1, "study", "studies"), count_of(0, "walk")
     ('1 study', '0 walks')

@@ -1,6 +1,11 @@
 """Numbers as text, for sentences and tables."""
 
+import re
+from typing import Final
+
 import numpy as np
+
+_DEGREES: Final = re.compile(r"(?<=\d) deg\b")
 
 
 def number(value: float | None, digits: int = 2) -> str:
@@ -38,3 +43,8 @@ def unit_text(unit: str) -> str:
 def unit_sign(unit: str) -> str:
     """`unit` as written in a cell of its own, or after a comma: "°"."""
     return unit_text(unit).strip()
+
+
+def degree_signs(text: str) -> str:
+    """`text` with "3 deg" as "3°"."""
+    return _DEGREES.sub("°", text)

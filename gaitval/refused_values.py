@@ -15,6 +15,7 @@ _Problem = Mapping[str, Any]
 NO_LONGER: Final[Mapping[str, str]] = {
     "identification.parameters": "no longer exists: sole and legs that differ are always among "
     "what is found. Leave it out",
+    "report.language": "no longer exists: pages are in English. Leave it out",
 }
 """Settings of earlier versions, and what to write instead."""
 

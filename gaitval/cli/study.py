@@ -17,7 +17,6 @@ from gaitval.terminal import display
 from gaitval.terminal.app import (
     ConfigOption,
     ForceOption,
-    LanguageOption,
     OutOption,
     PaperOption,
     RoundOption,
@@ -28,7 +27,7 @@ from gaitval.terminal.app import (
     TrainOption,
     UseOption,
     command,
-    with_pages,
+    with_paper,
 )
 
 if TYPE_CHECKING:
@@ -75,13 +74,12 @@ def _stage(
     *,
     round_number: RoundOption = 1,
     scratch: ScratchOption = False,
-    language: LanguageOption = None,
     paper: PaperOption = None,
 ) -> Path:
     """Run one stage; returns the run folder."""
     from gaitval.study.one_stage import run_one
 
-    settings = with_pages(settings, language, paper)
+    settings = with_paper(settings, paper)
     with _opened(subject, out, config, settings, keep_settings=True) as run:
         run_one(run, name, round_number=round_number, scratch=scratch, force=force)
         return run.folder
@@ -233,8 +231,8 @@ def _judged(metrics: "Metrics", folder: Path) -> None:
 
 @_stage_command(
     "gaitval report 5",
-    "gaitval report 5 --language de --paper letter",
-    takes=("language", "paper"),
+    "gaitval report 5 --paper letter",
+    takes=("paper",),
 )
 def report(folder: Path) -> None:
     """Write the report: report.html and report.pdf, report-details.html, and the numbers behind
@@ -278,7 +276,6 @@ def subject_command(
     start: StartOption = None,
     use: UseOption = None,
     devices: DeviceOption = None,
-    language: LanguageOption = None,
     paper: PaperOption = None,
 ) -> None:
     """Run the main job: all stages, from the recorded gait to the report.
@@ -296,7 +293,7 @@ def subject_command(
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.run import run_subject
 
-    settings = with_pages(settings, language, paper)
+    settings = with_paper(settings, paper)
     if train:
         settings = ["training.samples=full", *(settings or ())]
     if use is not None:

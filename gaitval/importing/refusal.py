@@ -38,7 +38,7 @@ def write_refusal(
 
     The subject of an earlier import is not that of these files: it is kept as `EARLIER`, where no
     command takes it for this one's. The page shows `request`, `progress` and `error`; `settings`
-    are paper and language, A4 and English by default.
+    give the paper, A4 by default.
     Raises ArtefactError if the folder cannot be written to.
     """
     target = Path(folder) / FOLDER

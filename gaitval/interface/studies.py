@@ -111,7 +111,6 @@ def write_report(
     folder: str | Path,
     *,
     force: bool = False,
-    language: str | None = None,
     paper: str | None = None,
 ) -> tuple[Path, Path]:
     """Write the report of a run, as `gaitval report` does: `report.html`, `report-details.html` and
@@ -124,9 +123,7 @@ def write_report(
     ----------
     folder : a run folder, or a copy of a baseline.
     force : write the report though it is up to date.
-    language : of the pages, such as "de"; citations stay English. None: as the run was asked for,
-        "en" if it was not.
-    paper : sheets of the PDF, "a4" or "letter". None: likewise.
+    paper : sheets of the PDF, "a4" or "letter". None: as the run was asked for, "a4" if it was not.
 
     Returns
     -------
@@ -158,8 +155,7 @@ def write_report(
             f"{where}: no {METRICS}, so there is nothing to report. Give a finished run folder, or "
             "run `gaitval subject` or run_study."
         )
-    wanted = {"language": language, "paper": paper}
-    settings = [f"report.{key}={value}" for key, value in wanted.items() if value is not None]
+    settings = [] if paper is None else [f"report.paper={paper}"]
     if (where / RECORDS).is_file():
         subject = load_subject(where / "subject.toml")
         configuration = load_configuration(where / "configuration.toml", settings=settings)

@@ -1,11 +1,10 @@
 """The contents of a page: a list of its headings, each with a link."""
 
 import re
-import unicodedata
 from typing import Final
 
-_PLACE: Final = re.compile(r"<!-- contents: (.*?) -->")
-"""In a template: where the list goes, and what it is called."""
+PLACE: Final = "<!-- contents -->"
+"""In a template: where the list goes."""
 FEWEST: Final = 4
 """Headings below which a page needs no list."""
 
@@ -17,7 +16,7 @@ _IN_PAGE: Final = re.compile(r' id="([^"]*)"')
 
 def with_contents(page: str) -> str:
     """`page` (HTML) with identifiers on its second-level headings, and a list of them at the
-    comment `<!-- contents: LABEL -->`; no list with fewer than `FEWEST` headings.
+    comment `PLACE`; no list with fewer than `FEWEST` headings.
 
     The list is closed at first, so that it is one stop of the tabulator key and does not push the
     result down. A heading keeps the identifier that it has.
@@ -38,22 +37,19 @@ def with_contents(page: str) -> str:
 
     changed = _HEADING.sub(named, page)
     if len(entries) < FEWEST:
-        return _PLACE.sub("", page)
+        return page.replace(PLACE, "")
     listed = "\n".join(entries)
-    return _PLACE.sub(
-        lambda place: (
-            f'<nav class="contents" aria-label="{place[1]}">'
-            f"<details><summary>{place[1]}</summary>\n<ol>\n{listed}\n</ol></details></nav>"
-        ),
-        changed,
-        count=1,
+    return changed.replace(
+        PLACE,
+        '<nav class="contents" aria-label="Contents">'
+        f"<details><summary>Contents</summary>\n<ol>\n{listed}\n</ol></details></nav>",
+        1,
     )
 
 
 def _slug(text: str) -> str:
-    """A heading as an identifier: small letters without accents, and hyphens."""
-    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode("ascii")
-    return re.sub(r"[^a-z0-9]+", "-", plain.lower()).strip("-") or "part"
+    """A heading as an identifier: small letters and hyphens."""
+    return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "part"
 
 
 def _free(wanted: str, taken: set[str]) -> str:

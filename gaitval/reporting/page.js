@@ -1,11 +1,12 @@
 // A button beside each table copies it as text with tabs, which spreadsheets read. Without this
 // script the page lacks nothing else.
 "use strict";
+const COPY = "Copy table";
 for (const table of document.querySelectorAll("table")) {
   const button = document.createElement("button");
   button.type = "button";
   button.className = "copy";
-  button.textContent = document.body.dataset.copy;
+  button.textContent = COPY;
   button.addEventListener("click", async () => {
     const lines = Array.from(table.rows, (row) =>
       Array.from(row.cells, (cell) =>
@@ -13,8 +14,8 @@ for (const table of document.querySelectorAll("table")) {
       ).join("\t"),
     );
     await copy(lines.join("\n") + "\n");
-    button.textContent = document.body.dataset.copied;
-    setTimeout(() => (button.textContent = document.body.dataset.copy), 2000);
+    button.textContent = "Copied";
+    setTimeout(() => (button.textContent = COPY), 2000);
   });
   (table.closest(".scroll") ?? table).after(button);
 }

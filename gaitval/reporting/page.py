@@ -19,15 +19,12 @@ from gaitval.configuration import ReportSettings
 from gaitval.conventions import beside, convention_of
 from gaitval.memory import without_search
 from gaitval.missing_extras import need
-from gaitval.number_text import number, rough, signed, unit_sign, unit_text
-from gaitval.reporting.catalogue import translations, words
-from gaitval.reporting.compiled_templates import CompiledTemplates
+from gaitval.number_text import degree_signs, number, rough, signed, unit_sign, unit_text
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.figure_data import write_tables
 from gaitval.reporting.light_figures import light
 from gaitval.reporting.printer import printed
 from gaitval.reporting.style import SKETCHED
-from gaitval.reporting.words import SOURCE
 
 Draw = Callable[[], str]
 """Draws a figure, as SVG."""
@@ -93,72 +90,28 @@ def _base64(text: str) -> str:
 
 
 @cache  # with the templates
-def _environment(language: str) -> jinja2.Environment:
+def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(_resource),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        extensions=["jinja2.ext.i18n"],
-        # nothing of the language goes into what is compiled, which is kept for all of them
-        optimized=False,
-        bytecode_cache=CompiledTemplates(),
+        # a cell with nothing but this unit; all else is printed as it is
+        finalize=lambda value: "°" if value == "deg" else value,
     )
-    # line breaks in a template are no part of its texts, so they may be wrapped anew
-    environment.policies["ext.i18n.trimmed"] = True
-    environment.install_gettext_translations(  # type: ignore[attr-defined]
-        translations(language), newstyle=True
-    )
-    environment.filters |= {"labelled": _labelled, "base64": _base64, **_in_language(language)}
-    environment.filters |= {"unit_text": unit_text, "unit_sign": unit_sign}
-    # what is printed as it is, without a filter; asked for when a page is written, not before
-    environment.finalize = jinja2.pass_context(lambda _, value: _figures(language, value))
-    return environment
-
-
-def _in_language(language: str) -> dict[str, Callable[..., Any]]:
-    """Filters whose result depends on the language of the page.
-
-    `number`, `rough` and `figures` have its decimal mark, `count` its thousands. `words` and
-    `marked` translate what comes with the results; `marked` marks as English what the catalogue
-    does not know, and is not for attributes.
-    """
-
-    def fixed(value: float | None, digits: int = 2) -> str:
-        return words(language).figures(number(value, digits))
-
-    def plain(text: str) -> str:
-        if isinstance(text, Markup):  # of a template, which has said it already
-            return text
-        found = words(language).of(str(text))
-        return str(text) if found is None else found
-
-    def marked(text: str) -> str:
-        if isinstance(text, Markup):
-            return text
-        found = words(language).of(str(text))
-        return Markup('<span lang="en">{}</span>').format(text) if found is None else found
-
-    return {
-        "number": fixed,
-        "figures": lambda text: words(language).figures(str(text)),
-        "signed": lambda value, digits=2: words(language).figures(signed(value, digits)),
-        "rough": lambda value: words(language).figures(rough(value)),
-        "dated": lambda text: words(language).dated(str(text)),
-        "count": lambda value: words(language).count(value),
-        "words": plain,
-        "said": marked,
+    environment.filters |= {
+        "labelled": _labelled,
+        "base64": _base64,
+        "number": number,
+        "signed": signed,
+        "rough": rough,
+        "degrees": degree_signs,
+        "unit_text": unit_text,
+        "unit_sign": unit_sign,
+        "count": lambda value: f"{round(value):,}",
     }
-
-
-def _figures(language: str, value: Any) -> Any:
-    """A float as it is printed, with the decimal mark of the language; a unit of degrees by its
-    sign, as in the figures; all else unchanged.
-    """
-    if isinstance(value, float):
-        return words(language).figures(str(value))
-    return "°" if value == "deg" else value
+    return environment
 
 
 def write_page(
@@ -185,11 +138,9 @@ def write_page(
     template : file name of a Jinja template in this package, or "package:file" in another. It is
         given `context`, the versions of what made it as `software`, its `commit`, when it is
         `written`, the style sheet as `css`, the script as `script`, the medium, "screen" or
-        "print", as `medium`, the language of the page as `language`, and as `en` the attribute of
-        an element whose text is English in all languages (citations, licences, names from outside).
-        Its `drawings` say how each figure is drawn (`Draw`); `data` are the tables behind them
-        (`figure_data`), which are written beside the page, too.
-    settings : paper and language; A4 and English by default.
+        "print", as `medium`. Its `drawings` say how each figure is drawn (`Draw`); `data` are the
+        tables behind them (`figure_data`), which are written beside the page, too.
+    settings : the paper; A4 by default.
     scripts : file names of scripts of this page alone, in this package; their texts are given to
         the template as `scripts`. No other script runs (`security_policy`).
     beside : templates of further pages of the same values, by the name of their HTML: what is for
@@ -198,20 +149,19 @@ def write_page(
         laid out.
     """
     need("weasyprint")  # before any work
-    chosen = settings or ReportSettings()
-    page, values = _prepared(template, context, chosen, scripts)
+    page, values = _prepared(template, context, scripts)
     draws: Mapping[str, Draw] = context.get("drawings", {})
     with without_search():
         values["drawings"] = _drawings(draws)
         paper = with_contents(page.render(values, medium="print"))
         # a screen's pages while another process lays out the paper's, if there is one
-        with printed(folder / f"{name}.pdf", paper, chosen.paper):
+        with printed(folder / f"{name}.pdf", paper, (settings or ReportSettings()).paper):
             write_tables(folder, values["data"])
             own = later()
             values |= own
             write_text(folder / f"{name}.html", with_contents(page.render(values, medium="screen")))
             for other, further in (beside or {}).items():
-                second, own_values = _prepared(further, {**context, **own}, chosen, ())
+                second, own_values = _prepared(further, {**context, **own}, ())
                 own_values["drawings"] = values["drawings"]
                 text = with_contents(second.render(own_values, medium="screen"))
                 write_text(folder / f"{other}.html", text)
@@ -221,7 +171,7 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
     """Write only `name`.html into `folder`, for a page too long to print; `template` and `context`
     are those of `write_page`.
     """
-    page, values = _prepared(template, context, ReportSettings(), ())
+    page, values = _prepared(template, context, ())
     values["drawings"] = _drawings(context.get("drawings", {}))
     path = folder / f"{name}.html"
     write_text(path, with_contents(page.render(values, medium="screen")))
@@ -229,7 +179,7 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
 
 
 def _prepared(
-    template: str, context: Mapping[str, Any], settings: ReportSettings, scripts: Sequence[str]
+    template: str, context: Mapping[str, Any], scripts: Sequence[str]
 ) -> tuple[jinja2.Template, dict[str, Any]]:
     """A template and what it is given, but for the figures."""
     shared, *code = [_resource(each) for each in ("page.js", *scripts)]
@@ -243,15 +193,8 @@ def _prepared(
         "script": Markup(shared),
         "scripts": [Markup(each) for each in code],
         "security_policy": security_policy([shared, *code]),
-        "language": settings.language,
-        "en": "" if settings.language == SOURCE else Markup(' lang="en"'),
     }
-    return template_of(template, settings.language), values
-
-
-def template_of(name: str, language: str) -> jinja2.Template:
-    """The template `name` (as for `write_page`) in a `language`."""
-    return _environment(language).get_template(name)
+    return _environment().get_template(template), values
 
 
 def _drawings(draws: Mapping[str, Draw]) -> dict[str, Markup]:

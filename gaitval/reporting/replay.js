@@ -23,8 +23,6 @@
   // ---- data ---------------------------------------------------------------------------------
 
   const scene = JSON.parse(source.textContent);
-  const says = JSON.parse(root.dataset.words); // in the language of the page
-  const figure = (number) => number.toFixed(2).replace(".", says.point);
   const TYPES = { int16: Int16Array, float32: Float32Array };
 
   function unpacked({ type, unit, data }) {
@@ -284,30 +282,23 @@
 
   function phaseName() {
     const [right, left] = SIDES.map((_, side) => onGround(side));
-    if (right && left) return says.both;
-    return right ? says.right : left ? says.left : says.none;
+    if (right && left) return "double support";
+    return right ? "right single support" : left ? "left single support" : "no foot on the ground";
   }
-
-  const filled = (text, values) => text.replace(/\{(\w+)\}/g, (_, name) => values[name]);
 
   /* The number of a stride, and the push on it. */
   function strideName(index) {
     const pushed = scene.pushes.find(({ first, end }) => index >= first && index < end);
     if (!pushed) return index + 1;
-    return filled(says.push, { force: figure(pushed.force), degrees: pushed.degrees, stride: index - pushed.first + 1 });
+    const force = pushed.force.toFixed(2);
+    return `${index - pushed.first + 1}, pushed by ${force} body weights, ${pushed.degrees}° from ahead`;
   }
 
   function words() {
     const left = cycle[2 * nearest() + 1];
-    const values = {
-      right: state.percent.toFixed(0),
-      left: left.toFixed(0),
-      seconds: figure((state.percent / LAST) * scene.seconds[state.stride]),
-      stride: strideName(state.stride),
-      phase: phaseName(),
-    };
-    const text = Number.isFinite(left) ? says.with_left : says.right_alone;
-    return filled(text, values);
+    const percent = `Right ${state.percent.toFixed(0)} %` + (Number.isFinite(left) ? `, left ${left.toFixed(0)} %` : "");
+    const seconds = ((state.percent / LAST) * scene.seconds[state.stride]).toFixed(2);
+    return `${percent}; ${seconds} s of stride ${strideName(state.stride)}; ${phaseName()}`;
   }
 
   let told = "";
@@ -483,7 +474,7 @@
   function play(on) {
     state.playing = on;
     before = null;
-    find(".replay-play").textContent = on ? says.pause : says.play;
+    find(".replay-play").textContent = on ? "Pause" : "Play";
     if (!on) slider.setAttribute("aria-valuetext", words());
     resize();
     announce();
@@ -682,7 +673,7 @@
   }
 
   scene.seconds.forEach((seconds, index) => {
-    const seen = index < scene.walked ? ` (${figure(seconds)} s)` : "";
+    const seen = index < scene.walked ? ` (${seconds.toFixed(2)} s)` : "";
     find(".replay-stride").add(new Option(strideName(index) + seen, index));
   });
   player.hidden = false;

@@ -470,8 +470,9 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so. `settings`, texts
-    like `report.language=de`, take precedence over the run's configuration. Raises ArtefactError if
-    `metrics.json` is missing or an input is damaged, SubjectError if `subject.toml` cannot be used.
+    like `report.paper=letter`, take precedence over the run's configuration. Raises ArtefactError
+    if `metrics.json` is missing or an input is damaged, SubjectError if `subject.toml` cannot be
+    used.
     """
     looks = _configuration(folder, settings).report
     context = _context(folder, looks.convention) | counted(looks.convention)

@@ -1,4 +1,4 @@
-"""Language and paper of the pages of a run folder: kept until others are asked for."""
+"""How the pages of a run folder look: kept until another look is asked for."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +16,7 @@ STORED = "configuration.toml"
 def with_last_looks(
     configuration: "Configuration", folder: Path, say: Callable[[str], None]
 ) -> "Configuration":
-    """`configuration` with language and paper as last used in the run `folder`, where neither a
+    """`configuration` with the looks of pages as last used in the run `folder`, where neither a
     file nor an option sets them now. `say` gets a message about what is kept, if it is not the
     default.
 

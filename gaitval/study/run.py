@@ -180,23 +180,21 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
         for stage in (*training, identify_stage(run, round_number)):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
-    shown = _loading(run.configuration.report.language)
+    shown = _loading()
     identify = identify_stage(_silent(run), round_number)
     _together(run, training, identify, shown, force=force)
 
 
 @contextmanager
-def _loading(language: str) -> Iterator[None]:
+def _loading() -> Iterator[None]:
     """Within the block, load what the report needs, which takes a second, while others work."""
-    threading.Thread(target=load_report, args=(language,), daemon=True).start()
+    threading.Thread(target=load_report, daemon=True).start()
     yield
 
 
-def load_report(language: str) -> None:
-    """Load what a report in a `language` needs, and compile its templates."""
-    from gaitval.reporting import page, report
-
-    page.template_of(report.TEMPLATE, language)
+def load_report() -> None:
+    """Load what a report needs."""
+    from gaitval.reporting import report  # noqa: F401
 
 
 def _silent(run: Run) -> Run:

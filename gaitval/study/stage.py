@@ -443,7 +443,7 @@ def open_run(
     subject: "Subject", configuration: "Configuration", folder: Path, observer: Observer
 ) -> Iterator[Run]:
     """The run `folder`, locked for this process, with `subject` and `configuration` stored in it;
-    `observer` sees its stages. Its pages keep language and paper unless others are asked for.
+    `observer` sees its stages. Its pages keep their looks unless others are asked for.
     Where no stage has started when an exception ends the block, the files are as they were before.
     Raises ConfigurationError if the folder holds a run of another subject.
     """

@@ -319,15 +319,6 @@ SetOption = Annotated[
         help="One setting, for example training.samples=500000. May be repeated.",
     ),
 ]
-LanguageOption = Annotated[
-    str | None,
-    typer.Option(
-        "--language",
-        metavar="CODE",
-        help="Language of the pages, such as de or pt; citations, and what an import found, stay "
-        "English. Kept by later runs in the same folder. Short for --set report.language=CODE.",
-    ),
-]
 PaperOption = Annotated[
     str | None,
     typer.Option(
@@ -339,13 +330,9 @@ PaperOption = Annotated[
 ]
 
 
-def with_pages(
-    settings: list[str] | None, language: str | None, paper: str | None
-) -> list[str] | None:
-    """`settings` with the `language` and `paper` of the pages, where these are given."""
-    wanted = {"language": language, "paper": paper}
-    added = [f"report.{name}={value}" for name, value in wanted.items() if value is not None]
-    return [*(settings or ()), *added] or None
+def with_paper(settings: list[str] | None, paper: str | None) -> list[str] | None:
+    """`settings` with the `paper` of the pages, where that is given."""
+    return settings if paper is None else [*(settings or ()), f"report.paper={paper}"]
 
 
 ForceOption = Annotated[

@@ -508,7 +508,7 @@ def test_each_limit_is_said_to_be_what_it_is(sound, tmp_path):
         assert ("FAILED" in states, "passed" in states) == (beyond, not beyond)
         assert {"shown only", "not judged"} < set(states)
         marked, sentence = headline(page)
-        assert (marked, says(sentence, "en")) == (beyond, "failed" if beyond else "kept")
+        assert (marked, says(sentence)) == (beyond, "failed" if beyond else "kept")
         assert result.passed is not beyond
 
 

@@ -1,4 +1,4 @@
-"""A run folder's pages keep the language and the sheets that were last asked for."""
+"""A run folder's pages keep the sheets and the convention that were last asked for."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ class Heard(Observer):
         self.lines.append(message)
 
 
-USUAL = {"language": "en", "paper": "a4", "convention": "isb"}
+USUAL = {"paper": "a4", "convention": "isb"}
 
 
 def opened(folder: Path, *settings: str, config: Path | None = None) -> tuple[dict, list[str]]:
@@ -30,15 +30,15 @@ def opened(folder: Path, *settings: str, config: Path | None = None) -> tuple[di
     return used, heard.lines
 
 
-def test_language_and_paper_stay_until_they_are_asked_anew(tmp_path: Path) -> None:
+def test_paper_and_convention_stay_until_they_are_asked_anew(tmp_path: Path) -> None:
     assert opened(tmp_path) == (USUAL, [])
-    german = {**USUAL, "language": "de", "paper": "letter"}
-    assert opened(tmp_path, "report.language=de", "report.paper=letter") == (german, [])
+    other = {"paper": "letter", "convention": "rajagopal2016"}
+    assert opened(tmp_path, "report.convention=rajagopal2016", "report.paper=letter") == (other, [])
     assert opened(tmp_path, "seed=1") == (
-        german,
-        ["report: language de, paper letter, as last asked for"],
+        other,
+        ["report: paper letter, convention rajagopal2016, as last asked for"],
     )
-    assert opened(tmp_path, "report.language=en") == (
+    assert opened(tmp_path, "report.convention=isb") == (
         {**USUAL, "paper": "letter"},
         ["report: paper letter, as last asked for"],
     )
@@ -47,7 +47,7 @@ def test_language_and_paper_stay_until_they_are_asked_anew(tmp_path: Path) -> No
     assert opened(tmp_path, config=config) == (USUAL, [])
 
 
-@pytest.mark.parametrize("stored", ["[report", "report = 3", '[report]\nlanguage = "xx"', ""])
+@pytest.mark.parametrize("stored", ["[report", "report = 3", '[report]\npaper = "a5"', ""])
 def test_settings_that_cannot_be_read_are_written_anew(tmp_path: Path, stored: str) -> None:
     (tmp_path / "configuration.toml").write_text(stored, encoding="utf-8")
     assert opened(tmp_path) == (USUAL, [])

@@ -33,7 +33,7 @@ def message(tmp_path: Path, *settings: str, start: str = "general") -> list[str]
         "identification.rounds=1",
         "noise.angle=0.02",
         "record.use=kinematics",
-        "report.language=de",
+        "report.paper=letter",
         "correction.steps=0",
         "servo.feed_forward=0",
     ],

@@ -48,7 +48,6 @@ OWN: Final = {
     "gaitval/artefacts.py:growing": "opens what it writes on to, and reads nothing",
     "gaitval/compiled.py:_sources": "the package's own sources",
     "gaitval/field_texts.py:_texts_in": "the source of a class that is loaded",
-    "gaitval/reporting/compiled_templates.py:load_bytecode": "sealed with this user's key",
     "gaitval/compiled_cache.py:_opened": "numba's cache, which is sealed with this user's key",
     "gaitval/compiled_cache.py:_read": "that key: so many bytes, through no link",
     "gaitval/compiled_cache.py:_without_links": "opens that key",
@@ -62,7 +61,6 @@ OWN: Final = {
     "gaitval/partial_files.py:remove_abandoned": "locks a file, and reads nothing",
     "gaitval/plugins.py:of_ending": "loads what a distribution registers, and reads no file",
     "gaitval/reporting/checklist.py:checklist": "checklist.toml of the package",
-    "gaitval/reporting/translated.py:_catalogue": "catalogues of the package",
     "gaitval/study/stage.py:_undone": "a run's own files, which are put back as they were",
     "gaitval/scaling/marker_sets.py:_builtin": "marker sets of the package",
 }

@@ -48,7 +48,6 @@ LONG = (
     "regression/test_baseline.py",
     "regression/test_compare_command.py",
     "reporting/test_recording_report.py",
-    "reporting/test_languages.py",
 )
 """Those that take longest, the longest first: what is left for the end are short ones, with which
 no worker is alone for long."""

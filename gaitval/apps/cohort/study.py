@@ -17,7 +17,6 @@ from gaitval.apps.cohort.results import PROFILE_SCORES
 from gaitval.apps.cohort.table import Study
 from gaitval.apps.devices.of_subject import afterwards
 from gaitval.artefacts import read_json, value_hash, write_json, write_text
-from gaitval.configuration import ReportSettings
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.importing.batch_person import person_of
@@ -96,7 +95,7 @@ def ready() -> None:
     """
     compile_ahead()
     builtin_subjects()
-    load_report(ReportSettings().language)
+    load_report()
     with suppress(Exception):  # what goes wrong here will go wrong in the study, and is said there
         load_printer()
         walk()
