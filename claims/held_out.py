@@ -208,8 +208,8 @@ PAGE = ROOT / "docs" / "held-out.md"
 def speed_table() -> str:
     """Errors of statistics and walks, near and far in speed, for the page."""
     lines = [
-        "| | sagittal angles ° | moments Nm/kg | hip adduction moment | vertical | fore-aft "
-        "| medial % BW |",
+        "| | sagittal angles ° | moments Nm/kg | hip adduction moment | vertical "
+        "| anterior–posterior | mediolateral % BW |",
         "|---|---|---|---|---|---|---|",
     ]
     for which, those in zip(("near", "far"), split_by_speed(stored("holdout")), strict=True):
@@ -279,49 +279,10 @@ def halves(_: claims.Given) -> list[Claim]:
     return halves_rows(stored("halves"))
 
 
-STATUS = {
-    "kinematics": "known: angles, timing",
-    "holdout": "predicted",
-    "halves": "known: the other half of the cycles",
-}
-GUESSES = ("line through others", "nearest trial copied")
-
-
-def _three_errors(errors: dict[str, Any]) -> tuple[str, str, str]:
-    """Angles, moments, and the three forces, as the table of runs has them."""
-    angles, moments, forces = (
-        [mean(errors[kind], (name,)) for name in names] for kind, names in GROUPS.values()
-    )
-    each_force = ", ".join(f"{force:.1f}" for force in forces)
-    return f"{np.mean(angles):.2f}", f"{np.mean(moments):.3f}", each_force
-
-
-def run_table() -> str:
-    """Errors of every stored run, of the nine others' line and of the nearest trial copied."""
-    lines = [
-        "| run | status | sagittal angles ° | moments Nm/kg | vertical, fore-aft, medial % BW "
-        "| nine others’ line: angles, moments, forces | nearest trial copied | fewest cycles |",
-        "|" + "---|" * 8,
-    ]
-    for kind, status in STATUS.items():
-        for name, found in stored(kind).items():
-            guesses = {each["name"]: each["rmse"] for each in found["predictions"]}
-            beside = [
-                "; ".join(_three_errors(guesses[guess])) if guess in guesses else "none"
-                for guess in GUESSES
-            ]
-            cycles = min(start["cycles"]["right"] for start in found["starts"])
-            cells = f"{kind} {name}", status, *_three_errors(found["errors"]), *beside, str(cycles)
-            lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
 def write_page() -> None:
-    """Write the tables of the page from what is stored."""
+    """Write the table of the page from what is stored."""
     text = PAGE.read_text(encoding="utf-8")
-    for name, table in (("speeds", speed_table()), ("held_out", run_table())):
-        text = with_table(text, name, table)
-    write_text(PAGE, text)
+    write_text(PAGE, with_table(text, "speeds", speed_table()))
 
 
 if __name__ == "__main__":
