@@ -3,7 +3,7 @@
 Those of the data are of 33 recordings of 25 people of three laboratories: children and adolescents
 of McGill and Shriners, Montreal; people of Basel, mostly children, who walk faster and have no
 standing trials; one adult of Stanford. A script of version 0.2 printed them
-(docs/notebook/experiments.md of commit 60ee3cba).
+(`measurement_constants` at commit 60ee3cba).
 """
 
 from collections.abc import Mapping
