@@ -9,13 +9,16 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from gaitval import cli
 from gaitval.apps.regression.baseline import installed_versions, walk_again
 from gaitval.apps.regression.regression import LONG_MEASURES, compare
+from gaitval.artefacts import value_hash, versions
 from gaitval.metrics.results import read_metrics
+from gaitval.one_thread import one_thread
 from gaitval.study.stage import Observer
 
 ROOT = Path(__file__).parents[2]
@@ -68,13 +71,33 @@ def test_stored_policy_keeps_its_accuracy(baseline, tmp_path):
     assert not list(suite.iter("failure"))
 
 
+COMPUTING = ("python", "dartpy", "numba", "numpy", "scipy")
+"""Libraries that a walk is computed with."""
+ROUNDING = "18a40b18f80b3b9a1cb20a5a7e9315071db665d44c20e2a36153bb2db20518cb"
+"""`_rounding` where the baselines were stored: Intel Xeon, glibc 2.36."""
+
+
+def _rounding():
+    """Hash of some results of the C library, NumPy and BLAS: another processor or another C library
+    rounds differently, and a walk of it differs in the third digit."""
+    values = np.linspace(0.1, 3.0, 1000)
+    found = [function(values) for function in (np.sin, np.tan, np.exp, np.log, np.arctan)]
+    with one_thread():  # as a stage runs
+        found.append(np.vander(values, 50).T @ np.vander(values, 50))
+    return value_hash([each.tolist() for each in found])
+
+
 def test_figures_move_only_with_the_version_of_a_stage():
     """A stored result counts as that of the installed code while the versions of its stages are the
     installed ones. So if this fails, either the change was not to move a figure, or the stages that
     it changes need another number in `gaitval/study/stage_versions.py`, and S05 a new baseline.
     """
     baseline = ROOT / "reports" / "S05" / "baseline"
-    stored, now = read_metrics(baseline), walk_again(baseline, Observer(), quick=True)
+    stored = read_metrics(baseline)
+    then, here = stored.provenance.versions, versions()
+    if _rounding() != ROUNDING or any(then[name] != here[name] for name in COMPUTING):
+        pytest.skip("S05 was stored with other libraries, or on a processor that rounds otherwise")
+    now = walk_again(baseline, Observer(), quick=True)
     moved = [
         f"{row.measure} of {row.target}: {row.baseline} before, {row.current} now"
         for row in compare(stored, now, leave_out=LONG_MEASURES)
