@@ -90,7 +90,9 @@ FractionRange = Annotated[tuple[Fraction, Fraction], AfterValidator(_ascending)]
 class Section(BaseModel):
     """A group of constants: frozen, unknown keys, infinity and NaN refused."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
     @field_validator("*", mode="before")
     @classmethod

@@ -129,7 +129,6 @@ def plain(text: str) -> str:
 def configuration_page() -> str:
     """Every setting with default, unit and reason, from `gaitval/configuration.py`."""
     from gaitval.configuration import Configuration
-    from gaitval.field_texts import field_texts
 
     parts = [
         "# Configuration",
@@ -142,9 +141,8 @@ def configuration_page() -> str:
         section = field.annotation
         if name == "seed" or section is None:
             continue
-        texts = field_texts(section)
         rows = [
-            (f"`{key}`", f"`{toml(each.default)}`", texts.get(key, ""))
+            (f"`{key}`", f"`{toml(each.default)}`", each.description or "")
             for key, each in section.model_fields.items()
         ]
         text = re.sub(r"\s*\n\s*", " ", (section.__doc__ or "").replace("\n\n", "\0"))

@@ -270,7 +270,7 @@ FiniteNumber = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 class StoredPart(BaseModel):
     """A part of a stored subject: fixed, with no unknown keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
 class FittedCurve(StoredPart):

@@ -18,13 +18,10 @@ from pydantic import (
     Strict,
     ValidationError,
 )
-from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
-from pydantic_core.core_schema import ModelSchema
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.errors import ArtefactError
-from gaitval.field_texts import field_texts
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 
@@ -60,7 +57,7 @@ def array(curve: Sequence[float | None]) -> Array:
 class Result(BaseModel):
     """A part of a result. Unknown keys are refused; values that were not given are not written."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     def as_dict(self) -> dict[str, Any]:
         """To be written as JSON."""
@@ -151,23 +148,9 @@ def sided(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{name}_{side}" for name in names for side in "rl")
 
 
-class _Described(GenerateJsonSchema):
-    """With what the sources say of each field (`field_texts`)."""
-
-    def model_schema(self, schema: ModelSchema) -> JsonSchemaValue:
-        """That of a model."""
-        found = super().model_schema(schema)
-        model = schema["cls"]
-        for name, text in field_texts(model).items():
-            shown = found.get("properties", {}).get(model.model_fields[name].alias or name)
-            if shown is not None:
-                shown.setdefault("description", text)
-        return found
-
-
 def schema(model: type[Result], *, name: str, version: int) -> dict[str, Any]:
     """The JSON schema of the file `name`.json that holds a `model`, with its `version`."""
-    found = model.model_json_schema(schema_generator=_Described)
+    found = model.model_json_schema()
     title = f"gaitval {name}.json"
     return {"$schema": DIALECT, "$id": f"urn:gaitval:{name}:{version}", **found, "title": title}
 

@@ -47,7 +47,6 @@ OWN: Final = {
     "gaitval/artefacts.py:parse_toml": "the reader of TOML",
     "gaitval/artefacts.py:growing": "opens what it writes on to, and reads nothing",
     "gaitval/compiled.py:_sources": "the package's own sources",
-    "gaitval/field_texts.py:_texts_in": "the source of a class that is loaded",
     "gaitval/compiled_cache.py:_opened": "numba's cache, which is sealed with this user's key",
     "gaitval/compiled_cache.py:_read": "that key: so many bytes, through no link",
     "gaitval/compiled_cache.py:_without_links": "opens that key",
