@@ -1,7 +1,6 @@
 """What is no file, or too large, is refused by every reader before anything is read of it."""
 
 import io
-import json
 import os
 import shutil
 import subprocess
@@ -13,7 +12,6 @@ import numpy as np
 import pytest
 
 from gaitval import file_gate
-from gaitval.apps.cohort.store import Store
 from gaitval.apps.cohort.table import read_table
 from gaitval.apps.patients.people import read_people
 from gaitval.apps.patients.strides import read_strides
@@ -47,7 +45,6 @@ posix = pytest.mark.skipif(os.name != "posix", reason="pipes and devices as POSI
 
 READERS = {
     "a.toml": lambda path: read_batch([path]),
-    "b.toml": read_table,
     "c.toml": load_subject,
     "d.toml": load_configuration,
     "e.toml": load_marker_set,
@@ -258,16 +255,6 @@ def test_results_are_not_written_where_nothing_can_be(tmp_path):
     )  # fmt: skip
     assert done.returncode == 2, done.stderr
     assert "/proc/nowhere" in done.stderr
-
-
-def test_a_store_reads_no_pipe(tmp_path):
-    (tmp_path / "a").mkdir()
-    (tmp_path / "a" / "summary.json").write_text(json.dumps({"x": "[" * 10}))
-    assert Store(str(tmp_path)).read("a", "summary.json") == {"x": "[" * 10}
-    (tmp_path / "a" / "summary.json").unlink()
-    if os.name == "posix":
-        os.mkfifo(tmp_path / "a" / "summary.json")
-    assert Store(str(tmp_path)).read("a", "summary.json") is None
 
 
 def test_a_table_of_many_rows_in_few_bytes_is_refused(tmp_path):

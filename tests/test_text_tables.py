@@ -3,10 +3,8 @@
 import csv
 from types import SimpleNamespace
 
-import pandas as pd
 import pytest
 
-from gaitval.apps.cohort.results import write_tables
 from gaitval.gait.cycles import GaitCycle
 from gaitval.importing.write import cycle_table
 from gaitval.text_tables import csv_text, text_table, with_unit, without_unit
@@ -54,13 +52,6 @@ def test_a_row_that_is_empty_but_for_separators_is_there():
 
 def test_text_that_would_be_a_formula_is_written_as_text():
     assert csv_text([["a", "b"], ["=1+1", -1.5], ["-1.5", None]]) == "a,b\n'=1+1,-1.5\n-1.5,\n"
-
-
-def test_the_tables_of_a_cohort_are_written_likewise(tmp_path):
-    """What a cohort's table says of a person comes from outside, too."""
-    table = pd.DataFrame({"who": ["=1+1", None], "angle": [-1.5, float("nan")]})
-    path, _ = write_tables(tmp_path, {"studies": table})
-    assert path.read_text() == "who,angle\n'=1+1,-1.5\n,\n"
 
 
 @pytest.mark.parametrize("unit", ["s", "rad", "deg", "Nm/kg", "W/kg", "1", "BW", "% BW"])

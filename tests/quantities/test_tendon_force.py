@@ -10,7 +10,6 @@ import pytest
 from followed_page import section_of
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
-from gaitval.apps.cohort.study import summary_of
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
@@ -137,14 +136,6 @@ def test_a_file_of_before_has_it_from_its_curves() -> None:
     named = frame[frame["quantity"] == "achilles tendon force"]
     assert len(named) == 2 * 2 * 101
     assert {*named["unit"]} == {"BW"}
-
-
-def test_a_cohort_has_its_peak_and_its_error(metrics) -> None:
-    rows = summary_of(metrics, load_subject("S05"))["measures"]
-    found = {(row["measure"], row["target"]): row["unit"] for row in rows}
-    assert found["tendon_force_peak", "achilles_r"] == "BW"
-    assert found["tendon_force_rmse", "achilles_l"] == "BW"
-    assert found["power_bursts", "A2_r"] == "W/kg"
 
 
 def test_the_storage_file_has_it_over_time_in_newtons(tmp_path: Path) -> None:

@@ -19,7 +19,6 @@ from typing import Any, Final
 import fuzz_mutators as m
 import numpy as np
 import pandas as pd
-import quick_study
 from format_files import (
     kistler_text,
     laboratory,
@@ -34,8 +33,7 @@ from known_walk import known_walk
 from locohub_files import data_set
 from made_up_session import made_up_session
 
-from gaitval.apps.cohort.results import tables_of
-from gaitval.apps.cohort.store import FINISHED, SUMMARY, Store
+from gaitval.apps.cohort.table import read_table
 from gaitval.apps.regression import history
 from gaitval.apps.regression.history import Check, CheckedFigure
 from gaitval.cli import app
@@ -142,24 +140,6 @@ def _loaded(load: Callable[[Path], Any], name: str, folder: Path) -> Result:
     frame = found.to_frame() if hasattr(found, "to_frame") else None
     if frame is not None and np.isinf(frame.select_dtypes("number")).to_numpy().any():
         raise SilentNonsense("an infinite number")
-    return Result()
-
-
-def _store(folder: Path) -> Result:
-    store = Store(str(folder))
-    if (found := store.finished("a")) is None:
-        raise Refused("not finished")
-    tables_of(store, [found])
-    return Result(exact=None)
-
-
-def _table_only(name: str, folder: Path) -> Result:
-    command("cohort", folder / name, "--table-only", "--out", folder / "out")
-    return Result()
-
-
-def _all_data(folder: Path) -> Result:
-    command("cohort", "--all-data", folder, "--table-only", "--out", folder / "out")
     return Result()
 
 
@@ -282,24 +262,11 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "recording = { static = 'stand.c3d', trials = ['walk.trc'], sex = 'F', mass = 63.2 }\n"
         "\n[[studies]]\nvirtual = { number = 3, seed = 1, around = '5', by = 'stature' }\n"
     )
-    (folder / "WBDSinfo.csv").write_text(
-        "Subject,FileName,Age,Height,Mass,Gender,LegLength,GaitSpeed(m/s)\n"
-        "3,WBDS03walkT05.c3d,25,170,70.2,M,0.9,1.2\n3,WBDS03walkT06.c3d,25,170,70.2,M,0.9,--\n"
-    )
-    pd.read_csv(folder / "WBDSinfo.csv").to_excel(folder / "WBDSinfo.xlsx", index=False)
-    shutil.copy(folder / "stand.c3d", folder / "WBDS03static1.c3d")
-    shutil.copy(folder / "stand.c3d", folder / "WBDS03walkT05.c3d")
     _write_curves(folder)
     write_judged(folder)
     write_history(folder / "history.db")
     _write_arrays(folder)
     _write_formats(folder)
-    (folder / "a").mkdir()
-    record = {"name": "a", "fingerprint": "f", "status": "finished", "reason": "", "seconds": 1.0,
-              "peak_memory": 1, "worker": "here:1"}  # fmt: skip
-    (folder / "a" / FINISHED).write_text(json.dumps(record, indent=1))
-    summary = quick_study.summary("a", "0" * 8, 1.0, 1)
-    (folder / "a" / SUMMARY).write_text(json.dumps(summary, indent=1))
     (folder / "journal.jsonl").write_text(
         "".join(json.dumps([i, 0.1 * i]) + "\n" for i in range(9))
     )
@@ -316,7 +283,6 @@ def kinds(folder: Path) -> dict[str, Kind]:
     xml = (*text, *[xml_element] * 6)
     judged = seeds("model.osim", "ik.mot", "id.sto", "loads.xml", "grf.mot", "judged.trc")
     judged["walk.trc"] = judged.pop("judged.trc")
-    data = ("WBDS03static1.c3d", "WBDS03walkT05.c3d")
 
     def judge(name: str, mutators: tuple[m.Mutator, ...]) -> Kind:
         return Kind(judged, {name: mutators}, _judge)
@@ -352,18 +318,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
             lambda f: through(f, "import", f / "session.toml"),
         ),
         "marker_set": Kind(seeds("own.toml", *trial), {"own.toml": toml}, _imported),
-        "cohort_csv": Kind(
-            seeds("table.csv", *trial), {"table.csv": text}, partial(_table_only, "table.csv")
-        ),
-        "cohort_toml": Kind(
-            seeds("table.toml", *trial), {"table.toml": toml}, partial(_table_only, "table.toml")
-        ),
-        "people_csv": Kind(seeds("WBDSinfo.csv", *data), {"WBDSinfo.csv": text}, _all_data),
-        "people_xlsx": Kind(
-            seeds("WBDSinfo.xlsx", *data),
-            {"WBDSinfo.xlsx": (*m.BYTES, *[npz_member] * 6)},
-            _all_data,
-        ),
+        "cohort": loaded("table.csv", read_table, text),
         "curves_csv": Kind(
             seeds("curves.csv"), {"curves.csv": text}, lambda f: _curves(f, "curves.csv")
         ),
@@ -402,11 +357,6 @@ def kinds(folder: Path) -> dict[str, Kind]:
             "training.csv", lambda path: read_log(path, 200), text
         ),
         "journal": loaded("journal.jsonl", Journal, text),
-        "finished_study": Kind(
-            seeds(f"a/{FINISHED}", f"a/{SUMMARY}"),
-            {f"a/{FINISHED}": tree, f"a/{SUMMARY}": tree},
-            _store,
-        ),
     }  # fmt: skip
 
 

@@ -39,7 +39,6 @@ from pathlib import Path
 from typing import Any, Final
 
 from claims import commit
-from gaitval.apps.cohort.store import FINISHED
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.partial_files import PARTIAL
 
@@ -79,7 +78,7 @@ WRITING: Final = {
     "cohort": 1,
 }
 """Commands that write, and how often each is killed in a turn: fewer times where it takes long."""
-TIMED: Final = ("cohort.html", "cohort.csv", "cohort.parquet", "studies.csv", "studies.parquet")
+TIMED: Final = ("cohort.html", "studies.csv")
 """Files of a cohort that say how long and where its studies ran."""
 Json = dict[str, Any]
 
@@ -269,7 +268,7 @@ def _without_times(path: Path) -> bytes:
         with path.open(newline="", encoding="utf-8") as file:
             rows = [{**row, CLOCK: ""} for row in csv.DictReader(file)]
         return json.dumps(rows).encode()
-    if path.name in (*TIMED, FINISHED):
+    if path.name in TIMED:
         return b""
     if path.name in ("report.html", "report-details.html"):
         return TIME.sub(b"", path.read_bytes())

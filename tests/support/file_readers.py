@@ -29,10 +29,8 @@ PARSING: Final = frozenset(("tomllib.loads", "pickle.loads", "marshal.loads", "E
 """Calls that no reader but the package's own (`OWN`) may use on a text, wherever it is from."""
 GATE: Final = "file_gate"
 OWN: Final = {
-    "gaitval/apps/cohort/store.py:read": "object storage, of which it reads so many bytes",
     "gaitval/compiled_cache.py:get_source_stamp": "the package's own code",
     "gaitval/reporting/printer.py:fetch": "fonts of matplotlib, by names of ours",
-    "gaitval/apps/cohort/process.py:peak_memory": "the system's own file on this process",
     "gaitval/datasets/archive.py:registry": "registry.toml of the package",
     "gaitval/datasets/archive.py:_unpack": "a file whose hash is the published one",
     "gaitval/apps/export/mujoco_folder.py:write_mujoco": "a script of the package",

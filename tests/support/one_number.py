@@ -3,7 +3,7 @@
 A made-up session is imported as recorded and made consistent, with a mass that the plates
 contradict; given the folder of the raw data, the walk of WBDS01 too. Value, limit and
 verdict of each limit are read back from what the command prints, the page, Python, `gaitval judge`
-on the files that the import wrote, and the tables of many imports and of a cohort.
+on the files that the import wrote, and the table of many imports.
 """
 
 import csv
@@ -155,7 +155,6 @@ def _outputs(out: Path, options: Mapping[str, Any]) -> Outputs:
         "Python": _python(out),
         "judge": judged,
         "table": _table(person, imported, out.parent / "tables", terminal),
-        "cohort": _cohort(out),
     }
 
 
@@ -269,11 +268,3 @@ def _table(person: Any, imported: Any, target: Path, known: Mapping[str, Said]) 
     }:
         found["counts"] = Said(row["limits"], None, None)
     return found
-
-
-def _cohort(out: Path) -> dict[str, Said]:
-    """Of the rows that a study of a recording adds to the cohort's tables."""
-    from gaitval.artefacts import read_json
-    from gaitval.importing.stored import limits_of_record
-
-    return _rows(limits_of_record(read_json(out / "recording" / "import.json")))

@@ -15,7 +15,6 @@ LONG = (
     "workflows/test_nothing_judges_itself.py",
     "workflows/test_predict.py",
     "workflows/test_wheel.py",
-    "cohort/test_kills.py",
     "patients/test_walk.py",
     "test_current_folder.py",
     "patients/test_sound_side.py",

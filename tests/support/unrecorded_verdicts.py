@@ -20,7 +20,7 @@ import pandas as pd
 from html_page import both_pages
 from rich.console import Console
 
-from gaitval.apps.cohort.study import summary_of
+from gaitval.apps.cohort.report import _groups
 from gaitval.apps.regression.comparison_page import write_comparison
 from gaitval.apps.regression.regression import compare, write_junit
 from gaitval.apps.regression.versions import StoredWalk, matched
@@ -266,13 +266,8 @@ def _in_python(metrics: Json, folder: Path) -> Iterator[str]:
 
 
 def _in_cohort(metrics: Json, folder: Path) -> Iterator[str]:
-    subject, origins = load_subject(str(folder / "subject.toml")), typed(metrics).origins
-    found = summary_of(typed(metrics), subject)
-    for row in found["measures"]:
-        if not is_judged(measure_origin(row["measure"], row["target"], origins)):
-            yield f"a cohort has {row['measure']} of {row['target']}"
     known = {row.group for row in group_rows(typed(metrics)) if is_judged(row.origin)}
-    for row in found["groups"]:
+    for row in _groups(folder.name, typed(metrics)):
         if row["group"] not in known:
             yield f"a cohort has the error of {row['group']}"
 

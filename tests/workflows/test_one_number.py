@@ -1,12 +1,9 @@
-"""One rule for one number: terminal, page, Python, `judge`, tables of imports and cohort."""
-
-from types import SimpleNamespace
+"""One rule for one number: terminal, page, Python, `judge`, table of imports."""
 
 import one_number
 import pytest
 from made_up_session import SHORT
 
-from gaitval.apps.cohort import results
 from gaitval.metrics.recording_limits import AFTER_REDUCTION, failure, remedy, state_of
 from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry
 
@@ -20,7 +17,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> one_number.Compared:
 def test_every_output_says_the_same_of_every_limit(found: one_number.Compared) -> None:
     assert not found.differences, "\n".join(found.differences)
     assert found.numbers >= 20
-    assert found.outputs == ("terminal", "page", "Python", "judge", "table", "cohort")
+    assert found.outputs == ("terminal", "page", "Python", "judge", "table")
     assert found.failed >= 2
 
 
@@ -60,17 +57,3 @@ def test_a_difference_is_found(monkeypatch: pytest.MonkeyPatch, moved: str) -> N
         same._replace(value=3.2),
     ):
         assert list(one_number._differences("force", outputs | {moved: {"force": wrong}}))
-
-
-def test_the_limits_of_a_study_of_a_recording_are_rows_of_the_cohort(monkeypatch) -> None:
-    """A study without a recording has none."""
-    row = {
-        "quantity": "Residual force", "target": "walk", "value": 15.2, "limit": 5.0, "unit": "%",
-        "verdict": "FAILED",
-    }  # fmt: skip
-    summaries = {"P01": {"limits": [row]}, "S05": {}}
-    monkeypatch.setattr(results, "summary_of", lambda _, name: summaries[name])
-    done = {"status": "finished", "reason": "", "seconds": 1.0, "peak_memory": 1, "worker": "here"}
-    outcomes = [{"name": name, **done} for name in summaries]
-    tables = results.tables_of(SimpleNamespace(where=str), outcomes)
-    assert tables["limits"].to_dict("records") == [{"study": "P01", **row}]

@@ -1,1 +1,1 @@
-"""Many studies: their table, their run on a Dask cluster, and one report of all."""
+"""Many studies, and one report of all."""
