@@ -18,7 +18,7 @@ def check_links(folder: Path) -> None:
     """Refuse a `folder` to write to that has links to folders in it, before any work. The folder
     itself may be one, since the user has named it. Raises ArtefactError.
     """
-    links = linked_folders(folder) if folder.is_dir() else []
+    links = linked_folders(folder) if os.path.isdir(folder) else []
     if links:
         raise ArtefactError(
             f"{links[0]}: is a link to a folder. gaitval follows no link in a folder that it "
