@@ -15,6 +15,9 @@ _DECIMAL: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 """A number with a comma for the point."""
 MISSING: Final = (999.0, 9999.0, 99999.0, 999999.0)
 """Numbers that programs write where a value is missing, of either sign."""
+HIDDEN: Final = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Control characters but tab and line feed, those that turn the direction of a text, and halves of
+characters, which a name of a file has that is not UTF-8: no table, page or terminal gets one."""
 _SEPARATOR: Final = re.compile(r"\"?sep=.\"?", re.IGNORECASE)
 """A first line that says what separates the columns."""
 
@@ -88,27 +91,34 @@ def without_unit(column: str) -> tuple[str, str]:
     return column, ""
 
 
+def shown(text: str) -> str:
+    """A `text` that may come from outside with U+FFFD for each of its `HIDDEN` characters."""
+    return HIDDEN.sub("\ufffd", text)
+
+
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
     """CSV of `rows`, the first of which has the names of the columns, with an empty cell for None.
-    Text that a spreadsheet would take for a formula starts with an apostrophe, because names in it
-    may come from outside.
+    Names in it may come from outside, so text is as `plain_cell` makes it.
     """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(map(no_formula, row) for row in rows)
+    csv.writer(text, lineterminator="\n").writerows(map(plain_cell, row) for row in rows)
     return text.getvalue()
 
 
-def no_formula(value: object) -> object:
-    """A cell's `value`, with an apostrophe before text that a spreadsheet would take for a formula;
-    numbers are none, written as text either.
+def plain_cell(value: object) -> object:
+    """A cell's `value`: text as it is `shown`, with an apostrophe before what a spreadsheet would
+    take for a formula; numbers are none, written as text either.
     """
-    if not isinstance(value, str) or not value.startswith(tuple("=+-@\t\r\n")):
+    if not isinstance(value, str):
         return value
+    text = shown(value)
+    if not value.startswith(tuple("=+-@\t\r\n")):
+        return text
     try:
         float(value)
     except ValueError:
-        return f"'{value}"
-    return value
+        return f"'{text}"
+    return text
 
 
 def _is_note(line: str) -> bool:

@@ -3,11 +3,13 @@
 import csv
 from types import SimpleNamespace
 
+import jinja2
 import pytest
 
 from gaitval.gait.cycles import GaitCycle
 from gaitval.importing.write import cycle_table
-from gaitval.text_tables import csv_text, text_table, with_unit, without_unit
+from gaitval.reporting.page import _html
+from gaitval.text_tables import csv_text, shown, text_table, with_unit, without_unit
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
@@ -62,9 +64,25 @@ def test_the_name_of_a_column_says_its_unit_and_is_read_without_it(unit):
     assert without_unit("knee_angle_r_mean") == ("knee_angle_r_mean", "")  # as before 0.10.0
 
 
+CYCLE = GaitCycle("right", 0.0, 0.6, 1.0, 0.1, 0.5, True, True)
+
+
 def test_the_name_of_a_trial_in_the_table_of_cycles_is_no_formula():
-    cycle = GaitCycle("right", 0.0, 0.6, 1.0, 0.1, 0.5, True, True)
-    walk = SimpleNamespace(name="=cmd().c3d", cycles={"right": [cycle], "left": []})
+    walk = SimpleNamespace(name="=cmd().c3d", cycles={"right": [CYCLE], "left": []})
     table = cycle_table([walk])
     assert list(table["trial"]) == ["'=cmd().c3d"]
     assert {"start_s", "toe_off_s", "end_s", "kinematics_valid"} <= set(table)
+
+
+HOSTILE = "x\x1b]0;title\a\x9b31m\u202e\udcfc.trc"
+"""Control characters of terminals, the turn of a text's direction, half a character."""
+SHOWN = "x\ufffd]0;title\ufffd\ufffd31m\ufffd\ufffd.trc"
+
+
+def test_hidden_characters_of_names_reach_no_table_and_no_page():
+    assert csv_text([["trial"], [HOSTILE]]) == f"trial\n{SHOWN}\n"
+    walk = SimpleNamespace(name=HOSTILE, cycles={"right": [CYCLE], "left": []})
+    assert list(cycle_table([walk])["trial"]) == [SHOWN]
+    page = jinja2.Environment(autoescape=True).from_string("<h2>{{ trial }}</h2>\n\t")
+    assert SHOWN in _html(page, {"trial": HOSTILE}, "screen")
+    assert shown("a\tb\nß") == "a\tb\nß"

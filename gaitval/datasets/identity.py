@@ -5,9 +5,10 @@ do not say them are still read; what was assumed is kept in `Subject.guessed` fo
 """
 
 import re
-import unicodedata
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal, NamedTuple
+
+from gaitval.text_tables import HIDDEN
 
 Aid = Literal["crutches", "rail", "support"]
 """What carries a part of a walking person's body: crutches, canes or a walker; the rail of a
@@ -20,12 +21,6 @@ OWN: Final = "own"
 
 _PERSON: Final = re.compile(r"(WBDS\d\d)(?:\s|(?:walk|static)|$)", re.IGNORECASE)
 _TRIAL: Final = re.compile(r"WBDS\d\dwalk([TO]\w{1,3}?)(?:mkr|_?grf)?", re.IGNORECASE)
-
-
-_UNSHOWN: Final = ("Cc", "Cs")
-"""Categories of Unicode: controls, halves of surrogate pairs."""
-_TURNING: Final = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
-"""Letters that turn the direction of what follows, so that it reads as something else."""
 
 
 def wbds_person(text: str) -> str:
@@ -47,16 +42,14 @@ def trial_name(text: str) -> str:
 
 def line_of_text(text: str) -> str:
     """The `text` in one line that pages, tables and XML can show: line breaks and tabs are blanks.
-
-    Raises ValueError where a letter is another control character, half of a surrogate pair, or
-    turns the direction of what follows it.
+    Raises ValueError where a letter is another one of `text_tables.HIDDEN`.
     """
     text = re.sub(r"\s*[\n\r\t\v\f\x85\u2028\u2029]\s*", " ", text)
-    for place, letter in enumerate(text):
-        if unicodedata.category(letter) in _UNSHOWN or letter in _TURNING:
-            raise ValueError(
-                f"{text!r}: letter {place + 1} is {letter!r}, which no page can show. Take it out."
-            )
+    if found := HIDDEN.search(text):
+        raise ValueError(
+            f"{text!r}: letter {found.start() + 1} is {found[0]!r}, which no page can show. Take "
+            "it out."
+        )
     return text
 
 

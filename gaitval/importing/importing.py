@@ -18,7 +18,7 @@ from gaitval.errors import (
 )
 from gaitval.folder_lock import locked
 from gaitval.importing.files import SUBJECT
-from gaitval.importing.person import check_there, person_of_session
+from gaitval.importing.person import check_texts, check_there, person_of_session
 from gaitval.importing.write import check_folder, write_import, write_subject
 from gaitval.measurement.correct import wanted
 from gaitval.measurement.halves import subject_of_halves
@@ -85,6 +85,7 @@ def import_files(
     of_lists = [path for name in FILES for path in getattr(request, name)]
     model = [] if request.scaled_model is None else [request.scaled_model]
     check_there([request.static, *of_lists, *model])
+    check_texts(request)
     if request.aid is not None and (request.consistent or request.correct):
         raise ConfigurationError(
             f"--{'consistent' if request.consistent else 'correct'} with --aid {request.aid}: what "

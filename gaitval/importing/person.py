@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from gaitval.datasets.identity import line_of_text
 from gaitval.datasets.plausible import age_problems, mass_and_height_problems
 from gaitval.errors import RecordError, SubjectError
 from gaitval.mocap.c3d_person import PersonFacts, read_person
 from gaitval.scaling.anthropometry import Sex
 from gaitval.scaling.landmarks import Width
-from gaitval.session.request import ImportOptions, Notify
+from gaitval.session.request import FILES, ImportOptions, Notify, Request
 
 _DIFFERS: Final = 0.02
 """Relative difference from which on two values contradict each other."""
@@ -68,6 +69,22 @@ def check_there(files: Iterable[Path]) -> None:
             f"{', '.join(missing)}: no such file{'s' if len(missing) > 1 else ''}. Check the "
             f"{'paths' if len(missing) > 1 else 'path'}."
         )
+
+
+def check_texts(request: Request) -> None:
+    """Refuse names of files, or texts about the person, that no table or page can show, for the
+    results carry them (a `request`). Raises RecordError.
+    """
+    files = [request.static, *(path for name in FILES for path in getattr(request, name))]
+    names = [path.name for path in files] + [*map(request.called, range(len(request.trials)))]
+    person, laboratory, _ = request.who
+    texts = [*names, person, laboratory, request.citation, request.licence]
+    for text in dict.fromkeys(texts):
+        try:
+            line_of_text(text)
+        except ValueError as error:
+            what = "a file, or a folder, is called" if text in names else "the files or options say"
+            raise RecordError(f"{what} {error}") from None
 
 
 def person_of_session(options: ImportOptions, notify: Notify) -> SessionPerson:

@@ -35,7 +35,7 @@ from gaitval.opensim.coordinates import (
 )
 from gaitval.opensim.osim import BODIES
 from gaitval.session.loaded import known_spans, lost_leg
-from gaitval.text_tables import no_formula, without_unit
+from gaitval.text_tables import plain_cell, without_unit
 
 _LOADED = 1e-3
 """N, below which a written force is of a foot in the air."""
@@ -130,7 +130,7 @@ def _motion(
         [np.isfinite(moments.column(f"hip_flexion_{side[0]}_moment")) for side in SIDES], axis=1
     )
     sides: list[Side] = [side for side in SIDES if side != prosthesis]
-    of_trial = table["trial"].astype(str).isin((name, str(no_formula(name))))
+    of_trial = table["trial"].astype(str).isin((name, str(plain_cell(name))))
     rows = table[of_trial & table["kinetics_valid"].astype(bool)]
     cycles = {
         side: [

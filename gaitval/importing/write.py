@@ -47,7 +47,7 @@ from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.trial import WalkingTrial
-from gaitval.text_tables import no_formula, with_unit
+from gaitval.text_tables import plain_cell, with_unit
 
 UNITS: Final = {"angle": "rad", "moment": "Nm/kg", "force": "BW"}
 """Of the columns of `CURVES` that are no quantity's, by their first word."""
@@ -156,7 +156,7 @@ def cycle_table(trials: Sequence[WalkingTrial]) -> pd.DataFrame:
                     with_unit(name, "s") if isinstance(value, float) else name: value
                     for name, value in asdict(cycle).items()
                 }
-                trial = no_formula(walk.name)
+                trial = plain_cell(walk.name)
                 rows.append(row | {"reasons": "; ".join(cycle.reasons), "trial": trial})
     return pd.DataFrame(rows)
 

@@ -4,6 +4,7 @@ They belong to the model that `osim.write_osim` writes. `write_external_loads` t
 reaction to its feet for OpenSim's inverse dynamics.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -24,7 +25,7 @@ from gaitval.opensim.coordinates import (
     to_opensim,
     vectors_to_opensim,
 )
-from gaitval.opensim.osim import BODIES, DOCUMENT_VERSION
+from gaitval.opensim.osim import BODIES, DOCUMENT_VERSION, component_name
 from gaitval.quantities import QUANTITIES
 from gaitval.quantities.quantity import OverTime
 
@@ -33,9 +34,10 @@ _ROTATIONS = np.array([name not in PELVIS_TRANSLATIONS for name in OPENSIM_COORD
 
 def write_markers(path: Path, recording: Recording) -> None:
     """Write the markers of `recording`, which is in the project's axes, to `path` as TRC for
-    OpenSim's inverse kinematics (mm, OpenSim's axes).
+    OpenSim's inverse kinematics (mm, OpenSim's axes), by the names that a model has of them.
     """
-    write_trc(path, recording.turned(TO_OPENSIM))
+    names = tuple(map(component_name, recording.names))
+    write_trc(path, replace(recording.turned(TO_OPENSIM), names=names))
 
 
 def write_motion(path: Path, time: Array, positions: Array) -> None:

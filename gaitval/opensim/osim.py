@@ -77,8 +77,18 @@ JOINTS = {"pelvis": "ground_pelvis", "torso": "back"} | _both_sides(
 """OpenSim's name of the joint between every segment and its parent."""
 
 FLOOR = "floor"
-COMPONENT_NAME = re.compile(r"[^\s/\\*+]+")
-"""Names that OpenSim accepts for a component."""
+
+
+def component_name(name: str) -> str:
+    """A `name` as OpenSim accepts it for a component, and in a TRC file for a marker: without
+    blanks, control characters, slashes, stars and plus signs, in whose place is an underscore.
+    """
+    letters = (
+        "_" if letter.isspace() or letter in "/\\*+" or not letter.isprintable() else letter
+        for letter in name
+    )
+    return "".join(letters) or "_"
+
 
 BONE, CLOTH = (0.93, 0.89, 0.78), (0.45, 0.55, 0.70)
 
@@ -100,7 +110,7 @@ def write_osim(
     Parameters
     ----------
     model : its name may have any character; those that OpenSim does not accept become underscores.
-    markers : attached to the model, in the order of the file's MarkerSet.
+    markers : attached to the model, in the order of the file's MarkerSet, by `component_name`.
     contact : constants of the contact spheres.
     friction : static friction coefficient (the body parameter sigma).
     locked : values (rad) of coordinates that OpenSim's inverse kinematics must not change, because
@@ -111,8 +121,8 @@ def write_osim(
 
     Raises
     ------
-    ModelError : OpenSim cannot read a marker name, two markers have one name, a marker is on an
-        unknown segment, or the model does not have a held coordinate.
+    ModelError : two markers have one name, a marker is on an unknown segment, or the model does not
+        have a held coordinate.
     """
     locked = locked or {}
     _check(markers, locked)
@@ -138,14 +148,8 @@ def write_osim(
 
 
 def _check(markers: Sequence[ModelMarker], locked: Mapping[str, float]) -> None:
-    names = [marker.name for marker in markers]
+    names = [component_name(marker.name) for marker in markers]
     problems = [
-        f"marker {name!r}: OpenSim accepts no name that is empty or contains a space or one of / "
-        "\\ * +; give it another name through an alias in the marker set"
-        for name in names
-        if not (COMPONENT_NAME.fullmatch(name) and name.isprintable())
-    ]
-    problems += [
         f"marker {name}: appears {names.count(name)} times, but a marker has one place"
         for name in sorted({name for name in names if names.count(name) > 1})
     ]
@@ -358,7 +362,7 @@ def _transform_axis(transform: Element, place: str, coordinate: str, axis: Array
 
 def _markers(set_: Element, markers: Sequence[ModelMarker]) -> None:
     for marker in markers:
-        element = _named(set_, "Marker", marker.name)
+        element = _named(set_, "Marker", component_name(marker.name))
         _text(element, "socket_parent_frame", f"/bodyset/{BODIES[marker.segment]}")
         _vector(element, "location", vectors_to_opensim(marker.position))
         _flag(element, "fixed", True)

@@ -25,6 +25,7 @@ from gaitval.reporting.figure_data import write_tables
 from gaitval.reporting.light_figures import light
 from gaitval.reporting.printer import printed
 from gaitval.reporting.style import SKETCHED
+from gaitval.text_tables import shown
 
 Draw = Callable[[], str]
 """Draws a figure, as SVG."""
@@ -153,17 +154,17 @@ def write_page(
     draws: Mapping[str, Draw] = context.get("drawings", {})
     with without_search():
         values["drawings"] = _drawings(draws)
-        paper = with_contents(page.render(values, medium="print"))
+        paper = _html(page, values, "print")
         # a screen's pages while another process lays out the paper's, if there is one
         with printed(folder / f"{name}.pdf", paper, (settings or ReportSettings()).paper):
             write_tables(folder, values["data"])
             own = later()
             values |= own
-            write_text(folder / f"{name}.html", with_contents(page.render(values, medium="screen")))
+            write_text(folder / f"{name}.html", _html(page, values, "screen"))
             for other, further in (beside or {}).items():
                 second, own_values = _prepared(further, {**context, **own}, ())
                 own_values["drawings"] = values["drawings"]
-                text = with_contents(second.render(own_values, medium="screen"))
+                text = _html(second, own_values, "screen")
                 write_text(folder / f"{other}.html", text)
 
 
@@ -174,8 +175,13 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
     page, values = _prepared(template, context, ())
     values["drawings"] = _drawings(context.get("drawings", {}))
     path = folder / f"{name}.html"
-    write_text(path, with_contents(page.render(values, medium="screen")))
+    write_text(path, _html(page, values, "screen"))
     return path
+
+
+def _html(page: jinja2.Template, values: Mapping[str, Any], medium: str) -> str:
+    """The page, without the hidden characters of names that come from outside."""
+    return with_contents(shown(page.render(values, medium=medium)))
 
 
 def _prepared(

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Final, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import (
@@ -27,6 +27,7 @@ from rich.text import Text
 from gaitval import file_gate
 from gaitval.errors import ArtefactError
 from gaitval.study.stage import BESIDE, INTERRUPTED, Observer, in_words
+from gaitval.text_tables import shown
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
@@ -39,12 +40,6 @@ VERDICT_ROWS = 10
 
 PLAIN_SECONDS = 30.0
 """Time between lines of progress if the output is not a terminal."""
-
-HIDDEN: Final = dict.fromkeys(
-    {*range(32), *range(127, 160), *range(0x202A, 0x202F), *range(0x2066, 0x206A)} - {9, 10},
-    "\ufffd",
-)
-"""Control characters but tab and line feed, and those that turn the direction of a text."""
 
 
 class Terminal(Console):
@@ -60,7 +55,7 @@ class Terminal(Console):
     ) -> Iterable[Segment]:
         """As `Console.render`; rich's own control codes have segments of their own."""
         for each in super().render(renderable, options):
-            yield each if each.control else each._replace(text=each.text.translate(HIDDEN))
+            yield each if each.control else each._replace(text=shown(each.text))
 
     def on_broken_pipe(self) -> None:
         """Go on without words: who closed the pipe (`| head -1`) has read enough. Neither the work

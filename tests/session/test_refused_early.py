@@ -1,0 +1,58 @@
+"""What an import cannot write is refused before its work."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import gaitval.importing.importing
+from gaitval.cli import app
+
+
+@pytest.fixture
+def worked(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """The sessions that were begun to be worked out."""
+    begun: list[object] = []
+    monkeypatch.setattr(
+        gaitval.importing.importing, "work_out", lambda *all_, **_: begun.append(all_)
+    )
+    return begun
+
+
+def refused(*arguments: str) -> str:
+    person = ("--mass", "60", "--height", "1.7", "--sex", "F")
+    done = CliRunner().invoke(app, ["import", *person, *arguments])
+    assert done.exit_code == 2, done.output
+    return " ".join(done.output.split())
+
+
+@pytest.mark.parametrize("letter", ["\x1b", "\a", "\x9b", "\u202e", "\udcfc"])
+def test_a_name_of_a_file_that_no_page_can_show(
+    tmp_path: Path, worked: list[object], letter: str
+) -> None:
+    path = tmp_path / f"wa{letter}lk.trc"
+    path.touch()
+    message = refused("--trial", str(path), "--out", str(tmp_path / "out"))
+    assert "letter 3 is" in message
+    assert "Take it out." in message
+    assert not worked
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_tells_two_trials_apart(tmp_path: Path, worked: list[object]) -> None:
+    paths = [tmp_path / name / "walk.trc" for name in ("a\x1b", "b")]
+    for path in paths:
+        path.parent.mkdir()
+        path.touch()
+    given = [word for path in paths for word in ("--trial", str(path))]
+    assert "letter 2 is '\\x1b'" in refused(*given, "--out", str(tmp_path / "out"))
+    assert not worked
+
+
+@pytest.mark.parametrize("option", ["--person", "--laboratory", "--citation", "--licence"])
+def test_a_text_that_no_page_can_show(tmp_path: Path, worked: list[object], option: str) -> None:
+    path = tmp_path / "walk.trc"
+    path.touch()
+    message = refused("--trial", str(path), "--out", str(tmp_path / "out"), option, "a\x1bb")
+    assert "the files or options say" in message
+    assert not worked
