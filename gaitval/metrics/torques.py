@@ -15,7 +15,7 @@ from gaitval.arrays import Array
 from gaitval.compiled import njit
 from gaitval.constants import GRAVITY
 from gaitval.contact.hunt_crossley import smooth_share
-from gaitval.coordinates import ACTUATED, COORDINATES, RANGES, SIDES
+from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, RANGES, SIDES, split_side
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.metrics.cycles import GaitCycles, step_of
 from gaitval.metrics.tolerances import Measure, measured
@@ -41,39 +41,41 @@ LOADED: Final = 0.5
 """Body weights on a foot from which its creep counts: neither landing nor leaving."""
 CREEP_PERCENTILE: Final = 95.0
 
-GROUPS: Final[Mapping[str, tuple[str, ...]]] = {
-    "hip": ("hip_flexion_r", "hip_flexion_l"),
-    "knee": ("knee_angle_r", "knee_angle_l"),
-    "ankle": ("ankle_angle_r", "ankle_angle_l"),
-    "lumbar": ("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
-}
-"""Joints whose moments are looked at above `ABOVE_HZ`; of a group the worst counts."""
+AXES: Final = (
+    *("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle"),
+    *("subtalar_angle", *LUMBAR),
+)
+"""Coordinates, without side, whose moments are looked at above `ABOVE_HZ`: every axis of hip, knee,
+ankle and lumbar joint. Of two sides the worse counts."""
 
 
-def _columns(names: tuple[str, ...]) -> list[int]:
-    return [ACTUATED.index(name) for name in names]
+def _of_axes(values: Array) -> dict[str, float]:
+    """The larger of both sides for each of `AXES`, of `values` (25,) of the joints."""
+    found = dict.fromkeys(AXES, 0.0)
+    for joint, value in zip(ACTUATED, values.tolist(), strict=True):
+        name = split_side(joint)[1]
+        if name in found:
+            found[name] = max(found[name], value)
+    return found
 
 
 def moment_ringing(rollout: Rollout, rows: slice, mass: float) -> dict[str, float]:
-    """RMS Nm/kg of the moments of each of `GROUPS` above `ABOVE_HZ`, in `rows` of whole cycles of a
-    `rollout`, of the worst of its joints: by Parseval's theorem from the spectrum, without a
-    filter. `mass` kg.
+    """RMS Nm/kg of the moments about each of `AXES` above `ABOVE_HZ`, in `rows` of whole cycles of
+    a `rollout`: by Parseval's theorem from the spectrum, without a filter. `mass` kg.
     """
     moments = rollout.moments[rows] / mass
     spectrum = np.abs(np.fft.rfft(moments, axis=0)) / len(moments)
     high = np.fft.rfftfreq(len(moments), step_of(rollout)) >= ABOVE_HZ
     # rfft keeps positive frequencies only; the negative ones have the same power.
-    rms = np.sqrt(2.0 * np.sum(spectrum[high] ** 2, axis=0))
-    return {group: float(rms[_columns(names)].max()) for group, names in GROUPS.items()}
+    return _of_axes(np.sqrt(2.0 * np.sum(spectrum[high] ** 2, axis=0)))
 
 
 def torque_rate(rollout: Rollout, rows: slice, mass: float) -> dict[str, float]:
-    """`RATE_PERCENTILE` of how fast the moments of each of `GROUPS` change, Nm/kg/s, as they act,
-    of the worst of its joints; `rollout`, `rows` and `mass` as for `moment_ringing`.
+    """`RATE_PERCENTILE` of how fast the moments about each of `AXES` change, Nm/kg/s, as they act;
+    `rollout`, `rows` and `mass` as for `moment_ringing`.
     """
     change = np.abs(np.diff(rollout.moments[rows], axis=0)) / (mass * step_of(rollout))
-    high = np.percentile(change, RATE_PERCENTILE, axis=0)
-    return {group: float(high[_columns(names)].max()) for group, names in GROUPS.items()}
+    return _of_axes(np.percentile(change, RATE_PERCENTILE, axis=0))
 
 
 def joint_work(rollout: Rollout, rows: slice) -> Array:
@@ -238,8 +240,8 @@ def mechanical_energy(rollout: Rollout, model: BodyModel, row: int) -> float:
 TORQUES: Final = (
     *(("toe_moment_peak", side) for side in SIDES),
     *(("toe_work", side) for side in SIDES),
-    *(("moment_ringing", group) for group in GROUPS),
-    *(("torque_rate", group) for group in GROUPS),
+    *(("moment_ringing", axis) for axis in AXES),
+    *(("torque_rate", axis) for axis in AXES),
     *(("free_moment_peak", side) for side in SIDES),
     *(("foot_creep", side) for side in SIDES),
     *(("knee_beyond_range", side) for side in SIDES),

@@ -209,9 +209,9 @@ def bound_text(row: Verdict, bound: float | None) -> str:
 def target_text(target: str) -> str:
     """The `target` of a measure in words: "left knee flexion"; empty for the whole walk."""
     side, name = split_side(target)
-    if target == "walk" or not side:
-        return "" if target == "walk" else target
-    return f"{side} {CURVE_NAMES.get(name, name.replace('_', ' '))}"
+    if target == "walk":
+        return ""
+    return f"{side} {CURVE_NAMES.get(name, name.replace('_', ' '))}".strip()
 
 
 def sentence(metrics: Metrics, where: str = "") -> str:

@@ -153,7 +153,7 @@ _LABELS: Final = dict(zip(JOINTS, ("Hip", "Knee", "Ankle"), strict=True))
 
 JOINT_POWER: Final = Quantity(
     name="power",
-    title="Joint power",
+    title="Joint power, sagittal",
     axis="power",
     unit="W/kg",
     note="Power of a joint is moment times angular velocity in the sagittal plane, positive where "
@@ -166,14 +166,14 @@ JOINT_POWER: Final = Quantity(
     figures_of=lambda curves: {"bursts": bursts_of(curves)},
     tables=(
         FigureTable(
-            "Burst in a gait cycle",
+            "Burst in a gait cycle, sagittal",
             "W/kg",
             2,
             tuple((burst, "bursts", burst) for burst in BURSTS),
             missing="not found",
         ),
         FigureTable(
-            "Work in a gait cycle",
+            "Work in a gait cycle, sagittal",
             "J/kg",
             3,
             tuple(

@@ -31,7 +31,7 @@ STAGE_VERSIONS: Final[Mapping[str, int]] = {
     "repeat": 1,
     "body": 1,
     "push": 1,
-    "validate": 1,
+    "validate": 2,
     "estimate": 1,
     "device": 1,
     "report": 1,

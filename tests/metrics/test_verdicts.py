@@ -108,6 +108,8 @@ def test_targets_in_the_words_of_gait_analysis():
     assert target_text("knee_angle_l") == "left knee flexion"
     assert target_text("medial_r") == "right medial force"
     assert target_text("toe_clearance_r") == "right toe clearance"
+    assert target_text("hip_adduction") == "hip adduction"
+    assert target_text("lumbar_bending") == "lumbar bending"
     assert target_text("start phase 0.5") == "start phase 0.5"
 
 
