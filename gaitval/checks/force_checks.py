@@ -265,7 +265,7 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
 def _fix(name: str, where: str) -> str:
     """What to do about a force of the plate `name` with the wrong sign `where` it acts."""
     return (
-        f"Check the plate's corners and calibration, or give --plate-axis {quote(name)}= with the "
+        f"Check the plate's corners and calibration, or give --plate {quote(name)}= with the "
         f"axis of the file (x, y or z) {where} the walk, which reverses this force"
     )
 

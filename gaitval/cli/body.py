@@ -32,7 +32,7 @@ def body(
         typer.Option(
             "--session",
             metavar="FOLDER",
-            help="Import with --functional: its hips and knees count as measured.",
+            help="Import with range-of-motion trials: its hips and knees count as measured.",
         ),
     ] = None,
     trials: Annotated[

@@ -7,7 +7,7 @@ wrench, and a filtered centre of pressure would not belong to the filtered force
 Axes: the project's (REP-103, z up). Forces act on the person.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -78,7 +78,7 @@ def assign_forces(
     *,
     landmarks: Mapping[str, str],
     cutoff_hz: float | None = None,
-    divide: bool = False,
+    divide: Collection[str] = (),
 ) -> tuple[FootForces, tuple[Finding, ...]]:
     """Ground reaction on each foot from the plates that it was on.
 
@@ -98,7 +98,7 @@ def assign_forces(
     processing : cut-offs and order of the low-pass, and the force threshold.
     landmarks : see `foot_markers`.
     cutoff_hz : Hz; `force_cutoff_hz` if not given, `moment_force_cutoff_hz` for inverse dynamics.
-    divide : the force of a plate under both feet between them (`gaitval.gait.divided`).
+    divide : names of plates whose force under both feet is divided (`gaitval.gait.divided`).
 
     Returns
     -------
@@ -123,7 +123,8 @@ def assign_forces(
     findings: list[Finding] = []
     for plate in recording.plates:
         findings += _share_out(
-            recording, plate, feet, processing, shares, landmarks if divide else None
+            *(recording, plate, feet, processing, shares),
+            landmarks if plate.name in divide else None,
         )
     if not shares.touched.any():
         largest = max(float(plate.force[:, 2].max()) for plate in recording.plates)

@@ -4,6 +4,7 @@ Axes: the project's (REP-103, z up). Forces act on the person.
 """
 
 from collections.abc import Mapping, Sequence
+from shlex import quote
 from typing import Final
 
 import numpy as np
@@ -164,7 +165,7 @@ def _why_shared(
             "is standing; forces not used"
         )
     return "both feet on this plate; forces not used" + (
-        ": it is cut off" if cut_off else ", or divided with --divide-plates"
+        ": it is cut off" if cut_off else f", or divided with --plate {quote(plate.name)}=both"
     )
 
 

@@ -73,7 +73,7 @@ def refuse_certain(source: str, warnings: Sequence[QualityFlag], plates: int) ->
     if not wrong:
         return
     named = sorted({warning.plate for warning in wrong if warning.plate})
-    without = [f"--no-plate {quote(name)}" for name in named]
+    without = [f"--plate {quote(name)}=none" for name in named]
     # To leave plates out helps only if one remains, and if every wrong value is that of a plate.
     spare = len(named) < plates and all(warning.plate for warning in wrong)
     ways = ([" ".join(without)] if spare else []) + ["--kinematics-only"]

@@ -75,12 +75,13 @@ def without_raised(
         elif height > head:
             what = (
                 f"it is {above}, over the head: a support that carries a part of the body. "
-                f"{unused}. If it did, say so with --aid support"
+                f"{unused}. If it did, say so with aid = 'support' in a session file"
             )
         else:
             what = (
                 f"it is {above}, where no foot ever is: a handrail, a seat, a device or what else "
-                f"the body leans on. {unused}. If the person held on to it, say so with --aid rail"
+                f"the body leans on. {unused}. If the person held on to it, say so with aid = "
+                "'rail' in a session file"
             )
         flags.append(
             QualityFlag(

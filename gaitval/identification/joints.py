@@ -1,6 +1,6 @@
 """What a range-of-motion trial adds to the posterior of a body: functional hips and knees.
 
-An import (`gaitval import --functional`) finds both hips' centres beside those of the regression
+An import (`functional` of a session file) finds both hips' centres beside those of the regression
 that the body was scaled with, their distances from the ankles, and where the knees' axes pass the
 palpated centres. They are five measurements of mu: the hip forward, aside and up, hip to ankle, and
 knee to ankle. A record and a range-of-motion trial are independent, so Gaussians are multiplied: it
@@ -71,9 +71,9 @@ def legs_of_session(record: Mapping[str, Any], where: str) -> dict[Side, Functio
     # The thigh's length may have been fitted since, which says no more of the hips.
     if any("hip functional" in each for each in record["measurements"]["sources"].values()):
         raise ArtefactError(
-            f"{where}: the body was scaled with functional hips (--hip-centre functional), so its "
-            "range-of-motion trial would count twice. Leave --session out, or import again without "
-            "--hip-centre functional."
+            f"{where}: the body was scaled with functional hips (--joint-centres functional), so "
+            "its range-of-motion trial would count twice. Leave --session out, or import again "
+            "without --joint-centres functional."
         )
     found: dict[Side, FunctionalLeg] = {}
     for side in SIDES:
@@ -89,9 +89,9 @@ def legs_of_session(record: Mapping[str, Any], where: str) -> dict[Side, Functio
         ]
         if not hips:
             raise ArtefactError(
-                f"{where}: no functional centre of the {side} hip. Import the session with "
-                "--functional FILE, a range-of-motion trial in which both legs swing forward, "
-                "backward and aside; the import says why a hip was not found."
+                f"{where}: no functional centre of the {side} hip. Import the session with a "
+                'range-of-motion trial (functional = ["FILE"] in a session file) in which both '
+                "legs swing forward, backward and aside; the import says why a hip was not found."
             )
         knees = [knee for each in joints if (knee := each.get("knee"))]
         none: Mapping[str, Any] = {}

@@ -76,8 +76,8 @@ def read_batch(paths: Sequence[Path], notify: Notify = silent) -> tuple[BatchPer
     """The people of session files; of a folder among the `paths`, of every `session.toml` in or
     below it, else of the program that wrote it, if its folders can be read.
 
-    `notify` is called with a sentence for each key of an earlier gaitval, what it is read as, and
-    for each person of a program's folder, which of its files are read. Raises
+    `notify` is called with a sentence for each person of a program's folder, which of its files are
+    read. Raises
     ConfigurationError if a file is missing or not TOML, has unknown or missing keys, or if two
     people have one name.
     """
@@ -94,11 +94,11 @@ def read_batch(paths: Sequence[Path], notify: Notify = silent) -> tuple[BatchPer
 
 def _people(path: Path, notify: Notify) -> list[BatchPerson]:
     files = sorted(path.rglob("session.toml")) if path.is_dir() else [path]
-    people = [person for file in files for person in _read(file, notify)]
+    people = [person for file in files for person in _read(file)]
     for name, sessions_of in _program_folders().items() if path.is_dir() and not files else ():
         for about, tables in sessions_of(path):
             for table in tables:
-                people.append(person_of(about, f"read as {name}", table, notify))
+                people.append(person_of(about, f"read as {name}", table))
                 still = table.get("static", "none")
                 walks = ", ".join(table["trials"])
                 notify("session", f"{about}: read as {name}: standing trial {still}; walks {walks}")
@@ -110,7 +110,7 @@ def _people(path: Path, notify: Notify) -> list[BatchPerson]:
     return people
 
 
-def _read(file: Path, notify: Notify) -> list[BatchPerson]:
+def _read(file: Path) -> list[BatchPerson]:
     values = read_toml(file, ConfigurationError, "Check the name and the folder")
     tables = values.get("people")
     if not isinstance(tables, list) or not tables or set(values) != {"people"}:
@@ -119,8 +119,7 @@ def _read(file: Path, notify: Notify) -> list[BatchPerson]:
             f"this one has {', '.join(values) or 'nothing'}."
         )
     return [
-        person_of(file, f"person {number}", table, notify)
-        for number, table in enumerate(tables, start=1)
+        person_of(file, f"person {number}", table) for number, table in enumerate(tables, start=1)
     ]
 
 

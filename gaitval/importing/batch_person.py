@@ -10,19 +10,16 @@ A session file is TOML with a table for each person; paths are relative to the f
     mass = 63.2                 # left out if the C3D file knows it; likewise height
     knee_width = [0.101, 0.102] # right and left, m
 
-and any other option of `gaitval import`.
+and any other field of `ImportOptions`, also those that are no option of `gaitval import`.
 """
 
 from pathlib import Path
-from typing import Annotated, Any, Final, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from pydantic import Field
 
 from gaitval.errors import ConfigurationError
-from gaitval.session.request import ImportOptions, Notify, checked, silent
-
-OLD_KEYS: Final = {"feet_flat": "feet_not_flat"}
-"""Keys of earlier session files, and the option that says the opposite."""
+from gaitval.session.request import ImportOptions, checked
 
 Options = TypeVar("Options", bound=ImportOptions)
 
@@ -48,22 +45,15 @@ def below(folder: Path, options: Options) -> Options:
     return options.model_copy(update=changed)
 
 
-def person_of(file: Path, where: str, table: Any, notify: Notify = silent) -> BatchPerson:
+def person_of(file: Path, where: str, table: Any) -> BatchPerson:
     """A person from a `table` of the file `file`; paths in it are relative to the file.
 
-    Messages say `where` in the file the table is; `notify` is called for keys of an earlier
-    gaitval. Raises ConfigurationError if a key is unknown or missing, or a value is of the wrong
-    type.
+    Messages say `where` in the file the table is. Raises ConfigurationError if a key is unknown or
+    missing, or a value is of the wrong type.
     """
     if not isinstance(table, dict):
         raise ConfigurationError(f"{file}: {where}: not a table. Write [[people]] before it.")
-    values = dict(table)
-    for old, opposite in OLD_KEYS.items():
-        if isinstance(values.get(old), bool):
-            values[opposite] = not values.pop(old)
-            message = f"{opposite} = {str(values[opposite]).lower()}"
-            notify("session", f"{file}: {where}: {old} is read as {message}; write that")
     try:
-        return below(file.parent, checked(BatchPerson, values))
+        return below(file.parent, checked(BatchPerson, table))
     except ConfigurationError as error:
-        raise ConfigurationError(f"{file}: {where}: {error} See gaitval import --help.") from None
+        raise ConfigurationError(f"{file}: {where}: {error} See docs/how-to/cohort.md.") from None

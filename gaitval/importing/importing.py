@@ -88,9 +88,9 @@ def import_files(
     check_texts(request)
     if request.aid is not None and (request.consistent or request.correct):
         raise ConfigurationError(
-            f"--{'consistent' if request.consistent else 'correct'} with --aid {request.aid}: what "
-            "the aid carries is not measured, and would be taken for an error of masses, motion or "
-            "plates. Leave one of them out."
+            f"--{'consistent' if request.consistent else 'correct'} with aid = {request.aid!r}: "
+            "what the aid carries is not measured, and would be taken for an error of masses, "
+            "motion or plates. Leave one of them out."
         )
     if request.correct:
         wanted(request.correct)
@@ -198,7 +198,8 @@ def request_of(options: ImportOptions, out: Path, notify: Notify) -> Request:
     about = {"static": static, "identifier": folder or "subject"}
     request = Request.model_validate(given | known._asdict() | about)
     person, laboratory, guessed = request.who
-    assumed = f"; assumed: {guessed}. Say so with --person and --laboratory" if guessed else ""
+    say_so = "Say so with person and laboratory in a session file"
+    assumed = f"; assumed: {guessed}. {say_so}" if guessed else ""
     age = None if request.age is None else f"{request.age:g}"
     message = [("age", age), ("prosthesis", request.prosthesis), ("aid", request.aid)]
     also = "".join(f", {name} {value}" for name, value in message if value is not None)

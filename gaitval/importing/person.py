@@ -132,7 +132,7 @@ def person_of_session(options: ImportOptions, notify: Notify) -> SessionPerson:
         age=_one(facts, lambda each: each.age_years, options.age, "--age", "years", notify),
         knee_width=_width(facts, "knee", options.knee_width, notify),
         ankle_width=_width(facts, "ankle", options.ankle_width, notify),
-        elbow_width=_width(facts, "elbow", options.elbow_width, notify),
+        elbow_width=_width(facts, "elbow", None, notify),
         taped_legs=next(
             (each.leg_length_m for each in facts if each.source == str(files[0])), (None, None)
         ),

@@ -62,7 +62,7 @@ ABOVE: Final = {
 """The joint whose excursion moves the soft tissue of a segment."""
 PLATES: Final = ("delay", "place x", "place y", "rotation", "gain", "cross-talk x", "cross-talk y")
 REMEDIES: Final = {
-    "landmarks": "a range-of-motion trial of hips and knees (--functional), and landmarks found "
+    "landmarks": "a range-of-motion trial of hips and knees (functional), and landmarks found "
     "twice",
     "plates": "a trial in which markers stand on the corners of the plates and the person stands "
     "still on each of them",
@@ -342,7 +342,7 @@ class _Chain:
         not.
         """
         hips = dict(change.hips or self.nothing.hips)
-        if change.hips or not change.places or self.found.request.hip_centre == "functional":
+        if change.hips or not change.places or self.found.request.joint_centres == "functional":
             return hips
         places = {name: at + change.places.get(name, 0.0) for name, at in self.places.items()}
         now = self.regression(places, self.found.request.hip_regression)

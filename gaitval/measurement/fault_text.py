@@ -60,7 +60,8 @@ OF_A_PLATE: Final = (
 """Faults of one plate, or of all."""
 LIKE_A_GAIN: Final = (
     "what the person carried counts in the mass that is given, and what a handrail, a hand or a "
-    "crutch carried is not on the plates (--aid): make sure of both before a plate is corrected"
+    "crutch carried is not on the plates (aid in a session file): make sure of both before a plate "
+    "is corrected"
 )
 """What changes the vertical force as a plate's fault does, and must not be taken for one."""
 LIKE_A_PLACE: Final = (

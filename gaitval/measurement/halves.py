@@ -45,9 +45,9 @@ def halves_of(found: Import, which: Halves) -> dict[str, Import]:
             ]
             if len(usable) < FEWEST_CYCLES:
                 raise RecordError(
-                    f"--halves {which}: the {name} half has {len(usable)} valid cycles of the "
+                    f"halves = {which!r}: the {name} half has {len(usable)} valid cycles of the "
                     f"{side} side, and {FEWEST_CYCLES} are needed. Give a longer trial or more "
-                    "trials, or import without --halves."
+                    "trials, or import without halves."
                 )
     return halves
 

@@ -256,8 +256,7 @@ def _of_both_sides(found: Import, points: Mapping[str, Place]) -> Iterator[Quali
     yield from standing_warnings(body.model, body.placement.standing, found.trials)
     yield from low_knees_warnings(low_knees(found.trials, landmarks, points), landmarks)
     marked = not any(warning.check == FROM_CRESTS for _, warning in found.session.warnings)
-    of_landmarks = found.request.joint_centres == "landmarks"
-    if marked and of_landmarks and found.request.hip_centre == "harrington":
+    if marked and found.request.joint_centres == "harrington":
         taped = found.request.taped_legs
         spines = low_spines(body, points, taped)
         of_spines = [*low_spines_warnings(spines, landmarks, body.chosen.pelvic_tilt)]

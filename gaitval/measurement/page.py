@@ -152,13 +152,13 @@ def hip_curves(found: Import, bands: Bands) -> dict[str, tuple[str, Array, Array
     and by "bell_r" and others what the other regressions would make of it.
     """
     curves: dict[str, tuple[str, Array, Array | None]] = {}
-    chosen = found.request.hip_centre
+    of_trial = found.request.joint_centres == "functional"
+    title = "functional" if of_trial else HIP_TITLES[found.request.hip_regression]
     for side in "rl":
         name = f"hip_flexion_{side}"
         moment, half = found.moments.get(name), bands.half.get(f"moment_{name}")
         if moment is None or half is None:
             continue
-        title = "functional" if chosen == "functional" else HIP_TITLES[chosen]
         curves[f"chosen_{side}"] = (found.given_hips or title, np.asarray(moment.mean), half)
         for other, moved in bands.by_hip.items():
             more = moved.get(f"moment_{name}")

@@ -84,7 +84,7 @@ def _reversed(found: Import, trial: PlateTrial, signs: ReversedAxes) -> PlateTri
         recording,
         found.processing,
         landmarks=found.session.marker_set.landmarks,
-        divide=found.request.divide_plates,
+        divide=found.request.divided_plates,
         cutoff_hz=found.processing.moment_force_cutoff_hz,
     )
     loads = replace(resample_forces(forces, recording.time), valid=trial.walk.loads.valid)

@@ -112,12 +112,12 @@ def with_plates(request: Request, session: SessionRecordings) -> SessionRecordin
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RecordWarning)
         found = read_recording(request.static)
-    if request.no_plate or request.plate or request.plate_axis:
-        from gaitval.session.stated_plates import apply_options
+    if request.plate:
+        from gaitval.session.stated_plates import with_stated_plates
 
-        found = apply_options(found, request)
+        found = with_stated_plates(found, request.plate)
     if request.static_time is not None:
-        found = found.between(request.static_time, "--static-time")
+        found = found.between(request.static_time, "static_time")
     plates = found.turned(session.axes.rotation).plates
     turn = _turn(plates, session.walking[0].plates)
     if turn is None:

@@ -26,7 +26,9 @@ CONSISTENT: Final = ", made consistent"
 
 _LANDMARKS: Final = "look for a marker of the standing trial that is misplaced or misnamed"
 _MARKERS: Final = "is the marker with the largest error misplaced, misnamed or exchanged?"
-_STANDING: Final = "did the person stand upright on flat feet? See --static-time, --feet-not-flat"
+_STANDING: Final = (
+    "did the person stand upright on flat feet? See static_time and feet_not_flat of a session file"
+)
 _AFTER: Final = "look at the calibration of the plates, the mass, and the markers of the trunk"
 _BEFORE: Final = (
     "motion and forces contradict each other: --consistent makes the smallest change that lowers it"

@@ -320,8 +320,8 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
             + "\nCheck "
             + (
                 "the names and units of the markers, the stature, and that the floor is at z = 0 "
-                "(its height is --floor) and level: where the cameras' vertical is tilted, "
-                "feet are too high or too low beside its origin."
+                "(its height is floor in a session file) and level: where the cameras' vertical is "
+                "tilted, feet are too high or too low beside its origin."
                 if "markers" in _origin(measured)
                 else "the measured lengths, their unit (metres), and the stature."
             )

@@ -231,7 +231,7 @@ def check_mass(request: Request, walks: Sequence[WalkingTrial]) -> float | None:
         hint = next(
             (words for factor, words in _MASS_HINTS if abs(ratio / factor - 1.0) < MASS_TOLERANCE),
             "Check the mass, the unit of the forces, and that the trial is of this person. If "
-            "something else carries a part of the body, say so with --aid"
+            "something else carries a part of the body, say so with aid in a session file"
             + ("." if ratio < 1.0 else "; what the person carried counts in the mass."),
         ).format(mass=request.mass_kg * POUND)
         raise RecordError(

@@ -230,7 +230,7 @@ def chosen_hips(
     `request` asks for them. A side without one keeps the regression; `notify` is called with what
     is chosen.
     """
-    if request.hip_centre != "functional":
+    if request.joint_centres != "functional":
         return {}
     chosen = {}
     for side in SIDES:

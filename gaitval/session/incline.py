@@ -81,16 +81,16 @@ def ground_of(request: Request, walks: Sequence[WalkingTrial], notify: Notify) -
             "incline",
             f"the ground has a slope of {found.slope:+.1f} % ({found.degrees:+.1f} degrees): over "
             f"{found.cycles} whole cycles the mean force leans so much from the file's vertical. "
-            "Say --incline 0 if it was level: the forces are then refused",
+            "Say incline = 0 in a session file if it was level: the forces are then refused",
         )
         return Ground(found.slope)
     angle = _degrees(said)
     if found is not None and request.aid is None and abs(found.degrees - angle) > SAME:
         raise RecordError(
-            f"--incline {said:g}: a slope of {angle:+.1f} degrees is said, but over {found.cycles} "
+            f"incline = {said:g}: a slope of {angle:+.1f} degrees is said, but over {found.cycles} "
             f"whole cycles the mean force of the plates shows {found.degrees:+.1f} degrees. In "
             "steady walking it is against gravity, so both cannot be right within "
-            f"{SAME:g} degree. Leave --incline out to take {found.slope:+.1f} %, or, if the belt "
+            f"{SAME:g} degree. Leave incline out to take {found.slope:+.1f} %, or, if the belt "
             "was tilted and the axes of the file are the room's, export markers and forces in the "
             "belt's axes; if the forces are turned or have a drift, --kinematics-only."
         )

@@ -22,6 +22,9 @@ REASONS_SHOWN: Final = 3
 MOST: Final = 4
 """Lines of cycles, and of plates, in a message."""
 
+_DIVIDE: Final = re.compile(r"--plate (?:'[^']*'|\S)+=both")
+"""The option that a finding advises."""
+
 SAME_PLACE: Final = 0.02
 """m between the middles of two plates that lie upon each other; two that lie side by side are a
 width apart.
@@ -99,7 +102,7 @@ def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:
         if not cycle.kinetics_valid
     ]
     plates = [f"{walk.name}: {finding}" for walk in walks for finding in walk.findings]
-    shared = any("--divide-plates" in each for each in plates)
+    divide = " ".join(dict.fromkeys(found for each in plates for found in _DIVIDE.findall(each)))
     raise RecordError(
         "no gait cycle whose ground reaction the plates show from heel strike to heel strike, so a "
         "subject's mean moments and forces cannot be computed.\n"
@@ -109,7 +112,7 @@ def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:
         + "Give a trial (or several, with --trial repeated) in which a foot lands on a plate of "
         "its own. If this is one, the forces are of another trial, of the other foot or in other "
         "axes than the markers: check their file. Or use --kinematics-only."
-    ).with_way_on(*["--divide-plates"] * shared, "--kinematics-only")
+    ).with_way_on(*filter(None, [divide]), "--kinematics-only")
 
 
 def _upon_each_other(walks: Sequence[WalkingTrial]) -> str:

@@ -158,10 +158,10 @@ def _walk_of_file(request: Request, number: int, notify: Notify) -> Recording:
         found = _read(notify, request.trials[number], forces=forces, part=part)
         if part is not None:
             found = replace(found, source=f"{found.source}, {part_text(part)}")
-        if request.no_plate or request.plate or request.plate_axis:
-            from gaitval.session.stated_plates import apply_options
+        if request.plate:
+            from gaitval.session.stated_plates import with_stated_plates
 
-            found = apply_options(found, request)
+            found = with_stated_plates(found, request.plate)
         return _sound(found, request, notify)
 
 
@@ -320,7 +320,9 @@ def _floor(
         floor, source = lowest - walked, "the feet, which are as much lower in the walk"
     elif abs(floor) < HIGH_FLOOR or not low <= lowest - floor <= high:
         return 0.0
-    notify("axes", f"the floor is at {floor:.3f} m, by {source} (--floor says else)")
+    notify(
+        "axes", f"the floor is at {floor:.3f} m, by {source} (floor in a session file says else)"
+    )
     return floor
 
 
@@ -364,9 +366,9 @@ def _sound(recording: Recording, request: Request, notify: Notify) -> Recording:
             raise RecordError(plate.fault).with_way_on("--kinematics-only")
         elif plate.fault:
             raise RecordError(
-                f"{plate.fault} Or leave the plate out with --no-plate {quote(plate.name)}, if "
+                f"{plate.fault} Or leave the plate out with --plate {quote(plate.name)}=none, if "
                 "nobody steps on it."
-            ).with_way_on(f"--no-plate {quote(plate.name)}")
+            ).with_way_on(f"--plate {quote(plate.name)}=none")
     return replace(recording, plates=sound, force_rate=recording.force_rate if sound else 0.0)
 
 
@@ -375,14 +377,14 @@ def _standing_file(request: Request, walking: Sequence[Recording], notify: Notif
     if request.stands_in_walk:
         if request.static_time is not None:
             raise RecordError(
-                "--static-time: there is no standing trial to cut. Give one with --static."
+                "static_time: there is no standing trial to cut. Give one with --static."
             )
         return walking[0]
     # Nobody needs the forces of standing, so faults of its plates do not matter.
     recording = _read(notify, request.static, plates=False)
     if request.static_time is None:
         return recording
-    return recording.between(request.static_time, "--static-time")
+    return recording.between(request.static_time, "static_time")
 
 
 def _check_files(request: Request) -> None:
@@ -401,15 +403,10 @@ def _check_files(request: Request) -> None:
             "same order."
         )
     parts = len(request.trial_time) > 1
-    if request.joint_centres == "given" and request.hip_centre != "harrington":
+    if request.joint_centres == "functional" and not request.functional:
         raise RecordError(
-            f"--hip-centre {request.hip_centre} and --joint-centres given both say where the hips "
-            "are. Give one of them."
-        )
-    if request.hip_centre == "functional" and not request.functional:
-        raise RecordError(
-            "--hip-centre functional: there is no trial to find it in. Give a range-of-motion "
-            "trial with --functional FILE."
+            "--joint-centres functional: there is no trial to find the hips in. Give a "
+            'range-of-motion trial in a session file: functional = ["FILE"].'
         )
     roles: dict[Path, str] = {}
     for option, path in (

@@ -1,7 +1,8 @@
 """What an import is given: one declaration for the command, session files, cohorts and Python.
 
-A field of `ImportOptions` is an option of `gaitval import` (`floor`, `--floor`), a key of a session
-file and a keyword of `import_session`. The text below it is the help of the option.
+A field of `ImportOptions` is an option of `gaitval import` (`mass`, `--mass`), a key of a session
+file and a keyword of `import_session`. The text below it is the help of the option. One that is
+marked `SESSION_FILE` is seldom needed, and no option of the command.
 
 The command reads this at every start, so nothing that takes long to load is imported here.
 """
@@ -14,7 +15,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, Ty
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator
 
 from gaitval.any_case import as_known, literals_of
-from gaitval.coordinates import Side
 from gaitval.datasets.identity import Aid, Identity, identity, trial_name, wbds_trial
 from gaitval.errors import ConfigurationError
 
@@ -24,17 +24,13 @@ if TYPE_CHECKING:
 Notify = Callable[[str, str], None]
 
 
-def _method(given: object) -> object:
-    """Files of before there were several regressions say "regression"."""
-    return "harrington" if given == "regression" else given
-
-
-_HipCentreMethod = Annotated[
-    Literal["harrington", "bell", "hara", "davis", "rajagopal2016", "gait2392", "functional"],
-    BeforeValidator(_method),
+JointCentres = Literal[
+    "harrington", "bell", "hara", "davis", "rajagopal2016", "gait2392", "functional", "given"
 ]
-"""Where the hip centres of the standing trial come from: a regression of
-`gaitval.scaling.hip_regressions`, or a range-of-motion trial."""
+"""Where the joint centres of the standing trial come from: hips from a regression of
+`gaitval.scaling.hip_regressions` or a range-of-motion trial, or all as given."""
+PlateUse = Literal["right", "left", "both", "none", "x", "y", "z"]
+"""What a force plate is to be taken for; see `ImportOptions.plate`."""
 Halves = Literal["odd-even", "first-last"]
 """How gait cycles are shared out to two trials."""
 
@@ -44,6 +40,11 @@ class OptionDisplay(NamedTuple):
 
     metavar: str | None = None
     flag: str | None = None
+    in_command: bool = True
+
+
+SESSION_FILE: Final = OptionDisplay(in_command=False)
+"""Of a field that session files and Python have, and the command has not."""
 
 
 def _files(given: object) -> object:
@@ -137,13 +138,6 @@ class ImportOptions(BaseModel):
     """Body mass, kg; left out if the C3D file knows it."""
     height: float | None = None
     """Stature, m; left out if the C3D file knows it."""
-    person: Annotated[str, Field(min_length=1)] | None = None
-    """Who it is: the same name in every session of this person. Left out, the name in the C3D file
-    or the subject's is assumed."""
-    laboratory: Annotated[str, Field(min_length=1)] | None = None
-    """Who recorded. Subjects with person and laboratory in common count as one person."""
-    trial_name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")] | None = None
-    """Of the subject's trial; made of the files' names if left out."""
     forces: Files = ()
     """Ground reaction (MOT, STO, .forces, Kistler text, WBDS grf.txt) of a trial that has none in
     its own file; one for each walking trial."""
@@ -152,20 +146,8 @@ class ImportOptions(BaseModel):
     ] = ()
     """Part of a walking trial that counts, s: once for all trials, or once for each, in their
     order. A file of which several parts count is given as often."""
-    static_time: Annotated[
-        tuple[float, float] | None, BeforeValidator(_window), OptionDisplay("BEGIN:END")
-    ] = None
-    """Part of the standing trial that counts, s."""
-    floor: Annotated[float | None, Field(ge=-5.0, le=5.0), OptionDisplay("M")] = None
-    """Height of what the person stands on in the standing trial, m above the origin; by the corners
-    of the plates if left out, else 0."""
     belt: Annotated[float | None, Field(ge=0.0, le=5.0), OptionDisplay("M/S")] = None
     """Speed of the treadmill's belt in all trials, m/s; as the flat feet move if left out."""
-    incline: Annotated[float | None, Field(gt=-50.0, lt=50.0), OptionDisplay("PERCENT")] = None
-    """Slope of the belt or floor, %, uphill positive, of a file whose axes are the belt's; as the
-    mean force leans if left out."""
-    feet_not_flat: bool = False
-    """The person stands on toes or heels: put the feet flat for scaling."""
     marker_set: str | None = None
     """Name of a built-in set (an unknown name lists them) or a TOML file; found by marker names if
     left out."""
@@ -175,33 +157,17 @@ class ImportOptions(BaseModel):
     """Knee width, m, of both sides or right,left; without medial markers."""
     ankle_width: JointWidth = None
     """Ankle width, m, of both sides or right,left; without medial markers."""
-    elbow_width: JointWidth = None
-    """Elbow width, m, of both sides or right,left; without medial markers."""
-    functional: Files = ()
-    """Range-of-motion trials of the same session: functional hip centres and knee axes are compared
-    with those of the standing trial."""
-    hip_centre: _HipCentreMethod = "harrington"
-    """Where hip centres are: by the regression of Harrington (2007), Bell (1989), Hara (2016) or
-    Davis (1991, as in Plug-in Gait), as in OpenSim's generic models (rajagopal2016, gait2392), or
-    functional, of --functional where the error is small; the page shows the hip moments by each."""
+    joint_centres: JointCentres = "harrington"
+    """Where hips are: by the regression of Harrington (2007), Bell (1989), Hara (2016) or Davis
+    (1991, as in Plug-in Gait), as in OpenSim's generic models (rajagopal2016, gait2392), or
+    functional, of range-of-motion trials where the error is small; the page shows the hip moments
+    by each. Or given: hips, knees and ankles by --scaled-model or points in the files (Plug-in
+    Gait's RFEP, RFEO, RTIO; RHJC, RKJC, RAJC)."""
     scaled_model: Annotated[Path | None, OptionDisplay("FILE")] = None
     """The person's scaled OpenSim model (.osim): how far its joint centres are from ours, and what
     that makes of the moments, is on the page."""
-    joint_centres: Literal["landmarks", "given"] = "landmarks"
-    """Where hips, knees and ankles are: by landmarks and --hip-centre, or as they are given, by
-    --scaled-model or as points in the files (Plug-in Gait's RFEP, RFEO, RTIO; RHJC, RKJC, RAJC)."""
     age: float | None = None
     """Years; below 16 a child's segment masses are taken. Left out if the C3D file knows it."""
-    aid: Aid | None = None
-    """What carries a part of the body: crutches (or canes, or a walker), rail, support (of body
-    weight). It is not measured: the plates may carry less than the body weighs."""
-    prosthesis: Literal["none", "right", "left"] | None = None
-    """Side of a leg prosthesis: each leg keeps its own lengths, and the report says so. Its masses
-    and joints are those of a device (`gaitval device`)."""
-    citation: str = "Own recording, not published"
-    """Where the recording is published."""
-    licence: str = "not stated"
-    """Its licence."""
     consistent: bool = False
     """Make the smallest change of motion and masses that lowers the residuals."""
     kinematics_only: bool = False
@@ -209,26 +175,49 @@ class ImportOptions(BaseModel):
     mirror: bool = False
     """Fill in a side that no trial shows with the other one's mirror image. It stays marked as not
     recorded."""
-    no_plate: Annotated[tuple[str, ...], BeforeValidator(_files), OptionDisplay("N")] = ()
-    """Leave out a force plate, by its number or name in the file."""
     plate: Annotated[
-        tuple[tuple[str, Side], ...], BeforeValidator(_pairs), OptionDisplay("N=right|left")
-    ] = ()
-    """Whose foot is on a force plate, by its number or name in the file; found if left out."""
-    plate_axis: Annotated[
-        tuple[tuple[str, Literal["x", "y", "z"]], ...],
+        tuple[tuple[str, PlateUse], ...],
         BeforeValidator(_pairs),
-        OptionDisplay("N=x|y|z"),
+        OptionDisplay("N=right|left|both|none|x|y|z"),
     ] = ()
-    """A force plate whose force along this axis of the file has the wrong sign; its free moment
-    follows."""
-    divide_plates: bool = False
-    """Divide the force of a plate under both feet between them, by its centre of pressure; else it
-    is not used. For a treadmill with one plate."""
+    """What a force plate is, by its number or name in the file: whose foot is on it (found if left
+    out); both, whose force is divided between the feet by its centre of pressure where both are on
+    it, and else not used there; none, which is left out; x, y or z, the axis of the file along
+    which its force has the wrong sign."""
     correct: Annotated[tuple[str, ...], BeforeValidator(_files), OptionDisplay("FAULT")] = ()
     """Take away a fault that the session is found to have: delay, place, rotation, gain, cross-talk
     (of plates), or several with commas. Both results are shown."""
-    halves: Halves | None = None
+    person: Annotated[str | None, Field(min_length=1), SESSION_FILE] = None
+    """Who it is: the same name in every session of this person. Left out, the name in the C3D file
+    or the subject's is assumed."""
+    laboratory: Annotated[str | None, Field(min_length=1), SESSION_FILE] = None
+    """Who recorded. Subjects with person and laboratory in common count as one person."""
+    citation: Annotated[str, SESSION_FILE] = "Own recording, not published"
+    """Where the recording is published."""
+    licence: Annotated[str, SESSION_FILE] = "not stated"
+    """Its licence."""
+    static_time: Annotated[tuple[float, float] | None, BeforeValidator(_window), SESSION_FILE] = (
+        None
+    )
+    """Part of the standing trial that counts, s."""
+    floor: Annotated[float | None, Field(ge=-5.0, le=5.0), SESSION_FILE] = None
+    """Height of what the person stands on in the standing trial, m above the origin; by the corners
+    of the plates if left out, else 0."""
+    feet_not_flat: Annotated[bool, SESSION_FILE] = False
+    """The person stands on toes or heels: put the feet flat for scaling."""
+    incline: Annotated[float | None, Field(gt=-50.0, lt=50.0), SESSION_FILE] = None
+    """Slope of the belt or floor, %, uphill positive, of a file whose axes are the belt's; as the
+    mean force leans if left out."""
+    functional: Annotated[Files, SESSION_FILE] = ()
+    """Range-of-motion trials of the same session: functional hip centres and knee axes are compared
+    with those of the standing trial."""
+    aid: Annotated[Aid | None, SESSION_FILE] = None
+    """What carries a part of the body: crutches (or canes, or a walker), rail, support (of body
+    weight). It is not measured: the plates may carry less than the body weighs."""
+    prosthesis: Annotated[Literal["none", "right", "left"] | None, SESSION_FILE] = None
+    """Side of a leg prosthesis: each leg keeps its own lengths, and the report says so. Its masses
+    and joints are those of a device (`gaitval device`)."""
+    halves: Annotated[Halves | None, SESSION_FILE] = None
     """Make two trials of the gait cycles. The walk knows the first and is compared with the second,
     too."""
 
@@ -251,6 +240,8 @@ class Request(ImportOptions):
     sex: Literal["F", "M"]
     identifier: str
     """Name of the subject."""
+    elbow_width: float | tuple[float, float] | None = None
+    """Elbow width in the files, m, of both sides or right and left."""
     taped_legs: tuple[float | None, float | None] = (None, None)
     """Lengths of the right and the left leg in the file of the standing trial, m."""
     recorded_name: tuple[str, str] = ("", "")
@@ -303,9 +294,14 @@ class Request(ImportOptions):
         }
 
     @property
+    def divided_plates(self) -> list[str]:
+        """The plates whose force is divided between the feet."""
+        return [name for name, use in self.plate if use == "both"]
+
+    @property
     def hip_regression(self) -> str:
         """The regression by which hip centres are found where no trial shows them."""
-        return "harrington" if self.hip_centre == "functional" else self.hip_centre
+        return "harrington" if self.joint_centres in ("functional", "given") else self.joint_centres
 
     @property
     def who(self) -> Identity:
@@ -329,9 +325,7 @@ class Request(ImportOptions):
 
     @property
     def trial(self) -> str:
-        """Name of the subject's trial: as given, else that of its file, or the first of several."""
-        if self.trial_name is not None:
-            return self.trial_name
+        """Name of the subject's trial: that of its file, or the first of several."""
         stem = self.trials[0].stem
         name = wbds_trial(stem) or trial_name(stem)
         more = len(self.trials) - 1

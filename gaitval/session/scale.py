@@ -249,7 +249,7 @@ def _fit_to_trials(
     # them.
     if request.joint_centres == "given":
         fitted = partial(fitted, length_sd=dict.fromkeys(_given_lengths(centres), 0.0))
-    elif request.hip_centre in GENERIC:
+    elif request.joint_centres in GENERIC:
         fitted = partial(fitted, length_sd=dict.fromkeys(HIP_LENGTHS, 0.0))
     fit, tissue = fitted(), SOFT_TISSUE_SD
     # Without a standing trial, only the walk can show that its markers move less than skin does.
@@ -314,8 +314,8 @@ def _odd_lengths(scaled: ScaledBody, *, stood: bool = True) -> Iterator[QualityF
             yield QualityFlag(
                 "ankle height", row.name, row.factor, HIGHEST_BARE_ANKLE, "1",
                 f"{row.length_m:.3f} m above the floor is {row.factor:.2f} times what is expected "
-                "of bare feet: the shoes have thick soles, or the floor is not at z = 0 (--floor "
-                "0.02 says that the person stands 2 cm higher)",
+                "of bare feet: the shoes have thick soles, or the floor is not at z = 0 (floor "
+                "= 0.02 in a session file says that the person stands 2 cm higher)",
             )  # fmt: skip
     longer = {
         row.segment: row.right_m - row.left_m

@@ -46,8 +46,8 @@ def check_stands(recording: Recording, landmarks: Mapping[str, str]) -> None:
             f"{recording.source}: the person does not stand still: {most} is more than "
             f"{100 * sway[most]:.0f} cm from its median position in a tenth of the frames "
             f"(standing: at most {100 * LARGEST_SWAY:.0f} cm). Give a standing trial as --static, "
-            "name the time in which the person stands (--static-time 0.5:2), or leave --static "
-            "out: the standing pose is then put together from the walk."
+            "name the time in which the person stands (static_time = [0.5, 2] in a session file), "
+            "or leave --static out: the standing pose is then put together from the walk."
         )
 
 

@@ -7,60 +7,38 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitval.coordinates import Side, opposite
+from gaitval.coordinates import SIDES, opposite
 from gaitval.errors import RecordError
 from gaitval.mocap.axes import LETTERS
 from gaitval.mocap.recording import Plate, Recording
-from gaitval.session.request import Request
 
 
-def apply_options(recording: Recording, request: Request) -> Recording:
-    """A `recording` with its plates as `request` says. Raises RecordError if one is not there."""
-    found = without_plates(recording, request.no_plate)
-    return with_stated_plates(found, request.plate, request.plate_axis)
+def with_stated_plates(recording: Recording, stated: Sequence[tuple[str, str]]) -> Recording:
+    """A `recording` with its plates as `stated`, a list of names and `request.PlateUse`: with the
+    feet that are on them, without those that do not count, and no force along an axis of the file
+    turned the wrong way. One that is divided between both feet is so later (`assign_forces`).
 
-
-def without_plates(recording: Recording, names: Sequence[str]) -> Recording:
-    """A `recording` without the force plates `names`. Raises RecordError if one is not there."""
-    known = [plate.name for plate in recording.plates]
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise RecordError(
-            f"{recording.source}: --no-plate {' '.join(unknown)}: there is no such plate; the "
-            f"trial has {', '.join(known) or 'none'}."
-        )
-    kept = tuple(plate for plate in recording.plates if plate.name not in names)
-    return replace(recording, plates=kept)
-
-
-def with_stated_plates(
-    recording: Recording, feet: Sequence[tuple[str, Side]], turned: Sequence[tuple[str, str]]
-) -> Recording:
-    """A `recording` whose plates have the feet that the user says (`--plate 2=right`), and no force
-    along an axis of the file turned the wrong way (`turned`, `--plate-axis 2=y`; `_turned`). Raises
-    RecordError if a plate is not there.
+    Raises RecordError if a plate is not there, or is said to be of either foot alone.
     """
     plates = {plate.name: plate for plate in recording.plates}
-    for name, side in feet:
-        if (name, opposite(side)) in feet:
+    for name, use in stated:
+        if name not in plates:
+            raise RecordError(
+                f"{recording.source}: --plate {name}={use}: there is no such plate; the trial has "
+                f"{', '.join(plates) or 'none'}."
+            )
+        if use in SIDES and (name, opposite(use)) in stated:
             raise RecordError(
                 f"--plate {name}=right and --plate {name}=left: a plate is said to be of one foot. "
                 "Give one of them, or neither if both feet step on it."
             )
-    for option, name in (
-        *(("--plate", n) for n, _ in feet),
-        *(("--plate-axis", n) for n, _ in turned),
-    ):
-        if name not in plates:
-            raise RecordError(
-                f"{recording.source}: {option} {name}=...: there is no such plate; the trial has "
-                f"{', '.join(plates) or 'none'}."
-            )
-    for name, side in feet:
-        plates[name] = replace(plates[name], foot=side)
-    for name, axis in dict.fromkeys(turned):  # said twice it is turned once
-        plates[name] = reversed_along(plates[name], [*LETTERS].index(axis))
-    return replace(recording, plates=tuple(plates.values()))
+    for name, use in dict.fromkeys(stated):  # said twice it is turned once
+        if use in SIDES:
+            plates[name] = replace(plates[name], foot=use)
+        elif use in LETTERS:
+            plates[name] = reversed_along(plates[name], [*LETTERS].index(use))
+    kept = [plate for name, plate in plates.items() if (name, "none") not in stated]
+    return replace(recording, plates=tuple(kept))
 
 
 def reversed_along(plate: Plate, axis: int) -> Plate:

@@ -1,6 +1,6 @@
 """One walking trial: its motion, events, forces, moments and cycles."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -248,7 +248,7 @@ def _on_plates(
     notify: Notify,
 ) -> _Ground:
     """The forces on the feet, their inverse dynamics, and the consistent motion if asked for."""
-    carried = trial_loads(recording, processing, landmarks, shown, divide=request.divide_plates)
+    carried = trial_loads(recording, processing, landmarks, shown, divide=request.divided_plates)
     for finding in carried.findings:
         notify("forces", str(finding))
     mechanics = (model, carried.recording.time, motion.positions, *carried.wrenches)
@@ -426,13 +426,13 @@ def trial_loads(
     landmarks: Mapping[str, str],
     shown: Mapping[Side, Flags],
     *,
-    divide: bool = False,
+    divide: Collection[str] = (),
 ) -> TrialLoads:
     """The ground reaction on each foot, for gait cycles and for inverse dynamics.
 
     `recording` is cleaned, in the project's axes, with force plates; `landmarks` names its markers;
     `processing` has two cut-offs of forces; `shown` (T,) is whether the markers show each leg, see
-    `leg_shown`; `divide` the force of a plate under both feet, see `assign_forces`.
+    `leg_shown`; `divide` names plates, see `assign_forces`.
     """
     recording, zeroing = zero_plates(recording, landmarks=landmarks)
     forces, assigning = assign_forces(recording, processing, landmarks=landmarks, divide=divide)

@@ -25,12 +25,14 @@ def flag_of(model: type[BaseModel], name: str) -> str:
 def with_fields(
     function: Callable[..., None], model: type[BaseModel], *names: str, may_lack: bool = False
 ) -> Callable[..., None]:
-    """Give the command `function` an option for each field of `model`, or for each of `names`, in
-    place of its `**options`. With `may_lack` none is required: the function says what it lacks.
+    """Give the command `function` an option for each field of `model` that is one of a command, or
+    for each of `names`, in place of its `**options`. With `may_lack` none is required: the function
+    says what it lacks.
     """
     signature = inspect.signature(function)
     own = [each for each in signature.parameters.values() if each.kind != each.VAR_KEYWORD]
-    of_model = [_parameter(model, name, may_lack=may_lack) for name in names or model.model_fields]
+    shown = [name for name, field in model.model_fields.items() if _shown(field).in_command]
+    of_model = [_parameter(model, name, may_lack=may_lack) for name in names or shown]
     last = [each for each in own if each.name in ("config", "settings")]
     first = [each for each in own if each not in last]
     # the help shows options in this order; `sorted` is stable, so it is the model's within each

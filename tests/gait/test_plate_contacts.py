@@ -181,7 +181,7 @@ def test_both_feet_on_a_plate_and_one_that_comes_from_another():
     away = distances(NEAR, FAR)
     found, valid = judged(loaded(), feet, RIGHT, away, sharing=sharing)
     assert [each.action for each in found] == [
-        "both feet on this plate; forces not used, or divided with --divide-plates"
+        "both feet on this plate; forces not used, or divided with --plate 1=both"
     ]
     assert found[0].names == ("plate 1", "right foot", "left foot")
     expected = np.ones((N, 2), bool)

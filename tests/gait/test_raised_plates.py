@@ -34,7 +34,7 @@ def test_what_no_foot_reaches_is_a_rail_or_a_seat(height, left_out, corners):
         *([] if left_out else ["rail"]),
     ]
     assert [flag.plate for flag in flags] == (["rail"] if left_out else [])
-    said = "--aid rail" if height > 0.4 else "a device on the body"
+    said = "aid = 'rail'" if height > 0.4 else "a device on the body"
     assert all(said in flag.message for flag in flags)
     assert without_raised(given, LANDMARKS, aid="rail")[1] == ()
 
@@ -53,7 +53,7 @@ def test_a_support_above_the_head_is_told_as_one():
     plate.force[:, 2] += 150.0
     found, (flag,) = without_raised(replace(WALK, plates=(*WALK.plates, plate)), LANDMARKS)
     assert len(found.plates) == len(WALK.plates)
-    assert "--aid support" in flag.message
+    assert "aid = 'support'" in flag.message
 
 
 def test_the_plates_of_a_treadmill_stay():

@@ -198,10 +198,10 @@ def test_of_one_plate_each_foot_has_what_its_own_plate_measured(tmp_path: Path, 
         return as_one(recording), findings
 
     monkeypatch.setattr(trial, "zero_plates", made_one)
-    with pytest.raises(RecordError, match=r"both feet on this plate.*--divide-plates") as refused:
+    with pytest.raises(RecordError, match=r"both feet on this plate.*--plate 1=both") as refused:
         imported(options, "plain")
-    assert refused.value.goes_on == ("--divide-plates", "--kinematics-only")
-    found = imported(options.model_copy(update={"divide_plates": True}), "divided")
+    assert refused.value.goes_on == ("--plate 1=both", "--kinematics-only")
+    found = imported(options.model_copy(update={"plate": (("1", "both"),)}), "divided")
     (walk,) = found.found.trials
     for side in SIDES:
         assert sum(not cycle.reasons for cycle in walk.cycles[side]) >= 2

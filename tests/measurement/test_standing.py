@@ -32,7 +32,7 @@ class Request:
     mass_kg = MASS
     static_time = None
     stands_in_walk = False
-    no_plate = plate = plate_axis = ()
+    plate = ()
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def test_the_plates_are_of_the_same_window_as_the_markers(monkeypatch):
     class Late(Request):
         static_time = (0.12, 0.18)
 
-    still = recording().between(Late.static_time, "--static-time")
+    still = recording().between(Late.static_time, "static_time")
     session = Session(still, (whole,))
     (found,) = with_plates(Late, session).standing.plates
     assert len(found.force) == 70  # of seven frames

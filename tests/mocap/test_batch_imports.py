@@ -144,18 +144,6 @@ def test_missing_files_and_empty_folders_are_refused(tmp_path):
         read_batch([tmp_path])
 
 
-def test_a_key_of_an_earlier_session_file_is_read_and_said(tmp_path):
-    messages = []
-    text = PERSON + "feet_flat = false\n"
-    (person,) = read_batch([session(tmp_path, text)], lambda *words: messages.append(words))
-    assert person.feet_not_flat
-    ((step, sentence),) = messages
-    assert step == "session"
-    assert "person 1: feet_flat is read as feet_not_flat = true; write that" in sentence
-    (person,) = read_batch([session(tmp_path, PERSON + "feet_flat = true\n")])
-    assert not person.feet_not_flat
-
-
 def test_the_command_takes_several_sessions(tmp_path, monkeypatch):
     """One that is refused does not stop the others, and decides the exit code."""
 

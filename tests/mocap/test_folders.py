@@ -50,7 +50,7 @@ def test_the_scaled_model_of_a_session_is_shown_beside_ours(opencap, pose2sim) -
         (models / name).touch()
     found = one(opencap)
     assert found.scaled_model == models / "Lai_scaled.osim"
-    assert found.joint_centres == "landmarks"
+    assert found.joint_centres == "harrington"
     (pose2sim / "kinematics").mkdir()
     (pose2sim / "kinematics" / "walk.osim").touch()
     assert one(pose2sim).scaled_model == pose2sim / "kinematics" / "walk.osim"

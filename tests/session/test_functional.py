@@ -87,7 +87,7 @@ def session_of(folder, *, sides="rl", asis=0.0, noise=0.0):
         height=PERSON.height_m,
         sex=PERSON.sex,
         functional=(file,),
-        hip_centre="functional",
+        joint_centres="functional",
     )
     return person, session, request
 
@@ -136,7 +136,7 @@ def test_a_misplaced_asis_moves_the_regression_and_not_the_functional_centre(tmp
     # Chosen, they give the body back its hips; by default they do not.
     chosen = chosen_hips(request, joints, lambda *message: messages.append(message))
     assert set(chosen) == {"R.Hip.Centre", "L.Hip.Centre"}
-    assert chosen_hips(request.model_copy(update={"hip_centre": "regression"}), joints) == {}
+    assert chosen_hips(request.model_copy(update={"joint_centres": "harrington"}), joints) == {}
     points = SET.on_landmarks({n: session.standing.marker(n)[0] for n in session.standing.names})
     by_regression, by_function = measure(points), measure(points, centres=chosen)
     assert by_function.right.thigh == pytest.approx(person.measured.right.thigh, abs=0.002)
@@ -206,8 +206,8 @@ def test_the_record_and_the_rows_say_what_was_found(tmp_path):
 
 def test_a_functional_hip_without_a_trial_is_refused(tmp_path):
     request = made_up_session(tmp_path, noise=0.0, **SHORT).request
-    request = request.model_copy(update={"hip_centre": "functional"})
-    with pytest.raises(RecordError, match="--functional FILE"):
+    request = request.model_copy(update={"joint_centres": "functional"})
+    with pytest.raises(RecordError, match="functional = "):
         read_session(request, PROCESSING)
 
 

@@ -7,7 +7,7 @@ import pytest
 from made_up_session import SHORT, made_up_session
 
 from gaitval.configuration import ContactSettings, ProcessingSettings
-from gaitval.errors import NoCycleError, RecordError, ScalingError
+from gaitval.errors import NoCycleError, ScalingError
 from gaitval.importing.results import GivenCentreResult
 from gaitval.model.markers import ModelMarker
 from gaitval.opensim.osim import write_osim
@@ -182,13 +182,6 @@ def test_knees_that_are_given_leave_the_hips_by_regression(imports):
     assert imports[0].given_hips == ""
     knees = tuple(row for row in used.given if row.joint == "knee")
     assert replace(used, given=knees).given_hips == ""
-
-
-def test_two_places_of_the_hips_are_refused(tmp_path):
-    request = made_up_session(tmp_path, noise=0.0, **SHORT).request
-    both = request.model_copy(update={"joint_centres": "given", "hip_centre": "bell"})
-    with pytest.raises(RecordError, match="--hip-centre bell and --joint-centres given"):
-        read_session(both, PROCESSING)
 
 
 def row(flexion, abduction=0.0, *, used=False, side="right"):

@@ -58,7 +58,7 @@ def test_a_said_slope_that_the_forces_contradict_is_refused(level):
     """Both angles, how many cycles, what to give instead."""
     said = level.request.model_copy(update={"incline": 5.0})
     with pytest.raises(
-        RecordError, match=r"--incline 5.*\+2\.9 degrees.*cycles.*[+-]0\.\d degrees"
+        RecordError, match=r"incline = 5.*\+2\.9 degrees.*cycles.*[+-]0\.\d degrees"
     ):
         ground_of(said, level.trials, silent)
     assert ground_of(said, turned(level, Ground(5.0)), silent) == Ground(5.0)

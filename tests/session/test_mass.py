@@ -72,7 +72,7 @@ def test_what_an_aid_carries_is_no_fault_of_motion_or_mass(found, tmp_path):
         replace(walk, forces=replace(walk.forces, force=0.6 * walk.forces.force))
         for walk in found.trials
     ]
-    with pytest.raises(RecordError, match=r"say so with --aid\."):
+    with pytest.raises(RecordError, match=r"say so with aid in a session file\."):
         check_mass(found.request, half)
     aided = found.request.model_copy(update={"aid": "crutches"})
     assert check_mass(aided, half) == pytest.approx(0.6, abs=0.02)

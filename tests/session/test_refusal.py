@@ -49,7 +49,7 @@ def test_a_fault_of_every_trial_is_refused_with_all_plates_and_trials(
         plate = {"one": "1", "two": "2", "three": "2"}[name]
         turned = QualityFlag(
             "push", f"plate {plate}", float(len(name)), 0.0, "1", f"pushed by {len(name)} %: "
-            f"--plate-axis {plate}=", certain=name == "two", plate=plate,
+            f"--plate {plate}=x", certain=name == "two", plate=plate,
         )  # fmt: skip
         return SimpleNamespace(name=name, warnings=(turned,), recording=recording)
 
@@ -64,7 +64,7 @@ def test_a_fault_of_every_trial_is_refused_with_all_plates_and_trials(
         _usable_walks(request, nothing, known, lambda *_: None)
     message = str(caught.value)
     assert all(name in message.splitlines()[0] for name in names)
-    assert "--plate-axis 1=" in message
-    assert "--plate-axis 2=" in message
+    assert "--plate 1=x" in message
+    assert "--plate 2=x" in message
     assert "plate 2 in two" in message  # beside "three", which is farther beyond
     assert caught.value.goes_on == ("--kinematics-only",)

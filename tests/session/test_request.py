@@ -3,7 +3,9 @@
 from pathlib import Path
 
 import pytest
+import typer
 
+from gaitval import cli
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.importing.batch_person import below
@@ -36,14 +38,13 @@ def test_a_window_is_two_times_the_second_later(text):
     ("values", "message"),
     [
         ({"knee_width": "1,2,3"}, r"^--knee_width 1,2,3: not a width\. Give metres"),
-        ({"hip_centre": "best"}, r"^--hip_centre best: give harrington, .* or functional\.$"),
+        ({"joint_centres": "best"}, r"^--joint_centres best: give harrington, .* or given\.$"),
         ({"prosthesis": "both"}, r"^--prosthesis both: give none, right or left\.$"),
         ({"floor": "low"}, r"^--floor = 'low': input should be a valid number"),
         ({"mirrors": True}, r"^--mirrors: unknown, did you mean --mirror\?$"),
         ({"feet_flat": True}, r"^--feet_flat: unknown, did you mean --feet_not_flat\?$"),
         ({"sex": None}, r"^--sex: missing\. Give it: Selects the segment tables\.$"),
         ({"trials": []}, r"^--trials = .* at least 1 item"),
-        ({"trial_name": "slow walk"}, r"^--trial_name = 'slow walk': .* match pattern"),
     ],
 )
 def test_a_message_names_the_option_what_was_seen_and_what_to_give(values, message):
@@ -77,22 +78,30 @@ def test_every_option_has_a_help():
     assert not [name for name, each in ImportOptions.model_fields.items() if not each.description]
 
 
+def test_what_is_seldom_needed_is_of_session_files_alone():
+    options = typer.main.get_command(cli.app).commands["import"].params
+    flags = {name for each in options for name in each.opts}
+    assert {"--mass", "--plate", "--joint-centres"} <= flags
+    assert not {"--aid", "--citation", "--floor"} & flags
+    given = checked(ImportOptions, GIVEN | {"aid": "rail", "citation": "ours", "floor": 0.1})
+    assert (given.aid, given.citation, given.floor) == ("rail", "ours", 0.1)
+
+
 def test_paths_are_placed_and_nothing_else(tmp_path):
-    options = ImportOptions(**GIVEN, static="stand.c3d", no_plate=("2",), marker_set="wbds")
+    options = ImportOptions(**GIVEN, static="stand.c3d", plate=("2=none",), marker_set="wbds")
     placed = below(tmp_path, options)
     assert placed.trials == (tmp_path / "walk1.c3d",)
     assert placed.static == tmp_path / "stand.c3d"
-    assert (placed.no_plate, placed.marker_set) == (("2",), "wbds")
+    assert (placed.plate, placed.marker_set) == ((("2", "none"),), "wbds")
     own = below(tmp_path, options.model_copy(update={"marker_set": "lab.toml"}))
     assert own.marker_set == str(tmp_path / "lab.toml")
 
 
 def test_plates_and_feet_are_pairs_also_as_text():
-    given = ImportOptions(**GIVEN, plate=["2=right", ("1", "left")], plate_axis="1=y")
-    assert given.plate == (("2", "right"), ("1", "left"))
-    assert given.plate_axis == (("1", "y"),)
+    given = ImportOptions(**GIVEN, plate=["2=right", ("1", "left"), "1=y"])
+    assert given.plate == (("2", "right"), ("1", "left"), ("1", "y"))
     with pytest.raises(ConfigurationError, match="plate"):
-        checked(ImportOptions, GIVEN | {"plate": ["2=both"]})
+        checked(ImportOptions, GIVEN | {"plate": ["2=middle"]})
 
 
 def test_a_session_without_one_of_its_trials():
@@ -134,10 +143,9 @@ def test_a_recording_of_wbds_is_of_its_person_and_says_what_was_assumed(trials, 
         (["WBDS01walkO01Cmkr.txt"], {}, "O01C"),
         (["slow walk.c3d"], {}, "slowwalk"),
         (["walk1.c3d", "walk2.c3d"], {}, "walk1-and-1-more"),
-        (["walk1.c3d"], {"trial_name": "slow"}, "slow"),
     ],
 )
-def test_a_trial_is_called_as_given_or_as_its_file(trials, about, name):
+def test_a_trial_is_called_as_its_file(trials, about, name):
     assert request_of(*trials, **about).trial == name
 
 

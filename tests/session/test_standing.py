@@ -84,11 +84,11 @@ def trial(markers):
 
 def test_a_window_of_the_standing_trial(made_up):
     recording = read_recording(made_up.standing)
-    part = recording.between((0.2, 0.5), "--static-time")
+    part = recording.between((0.2, 0.5), "static_time")
     assert part.time[0] == pytest.approx(0.2)
     assert part.time[-1] == pytest.approx(0.5)
-    with pytest.raises(RecordError, match=r"--static-time 90:91: the trial goes from 0 to"):
-        recording.between((90.0, 91.0), "--static-time")
+    with pytest.raises(RecordError, match=r"static_time 90:91: the trial goes from 0 to"):
+        recording.between((90.0, 91.0), "static_time")
 
 
 def test_a_window_without_a_standing_trial_is_refused(made_up, processing):
@@ -100,7 +100,7 @@ def test_a_window_without_a_standing_trial_is_refused(made_up, processing):
 
 @pytest.mark.slow
 def test_standing_on_a_step_is_standing_on_the_floor(made_up, stood, processing):
-    """A person 30 mm higher, given with --floor, has the same body."""
+    """A person 30 mm higher, given with floor, has the same body."""
     step = on_floor(stood.session.standing, -0.03)
     np.testing.assert_allclose(
         on_floor(step, 0.03).markers, stood.session.standing.markers, atol=1e-15

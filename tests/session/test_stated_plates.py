@@ -48,7 +48,7 @@ def test_a_force_with_the_wrong_sign_is_turned_and_the_free_moment_follows(side,
     read = misread(true, mirrored=mirrored)
     assert not np.allclose(read.free_moment, true.free_moment, atol=1.0)
     recording = Recording("walk.c3d", "laboratory", (), np.empty((6, 0, 3)), 100.0, plates=(read,))
-    (found,) = with_stated_plates(recording, (), [("1", "y")]).plates
+    (found,) = with_stated_plates(recording, [("1", "y")]).plates
     assert np.allclose(found.force, true.force)
     assert np.allclose(found.free_moment, true.free_moment, atol=1e-9)
     assert np.array_equal(found.centre_of_pressure, true.centre_of_pressure, equal_nan=True)
@@ -57,7 +57,7 @@ def test_a_force_with_the_wrong_sign_is_turned_and_the_free_moment_follows(side,
 def test_without_corners_the_free_moment_is_reversed():
     plate = replace(step(0.08), corners=np.full((4, 3), np.nan))
     recording = Recording("walk.mot", "laboratory", (), np.empty((6, 0, 3)), 100.0, plates=(plate,))
-    (found,) = with_stated_plates(recording, (), [("1", "y")]).plates
+    (found,) = with_stated_plates(recording, [("1", "y")]).plates
     assert np.array_equal(found.free_moment, -plate.free_moment)
 
 
@@ -65,15 +65,15 @@ def test_a_plate_that_is_not_there_is_named():
     recording = Recording(
         "walk.c3d", "laboratory", (), np.empty((6, 0, 3)), 100.0, plates=(step(0.0),)
     )
-    with pytest.raises(RecordError, match=r"--plate-axis 3=\.\.\.: there is no such plate"):
-        with_stated_plates(recording, (), [("3", "y")])
+    with pytest.raises(RecordError, match=r"--plate 3=y: there is no such plate"):
+        with_stated_plates(recording, [("3", "y")])
 
 
 def test_a_plate_that_is_said_to_be_of_both_feet_is_refused():
     recording = Recording("a.c3d", "laboratory", (), np.empty((6, 0, 3)), 100.0, plates=(step(0),))
     with pytest.raises(RecordError, match="--plate 1=right and --plate 1=left"):
-        with_stated_plates(recording, [("1", "left"), ("1", "right")], [])
-    found = with_stated_plates(recording, [("1", "left"), ("1", "left")], [])
+        with_stated_plates(recording, [("1", "left"), ("1", "right")])
+    found = with_stated_plates(recording, [("1", "left"), ("1", "left")])
     assert found.plates[0].foot == "left"
 
 
@@ -82,7 +82,7 @@ def test_an_axis_that_is_said_twice_is_turned_once():
         "walk.c3d", "laboratory", (), np.empty((6, 0, 3)), 100.0, plates=(step(0.1),)
     )
     once, twice = (
-        with_stated_plates(recording, (), [("1", "y")] * times).plates[0].force for times in (1, 2)
+        with_stated_plates(recording, [("1", "y")] * times).plates[0].force for times in (1, 2)
     )
     assert np.array_equal(once, twice)
     assert not np.array_equal(once, recording.plates[0].force)

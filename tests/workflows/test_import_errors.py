@@ -685,7 +685,7 @@ def test_trials_in_each_others_place(raw: Path, laboratory: Laboratory) -> None:
 
 def test_a_person_who_moves_in_the_standing_trial(laboratory: Laboratory) -> None:
     step = changed(laboratory.standing, lambda m, _: m[100:, :, 0].__iadd__(0.3))
-    refuse(laboratory.request(standing=step), "stand.trc", "does not stand still", "--static-time")
+    refuse(laboratory.request(standing=step), "stand.trc", "does not stand still", "static_time")
 
 
 @pytest.mark.parametrize(

@@ -102,7 +102,7 @@ class TestMadeUp:
         for word in words:
             assert word in str(caught.value)
         plate = words[0].split()[1]
-        assert caught.value.goes_on == (f"--no-plate {plate}", "--kinematics-only")
+        assert caught.value.goes_on == (f"--plate {plate}=none", "--kinematics-only")
 
     @pytest.mark.slow
     @pytest.mark.parametrize(
@@ -205,12 +205,12 @@ class TestWhereADoubtIsSaid:
     @pytest.mark.slow
     def test_a_plate_is_left_out(self, made, tmp_path):
         request = with_forces(made, tmp_path / "f.mot", turned("r", "x"))
-        found = work_out(request.model_copy(update={"no_plate": ("r",)}), PROCESSING)
+        found = work_out(request.model_copy(update={"plate": (("r", "none"),)}), PROCESSING)
         assert [plate.name for plate in found.trials[0].recording.plates] == ["l"]
         assert "left" in found.forces
         assert "right" not in found.forces
         with pytest.raises(RecordError, match="there is no such plate; the trial has r, l"):
-            work_out(request.model_copy(update={"no_plate": ("3",)}), PROCESSING)
+            work_out(request.model_copy(update={"plate": (("3", "none"),)}), PROCESSING)
 
 
 # -- WBDS01 T01, with the calibration of its left plate changed ------------------------------------
@@ -316,7 +316,7 @@ class TestWbds:
         with pytest.raises(RecordError, match=words) as caught:
             imported(change)
         assert caught.value.goes_on[-1] == "--kinematics-only"
-        assert ("--no-plate 1" in caught.value.goes_on) == ("frame rate" not in words)
+        assert ("--plate 1=none" in caught.value.goes_on) == ("frame rate" not in words)
 
     @pytest.mark.parametrize("row", [3, pytest.param(4, marks=pytest.mark.slow)])
     def test_a_dead_moment_puts_the_centre_of_pressure_beside_the_foot(self, imported, row):

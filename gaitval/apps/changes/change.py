@@ -230,7 +230,7 @@ def _check_conventions(before: Visit, after: Visit) -> None:
         raise ConfigurationError(
             f"{before.words()} and {after.words()} are of different conventions ({listed}), which "
             "changes curves although nobody walks otherwise. Import one of them again with the "
-            "settings of the other (--set, --functional, --hip-centre, --joint-centres)."
+            "settings of the other (--set, --joint-centres)."
         )
 
 
