@@ -6,8 +6,6 @@ import pytest
 from made_curves import made_curves
 
 from gaitval.apps.devices.answer import answers, kept_in_words, torques
-from gaitval.apps.devices.experiments import quantities
-from gaitval.apps.devices.regressions import predicted_power
 from gaitval.apps.devices.results import MARGINS
 from gaitval.apps.devices.study import SAME_SPEED, DeviceOutcome
 from gaitval.model.devices.device import shipped_device
@@ -64,12 +62,9 @@ def test_who_falls_has_no_answer_but_that():
     assert "falls after 20 gait cycles" in found.warning
 
 
-def test_a_torque_beyond_what_people_wore_is_said_with_its_source():
-    worn = next(each for each in quantities() if each.measure == "device_ankle")
-    for torque, beyond in ((0.9 * worn.band[1], False), (3.0 * worn.value, True)):
-        (said,) = torques([outcome("without"), outcome("moments kept", torque=torque)])
-        assert worn.source in said
-        assert ("beyond" in said, "3.0 times" in said) == (beyond, beyond)
+def test_the_largest_torque_of_a_device_is_said_with_its_unit():
+    (said,) = torques([outcome("without"), outcome("moments kept", torque=0.5)])
+    assert said == "Largest torque of the device at the ankle: 0.50 Nm/kg."
     assert torques([outcome("without"), outcome("moments kept")]) == []
 
 

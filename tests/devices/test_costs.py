@@ -18,18 +18,12 @@ from gaitval.apps.devices.costs import (
     size,
     unknown_in_words,
 )
-from gaitval.apps.devices.curves import JOINTS as JOINTS_OF_LEG
 from gaitval.apps.devices.results import MARGINS
-from gaitval.apps.devices.search import value
-from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
-from gaitval.model.devices.aim import Aim
 from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.loads import ALONG, LARGEST, trunk_load
-from gaitval.musculature.metabolics import REST
 from gaitval.quantities.metabolic_cost import JOINTS, MetabolicCost
-from gaitval.quantities.metabolic_rate import CONCENTRIC, ECCENTRIC, HEAT, RETURNED
 from gaitval.scaling.scaling import scale_subject
 
 MODELS = ("bhargava", "umberger", "uchida", JOINTS)
@@ -79,22 +73,6 @@ def test_a_change_within_what_a_rate_may_move_by_itself_has_no_sign(change, sign
 
 def test_a_model_that_says_the_contrary_leaves_a_change_without_sign():
     assert change_of(_with("kinematics kept", 0.5, -0.1, 0.5, 0.5), WITHOUT).sign == 0
-
-
-def test_a_search_may_want_the_cheapest_walk():
-    names = [(joint, side) for joint in JOINTS_OF_LEG for side in SIDES]
-    curves = SimpleNamespace(
-        own={name: np.full(101, -0.4) for name in names},
-        work=dict.fromkeys(names, 0.1),
-        negative_work=dict.fromkeys(names, 0.05),
-        stride_time=dict.fromkeys(SIDES, 1.1),
-    )
-    aim = Aim(joint="ankle_angle", quantity="cost")
-    paid, lost = 0.1 - RETURNED * 0.05, (1.0 - RETURNED) * 0.05
-    expected = REST + 6 * (HEAT * 0.4 + (paid / CONCENTRIC + lost / ECCENTRIC) / 1.1)
-    assert value(aim, curves) == pytest.approx(expected)
-    assert aim.unit == "W/kg"
-    assert "metabolic" in aim.in_words()
 
 
 def _true(random, changes):

@@ -67,7 +67,7 @@ def test_its_stage_runs_again_if_the_device_is_another(tmp_path):
         subject = of_subject.wearing(load_subject(5), devices)
         return of_subject.stage(Run(tmp_path, subject, Configuration()))
 
-    one, other = stage("hip_exo"), stage({"name": "hip_exo", "search": {"joint": "hip_flexion"}})
+    one, other = stage("hip_exo"), stage({"name": "hip_exo", "sides": ["right"]})
     assert one.values != other.values
     assert one.values == stage("hip_exo").values
 

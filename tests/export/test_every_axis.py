@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 from opensim_peer import OpenSimModel
 
-from gaitval.apps.export.biomod import _coordinates, biomod_text
 from gaitval.apps.export.c3d_file import CAMERA_STEPS, write_c3d_file
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.configuration import ContactSettings
@@ -92,31 +91,7 @@ def of_osim(walked: ExportedWalk, folder: Path) -> tuple[Frames, Ranges, np.ndar
     return frames, ranges, peer.model.getGravity().to_numpy() @ TO_OPENSIM
 
 
-def of_biomod(walked: ExportedWalk, folder: Path) -> tuple[Frames, Ranges, np.ndarray]:
-    import locale
-
-    biorbd = pytest.importorskip("biorbd", reason="biorbd has no build for this Python")
-    (folder / "person.bioMod").write_text(biomod_text(walked), encoding="utf-8")
-    before = locale.setlocale(locale.LC_ALL)
-    peer = biorbd.Model(str(folder / "person.bioMod"))
-    locale.setlocale(locale.LC_ALL, before)
-    order, signs = _coordinates()
-    places = {peer.segment(i).name().to_string(): i for i in range(peer.nbSegment())}
-
-    def frames(angles: np.ndarray) -> np.ndarray:
-        q = np.concatenate([np.zeros(6), angles])[order] * signs
-        return np.array([peer.globalJCS(q, places[name]).to_array() for name in SEGMENTS])
-
-    ends = [each for i in range(peer.nbSegment()) for each in peer.segment(i).QRanges()][6:]
-    names = [ACTUATED[column - 6] for column in order[6:]]
-    ranges = {
-        name: tuple(sorted((sign * each.min(), sign * each.max())))
-        for name, sign, each in zip(names, signs[6:], ends, strict=True)
-    }
-    return frames, ranges, peer.getGravity().to_array()
-
-
-BODIES_OF = {"mujoco": of_mujoco, "urdf": of_urdf, "osim": of_osim, "biomod": of_biomod}
+BODIES_OF = {"mujoco": of_mujoco, "urdf": of_urdf, "osim": of_osim}
 
 
 @pytest.fixture(scope="module", params=list(BODIES_OF))

@@ -11,7 +11,6 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
-from gaitval.apps.devices.experiments import quantities
 from gaitval.apps.devices.results import MARGINS, TITLES
 from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed, slower
 from gaitval.coordinates import SIDES
@@ -135,10 +134,7 @@ def _percent(value: float) -> str:
 
 
 def torques(outcomes: Sequence[DeviceOutcome]) -> list[str]:
-    """Of each joint at which a device acts, a sentence on the largest torque and on what people
-    have worn, as far as an experiment of `experiments.toml` says it.
-    """
-    worn = [each for each in quantities() if each.measure == "device_ankle"]
+    """Of each joint at which a device acts, a sentence on its largest torque."""
     sentences = []
     for joint in JOINTS:
         largest = max(
@@ -150,21 +146,10 @@ def torques(outcomes: Sequence[DeviceOutcome]) -> list[str]:
             ),
             default=0.0,
         )
-        if largest < 0.5 * 10.0**-2:  # nothing that two digits show
-            continue
-        said = f"Largest torque of the device at the {TITLES[joint]}: {number(largest, 2)} Nm/kg"
-        most = max(worn, key=lambda each: each.value) if joint == "ankle_angle" and worn else None
-        if most is None:
+        if largest >= 0.5 * 10.0**-2:  # less is nothing that two digits show
             sentences.append(
-                f"{said}; no experiment that gaitval knows says what people wear there."
+                f"Largest torque of the device at the {TITLES[joint]}: {number(largest, 2)} Nm/kg."
             )
-        elif largest > most.band[1]:
-            sentences.append(
-                f"{said}, {number(largest / most.value, 1)} times that of the one "
-                f"experiment known here; what people bear beyond it is not known ({most.source})."
-            )
-        else:
-            sentences.append(f"{said}, within what people wore ({most.source}).")
     return sentences
 
 

@@ -72,7 +72,6 @@ def device(
     minutes.
     """
     from gaitval.apps.devices.page import write_report
-    from gaitval.apps.devices.search import tuned
     from gaitval.apps.devices.study import outcomes, wearer
     from gaitval.folder_lock import locked
     from gaitval.model.devices.device import load_devices
@@ -91,9 +90,8 @@ def device(
     with locked(folder):
         with display.live_view() as live:
             live.started("device", f"{person.name}, {names}")
-            fitted, strategies = tuned(person, fitted, folder, say=_say)
             found, policy = outcomes(person, fitted, samples=samples, say=_say)
-        write_report(folder, person, fitted, found, policy, strategies=strategies)
+        write_report(folder, person, fitted, found, policy)
     _say_found(found)
     display.plain(f"Report: {folder / 'device.html'}")
 

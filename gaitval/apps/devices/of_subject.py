@@ -78,14 +78,12 @@ def stage(run: Run) -> Stage:
             **run.sections("environment", "contact", "record"),
             "devices": tables_of(fitted),
         },
-        workspace=f"{name}/searches",
     )
 
 
 def _walk(run: Run, name: str) -> None:
     from gaitval.apps.devices.command import SAMPLES
     from gaitval.apps.devices.page import write_report
-    from gaitval.apps.devices.search import tuned
     from gaitval.apps.devices.study import Wearer, outcomes
     from gaitval.study.inputs import stored_policy, validated_task
 
@@ -95,7 +93,6 @@ def _walk(run: Run, name: str) -> None:
     person = Wearer(run.subject.identifier, task, policy, mu, origin=origin)
     devices = run.subject.devices
     folder, say = run.folder / name, run.observer.say
-    fitted, strategies = tuned(person, devices, folder / "searches", say=say)
-    found, learned = outcomes(person, fitted, samples=SAMPLES, say=say)
-    write_report(folder, person, fitted, found, learned, strategies=strategies)
+    found, learned = outcomes(person, devices, samples=SAMPLES, say=say)
+    write_report(folder, person, devices, found, learned)
     say(f"With {name.replace('-', ', ')}: {folder / PAGE}")

@@ -21,10 +21,8 @@ from gaitval.apps.devices.costs import (
     unknown_in_words,
 )
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
-from gaitval.apps.devices.regressions import predicted_power
 from gaitval.apps.devices.replayed import replayed, shown_method
 from gaitval.apps.devices.results import TITLES, figures_of, write_result
-from gaitval.apps.devices.search import SearchResult
 from gaitval.apps.devices.study import CYCLES, PUSHES, DeviceOutcome, Wearer, at_kept_speed
 from gaitval.artefacts import copy_file, write_text
 from gaitval.coordinates import SIDES, Side
@@ -176,12 +174,9 @@ def write_report(
     devices: Sequence[Device],
     outcomes: Sequence[DeviceOutcome],
     policy: Policy | None,
-    *,
-    strategies: Sequence[SearchResult] = (),
 ) -> None:
     """Write device.html, device.pdf, device.csv, the devices, the person's body, the learned policy
-    and what `gaitval check` and `compare` read into `folder`; walks are of `CYCLES`. `strategies`
-    are those that the devices have of a search.
+    and what `gaitval check` and `compare` read into `folder`; walks are of `CYCLES`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_urdf(person.task.model, folder / "model.urdf")
@@ -216,10 +211,6 @@ def write_report(
         "kept": [at_kept_speed(each, outcomes[0]) for each in outcomes],
         "tables": tables,
         "pushes": len(PUSHES),
-        "strategies": strategies,
-        "regressions": predicted_power(
-            outcomes, devices, person.task.configuration, person.task.model.mass
-        ),
         "straps": [(each.assumption, strap_loads(each)) for each in outcomes if each.walk.hinges],
         "picture": replayed(folder, person, outcomes),
         "method": shown_method(person, outcomes[0]),
@@ -238,7 +229,7 @@ def write_report(
     write_text(folder / "device.csv", _table(outcomes))
     if person.file is not None:
         copy_file(person.file, folder / person.origin)
-    write_result(folder, person, outcomes, CYCLES, strategies)
+    write_result(folder, person, outcomes, CYCLES)
     shutil.rmtree(folder / "policy", ignore_errors=True)  # of an earlier run that learned
     if policy is not None:
         save_policy(policy, folder / "policy")

@@ -15,7 +15,6 @@ from gaitval.errors import ArtefactError
 from gaitval.text_tables import csv_text
 
 if TYPE_CHECKING:
-    from gaitval.apps.devices.search import SearchResult
     from gaitval.apps.devices.study import DeviceOutcome, Say, Wearer
 
 RESULT: Final = "device.json"
@@ -127,26 +126,16 @@ def figures(outcomes: "Sequence[DeviceOutcome]") -> list[DeviceFigure]:
     return found
 
 
-def searched(strategies: "Sequence[SearchResult]") -> list[DeviceFigure]:
-    """What each search found: its aim without the device and with the strategy."""
-    return [
-        DeviceFigure(f"{each.device.name}: {each.aim.in_words()}", of, each.aim.unit, value)
-        for each in strategies
-        for of, value in (("without", each.without), ("strategy found", each.best))
-    ]
-
-
 def write_result(
     folder: Path,
     person: "Wearer",
     outcomes: "Sequence[DeviceOutcome]",
     cycles: float,
-    strategies: "Sequence[SearchResult]" = (),
 ) -> None:
     """Write the `RESULT` of a `folder`; numbers with six digits."""
     about: dict[str, Any] = {"version": VERSION, "person": person.name, "walker": person.origin}
     about |= {"cycles": cycles, "figures": _rounded(figures(outcomes))}
-    write_json(folder / RESULT, about | {"searched": _rounded(searched(strategies))})
+    write_json(folder / RESULT, about)
 
 
 def _rounded(rows: Sequence[DeviceFigure]) -> list[dict[str, Any]]:
@@ -181,14 +170,6 @@ def _read(folder: Path) -> tuple[dict[str, Any], list[DeviceFigure]]:
 def stored(folder: Path) -> list[DeviceFigure]:
     """The figures of a stored result. Raises ArtefactError."""
     return _read(folder)[1]
-
-
-def summary(folder: Path) -> list[dict[str, Any]]:
-    """The figures of a stored result, and what its searches found, as a cohort shows them. Raises
-    ArtefactError.
-    """
-    values, rows = _read(folder)
-    return [*(each._asdict() for each in rows), *values.get("searched", ())]
 
 
 def person_of(folder: Path) -> str:

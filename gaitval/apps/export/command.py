@@ -12,7 +12,7 @@ from gaitval.terminal.app import WalkerArgument, added_command
 @added_command(
     "gaitval export 5 --to mujoco --out walker      # then: python walker/walk.py --cycles 100",
     "gaitval export 5 --to gymnasium --out training",
-    "gaitval export reports/S05 --to bundle --out S05-crate",
+    "gaitval export reports/S05 --to opensim --out S05-opensim",
     after="report",
 )
 def export(
@@ -22,7 +22,7 @@ def export(
         typer.Option(
             "--to",
             metavar="FORMAT",
-            help="mujoco, urdf, gymnasium, opensim, c3d, biomod, locohub, or bundle: all.",
+            help="mujoco, urdf, gymnasium, opensim, locohub or c3d.",
         ),
     ],
     out: Annotated[
@@ -33,11 +33,8 @@ def export(
     """Write the scaled person and the validated walk for another tool.
 
     mujoco: a model and a script that walks in plain MuJoCo. urdf: the body for robot simulators,
-    and the walk as a table. gymnasium: an environment that plain
-    stable-baselines3 trains in. opensim: model, motion, moments and loads. c3d: virtual markers
-    and force plates. biomod: a model and a motion for pyomeca. locohub: curves as standard Parquet.
-    bundle: an RO-Crate of all, described. The first use on a machine takes a minute, later ones
-    half of it.
+    and the walk as a table. gymnasium: an environment that plain stable-baselines3 trains in. opensim: model, motion, moments and loads. c3d: virtual markers
+    and force plates. The first use on a machine takes a minute, later ones half of it.
     """
     from gaitval.apps.export.formats import export_to, writer_of
     from gaitval.apps.export.walked import ExportedWalk

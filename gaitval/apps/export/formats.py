@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from gaitval.any_case import as_known
-from gaitval.apps.export.biomod import write_biomod
 from gaitval.apps.export.c3d_file import write_c3d_file
-from gaitval.apps.export.crate import write_crate
 from gaitval.apps.export.locohub import write_locohub
 from gaitval.apps.export.mujoco_folder import write_mujoco
 from gaitval.apps.export.opensim_folder import write_opensim
@@ -18,7 +16,6 @@ from gaitval.apps.export.walked import ExportedWalk
 from gaitval.artefacts import write_text
 from gaitval.errors import ArtefactError, ConfigurationError
 
-BUNDLE: Final = "bundle"
 _Notify = Callable[[str], None]
 _Writer = Callable[[Path, ExportedWalk], list[Path]]
 """Writes files into a folder, which it makes; returns their paths. Raises ArtefactError."""
@@ -40,17 +37,8 @@ FORMATS: Final[dict[str, _Writer]] = {
     "gymnasium": write_training,
     "opensim": write_opensim,
     "c3d": write_c3d_file,
-    "biomod": write_biomod,
     "locohub": write_locohub,
 }
-
-
-def _bundle(folder: Path, walked: ExportedWalk, notify: _Notify) -> list[Path]:
-    parts = {}
-    for name, write in FORMATS.items():
-        notify(f"Writing {name} ...")
-        parts[name] = write(folder / name, walked)
-    return write_crate(folder, walked, parts)
 
 
 def export_to(
@@ -67,20 +55,15 @@ def export_to(
     write = writer_of(name)
     notify("Making its simulation ready ...")
     walked.environment  # noqa: B018
-    if write is None:
-        return _bundle(folder, walked, notify)
     notify(f"Writing {name} ...")
     return write(folder, walked)
 
 
-def writer_of(name: str) -> _Writer | None:
-    """What writes a format by its name; None for a bundle of all of them. Raises ConfigurationError
-    for others.
-    """
-    name = as_known(name, (*FORMATS, BUNDLE))
-    if name not in FORMATS and name != BUNDLE:
+def writer_of(name: str) -> _Writer:
+    """What writes a format by its name. Raises ConfigurationError for others."""
+    name = as_known(name, FORMATS)
+    if name not in FORMATS:
         raise ConfigurationError(
-            f"--to {name}: not a format that gaitval writes. Give one of "
-            f"{', '.join(FORMATS)}, or {BUNDLE} for all of them."
+            f"--to {name}: not a format that gaitval writes. Give one of {', '.join(FORMATS)}."
         )
-    return FORMATS.get(name)
+    return FORMATS[name]

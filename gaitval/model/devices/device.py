@@ -16,9 +16,9 @@
     clutch = { while = "loaded", ratchet = true }
 
 A file of devices has these tables; the file of a subject may have them too (a prosthesis is a part
-of the person who wears it). A table with no more than the name of a shipped device, perhaps `sides`
-and `search`, is that device. Lengths are in m, masses in kg, inertias in kg m², angles in rad,
-torques in Nm. Signs of angles and torques are those of `gaitval.coordinates`: positive is flexion
+of the person who wears it). A table with no more than the name of a shipped device, perhaps
+`sides`, is that device. Lengths are in m, masses in kg, inertias in kg m², angles in rad, torques
+in Nm. Signs of angles and torques are those of `gaitval.coordinates`: positive is flexion
 or dorsiflexion on both sides.
 """
 
@@ -36,7 +36,6 @@ from gaitval.artefacts import read_toml, write_text
 from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
-from gaitval.model.devices.aim import Aim
 from gaitval.model.devices.controllers import AnyController
 from gaitval.model.devices.springs_and_motors import Clutch, Motor, Spring, StanceDamper
 from gaitval.model.devices.tables import AboveZero, AtLeastZero, PartOfOne, Table
@@ -51,7 +50,7 @@ KINDS: Final = tuple(dict.fromkeys(name.removesuffix("_r").removesuffix("_l") fo
 """Segments that a part can be on, without side."""
 SHIPPED: Final = Path(__file__).parent / "shipped"
 """Folder of the devices that come with gaitval."""
-SHORT: Final = frozenset({"name", "sides", "search"})
+SHORT: Final = frozenset({"name", "sides"})
 """Keys of a table that names a shipped device and says how it is worn."""
 HEAVIEST: Final = 200.0
 """kg; no person carries more."""
@@ -241,7 +240,6 @@ class Device(Table):
     sides : of the body that have it; parts on trunk and pelvis are there once.
     stumps, parts, hinges : what is taken away, added, and turns.
     foot_switch : N, load at which the device counts a foot as on the ground.
-    search : what the torque of its motor is searched for before the person walks with it.
     """
 
     name: str = Field(min_length=1, max_length=60, pattern=r"^[A-Za-z0-9_-]+$")
@@ -251,7 +249,6 @@ class Device(Table):
     parts: tuple[Part, ...] = ()
     hinges: tuple[Hinge, ...] = ()
     foot_switch: AboveZero = 40.0
-    search: Aim | None = None
 
     @model_validator(mode="after")
     def _possible(self) -> "Device":
@@ -268,11 +265,6 @@ class Device(Table):
                 raise ValueError(
                     f"{self.name}: more than one {what} {', '.join(twice)}. Put them into one."
                 )
-        if self.search is not None and self.motor(self.search.joint) is None:
-            raise ValueError(
-                f"{self.name}: no motor at {self.search.joint}, so there is nothing to search. "
-                "Give a device with one, or another search.joint."
-            )
         return self
 
     def motor(self, joint: str) -> Motor | None:
