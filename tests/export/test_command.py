@@ -31,7 +31,7 @@ def refused(*arguments: str) -> str:
 def test_a_format_that_is_none_is_refused_with_those_that_are(tmp_path: Path) -> None:
     words = refused("5", "--to", "fbx", "--out", str(tmp_path))
     assert "--to fbx" in words
-    assert "mujoco, urdf, gymnasium, opensim, c3d, biomod, locohub, or bundle" in words
+    assert "Give one of mujoco, urdf, gymnasium, opensim, c3d" in words
     assert not list(tmp_path.iterdir())
 
 

@@ -33,8 +33,9 @@ def export(
     """Write the scaled person and the validated walk for another tool.
 
     mujoco: a model and a script that walks in plain MuJoCo. urdf: the body for robot simulators,
-    and the walk as a table. gymnasium: an environment that plain stable-baselines3 trains in. opensim: model, motion, moments and loads. c3d: virtual markers
-    and force plates. The first use on a machine takes a minute, later ones half of it.
+    and the walk as a table. gymnasium: an environment that plain stable-baselines3 trains in.
+    opensim: model, motion, moments and loads. c3d: virtual markers and force plates. The first use
+    on a machine takes a minute, later ones half of it.
     """
     from gaitval.apps.export.formats import export_to, writer_of
     from gaitval.apps.export.walked import ExportedWalk
