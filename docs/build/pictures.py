@@ -206,7 +206,6 @@ PICTURES: Final = {
     "change": Picture("change", "change/change.html", beginning),
     "judge": Picture("judge", "judged/judge.html", beginning),
     "muscles": Picture("muscles", "muscles/muscles.html", beginning),
-    "events": Picture("events", "events.svg", whole),
     "markers": Picture("markers", "my.svg", left_half),
     "recording": Picture("treadmill", "treadmill/recording/recording.html", recording),
     "recording-failed": Picture("overground", "overground/recording/recording.html", failed),
@@ -247,10 +246,6 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
         *("--external-loads", "imported/recording/trial1_external_loads.xml"),
     ),
     "muscles": ("muscles", "imported", "--bands", "--out", "muscles"),
-    "events": (
-        *("events", "sample/walking.c3d", "--standing", "sample/standing.c3d"),
-        *("--out", "events.svg"),
-    ),
     "markers": (
         *("markers", "sample/walking.c3d", "--standing", "sample/standing.c3d"),
         *("--out", "my.toml"),
@@ -275,7 +270,6 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
 BEFORE: Final = {
     "judge": "imported",
     "muscles": "imported",
-    "events": "sample",
     "markers": "sample",
     "imported": "sample",
     "second-half": "first-half",
