@@ -17,11 +17,9 @@ from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.push_recovery import Trace
 from gaitval.metrics.walk_results import PlacedFoot
 from gaitval.reporting.balance_figure import HEIGHT, answered_pushes, draw_people
-from gaitval.reporting.drawing import SETTINGS, by_matplotlib
+from gaitval.reporting.drawing import SETTINGS, WIDTH
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, RECORD_WIDTH
-from gaitval.reporting.sketch import Sketch
 from gaitval.reporting.stick_figures import stick_figure
-from gaitval.reporting.style import WIDTH
 
 JOINTS = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
 FORCES = {"forward": "Tangential (forward)", "vertical": "Vertical"}
@@ -254,9 +252,8 @@ def placement(placed: Mapping[str, Sequence[PlacedFoot]]) -> Drawing:
         for name, each in placed.items()
     }
     with matplotlib.rc_context(SETTINGS):
-        sketch = Sketch(HEIGHT)
-        draw_people(sketch, placed)
-        figure = by_matplotlib(sketch)
+        figure = _figure(HEIGHT)
+        draw_people(figure, placed)
     return figure, pd.concat(rows, names=["walker", "push"])
 
 

@@ -3,17 +3,21 @@ the extrapolated centre of mass has gone.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.metrics.foot_placement import RECOVERED
 from gaitval.metrics.walk_results import PlacedFoot
+from gaitval.reporting.drawing import legend_above, new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR, WALK_WIDTH
-from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import LegendKey, Sketch, SketchAxes
 
 CENTIMETRES: Final = 100.0
 MARKS: Final[Mapping[Side, str]] = {"right": "o", "left": "^"}
@@ -24,7 +28,7 @@ HEIGHT: Final = 3.1
 
 
 def law(
-    axes: SketchAxes,
+    axes: Axes,
     extrapolated: Array,
     foot: Array,
     pendulum: Array,
@@ -54,19 +58,19 @@ def law(
     axes.set_aspect("equal")
 
 
-def handles() -> list[LegendKey]:
+def handles() -> list[Artist]:
     """What the marks mean."""
-    hollow = {"linestyle": "none", "markersize": 4.0, "markerfacecolor": "none"}
-    guess = {"linestyle": "none", "marker": "x", "markersize": 3.0, "color": GUESS_COLOUR}
+    hollow: dict[str, Any] = {"linestyle": "none", "markersize": 4.0, "markerfacecolor": "none"}
+    guess: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 3.0}
     return [
-        LegendKey("people (Hof 2010)", {"color": RECORD_COLOUR, "linewidth": WALK_WIDTH}),
-        LegendKey("±2 cm, by the ankle", {"facecolor": BAND_COLOUR}),
+        Line2D([], [], label="people (Hof 2010)", color=RECORD_COLOUR, linewidth=WALK_WIDTH),
+        Patch(label="±2 cm, by the ankle", facecolor=BAND_COLOUR),
         *(
-            LegendKey(f"{side} foot", {**hollow, "marker": mark, "color": COLOURS[side]})
+            Line2D([], [], label=f"{side} foot", marker=mark, color=COLOURS[side], **hollow)
             for side, mark in MARKS.items()
         ),
-        LegendKey("pendulum", guess),
-        LegendKey("no reaction", {"linestyle": ":", "color": GUESS_COLOUR, "linewidth": 0.7}),
+        Line2D([], [], label="pendulum", color=GUESS_COLOUR, **guess),
+        Line2D([], [], label="no reaction", linestyle=":", color=GUESS_COLOUR, linewidth=0.7),
     ]
 
 
@@ -102,20 +106,20 @@ def foot_placement(people: Mapping[str, Sequence[PlacedFoot]]) -> str:
     """The figure, with a panel of what each of `people` did; a title is drawn if it is not empty.
     The panels have one scale.
     """
-    figure = Sketch(HEIGHT)
-    draw_people(figure, people)
-    return svg(figure, NAME)
+    with new_figure(HEIGHT) as figure:
+        draw_people(figure, people)
+        return svg(figure, NAME)
 
 
-def draw_people(figure: Sketch, people: Mapping[str, Sequence[PlacedFoot]]) -> None:
+def draw_people(figure: Figure, people: Mapping[str, Sequence[PlacedFoot]]) -> None:
     """Draw it on an empty `figure`."""
     found = {title: answered_pushes(placed) for title, placed in people.items()}
     largest = [float(np.abs(rows[:, :2]).max(initial=0.0)) for rows, _ in found.values()]
     reach = 1.1 * max(1.0, CENTIMETRES * max(largest))
-    (panels,) = figure.subplots(1, len(found), sharey=True)
+    panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
     for axes, (title, (rows, sides)) in zip(panels, found.items(), strict=True):
         law(axes, rows[:, 0], rows[:, 1], rows[:, 2], sides, reach)
         axes.set_title(title)
         axes.set_xlabel("extrapolated centre of mass, cm to the left")
     panels[0].set_ylabel("next foot, cm to the left")
-    figure.legend(handles(), ncols=6)
+    legend_above(figure, handles(), columns=6)

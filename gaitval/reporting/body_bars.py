@@ -22,22 +22,22 @@ _LONGEST: Final = 1000
 
 def draw(bars: Sequence[Bar]) -> str:
     """Each of `bars` before and after the record, as SVG."""
+    from gaitval.reporting.drawing import new_figure, svg  # a walk is checked without them
     from gaitval.reporting.figures import BAND_COLOUR  # dark on a dark page, where points are light
-    from gaitval.reporting.painting import svg  # a walk is checked without them
-    from gaitval.reporting.sketch import Sketch
 
     names, means, sds = zip(*bars, strict=True)
     places = np.arange(len(bars))[::-1]
-    figure = Sketch(0.24 * len(bars) + 0.6)
-    ((axes,),) = figure.subplots()
-    for at, mean, sd in zip(places, means, sds, strict=True):
-        axes.fill([-1.0, 1.0, 1.0, -1.0], at + 0.35 * np.array([-1, -1, 1, 1]), color=BAND_COLOUR)
-        ends = [mean - sd, mean + sd]
-        axes.plot(ends, [at, at], color=_FOUND, marker="|", markersize=4.0, linewidth=1.2)
-    axes.plot(means, places, color=_FOUND, linestyle="none", marker="o", markersize=4.0)
-    axes.set_yticks(places, names)
-    axes.set_xlabel("SDs of what was known before")
-    return svg(figure, "body")
+    with new_figure(0.24 * len(bars) + 0.6) as figure:
+        axes = figure.subplots()
+        for at, mean, sd in zip(places, means, sds, strict=True):
+            edges = [at - 0.35, at - 0.35, at + 0.35, at + 0.35]
+            axes.fill([-1.0, 1.0, 1.0, -1.0], edges, color=BAND_COLOUR, linewidth=0)
+            ends = [mean - sd, mean + sd]
+            axes.plot(ends, [at, at], color=_FOUND, marker="|", markersize=4.0, linewidth=1.2)
+        axes.plot(means, places, color=_FOUND, linestyle="none", marker="o", markersize=4.0)
+        axes.set_yticks(places, names)
+        axes.set_xlabel("SDs of what was known before")
+        return svg(figure, "body")
 
 
 def shown(folder: Path) -> "tuple[dict[str, str], list[Bar], Draw]":

@@ -15,9 +15,8 @@ from gaitval.metrics.healthy_bands import BAND
 from gaitval.metrics.statistics_results import GaitProfiles, WalkStatistics
 from gaitval.metrics.typed import sided
 from gaitval.quantities.joint_power import JOINTS
+from gaitval.reporting.drawing import keys_of, legend_above, new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, RECORD_COLOUR
-from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import Sketch, keys_of
 from gaitval.reporting.tables import CURVES
 
 _SHORT: Final = {
@@ -44,37 +43,37 @@ def profile(profiles: GaitProfiles) -> str:
     at = np.arange(len(names), dtype=float)
     # a gap before the total, which is no angle
     at[-1] += 0.5
-    label = {"label": "healthy adults, mean ± SD"}
-    figure = Sketch(2.8)
-    ((axes,),) = figure.subplots()
-    for x, name in zip(at, names, strict=True):
-        mean, spread = healthy[name]
-        axes.bar(x, 2 * spread, 0.8, mean - spread, color=BAND_COLOUR, zorder=0, **label)
-        label = {}
-        axes.plot((x - 0.4, x + 0.4), (mean, mean), color="#808080", linewidth=0.8, zorder=1)
-    for offset, side in zip((0.18, -0.18), SIDES, strict=True):
-        for which, found in (("record", profiles.record), ("walk", profiles.walk)):
-            if found is None:  # its angles were not recorded
-                continue
-            scores = [found.scores[f"{n}_{side[0]}"] for n in names[:-1]]
-            colour = RECORD_COLOUR if which == "record" else COLOURS[side]
-            axes.plot(
-                at + offset,
-                [*scores, found.of(side)],
-                marker=_MARKERS[side],
-                linestyle="none",
-                color=colour,
-                # hollow, so that they look alike on a band and in the legend, in both modes
-                markerfacecolor=colour if which == "walk" else "none",
-                markersize=5.0,
-                label=f"{which}, {side}",
-            )
-    axes.set_xticks(at, [_SHORT[name] for name in names], fontsize=7.5)
-    axes.tick_params(axis="x", length=0)
-    axes.set_ylim(bottom=0)
-    axes.set_ylabel("RMS from their mean, °")
-    figure.legend(keys_of(axes), ncols=3)
-    return svg(figure, "profile")
+    label: str | None = "healthy adults, mean ± SD"
+    with new_figure(2.8) as figure:
+        axes = figure.subplots()
+        for x, name in zip(at, names, strict=True):
+            mean, spread = healthy[name]
+            axes.bar(x, 2 * spread, 0.8, mean - spread, color=BAND_COLOUR, zorder=0, label=label)
+            label = None
+            axes.plot((x - 0.4, x + 0.4), (mean, mean), color="#808080", linewidth=0.8, zorder=1)
+        for offset, side in zip((0.18, -0.18), SIDES, strict=True):
+            for which, found in (("record", profiles.record), ("walk", profiles.walk)):
+                if found is None:  # its angles were not recorded
+                    continue
+                scores = [found.scores[f"{n}_{side[0]}"] for n in names[:-1]]
+                colour = RECORD_COLOUR if which == "record" else COLOURS[side]
+                axes.plot(
+                    at + offset,
+                    [*scores, found.of(side)],
+                    marker=_MARKERS[side],
+                    linestyle="none",
+                    color=colour,
+                    # hollow, so that they look alike on a band and in the legend, in both modes
+                    markerfacecolor=colour if which == "walk" else "none",
+                    markersize=5.0,
+                    label=f"{which}, {side}",
+                )
+        axes.set_xticks(at, [_SHORT[name] for name in names], fontsize=7.5)
+        axes.tick_params(axis="x", length=0)
+        axes.set_ylim(bottom=0)
+        axes.set_ylabel("RMS from their mean, °")
+        legend_above(figure, keys_of(axes), columns=3)
+        return svg(figure, "profile")
 
 
 def tables(found: WalkStatistics, subject: Subject) -> dict[str, object]:

@@ -1,30 +1,30 @@
-"""How figures are drawn: their style, their size, and SVG."""
+"""How figures are drawn: by matplotlib, in one style, as SVG whose texts are letters.
+
+Equal figures give equal bytes: no dates, and identifiers from a fixed salt.
+"""
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
-from pathlib import Path
 from typing import Any, Final, Literal
 
 import matplotlib
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.font_manager import fontManager
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from gaitval.coordinates import Side
-from gaitval.reporting.light_axes import LightFigure, painted
-from gaitval.reporting.sketch import PARTS, X_DATA, Sketch
-from gaitval.reporting.style import WIDTH
 
+WIDTH: Final = 7.1
+"""Inches; the text width of an A4 page."""
+FONT: Final = "STIXGeneral"
+"""matplotlib ships it; the pages have it, too."""
 SETTINGS: Final[Any] = {
     "svg.hashsalt": "gaitval",
-    "svg.fonttype": "path",
-    "font.family": "STIXGeneral",
-    "mathtext.fontset": "stix",
+    "svg.fonttype": "none",
+    "font.family": FONT,
     "font.size": 8.5,
     "axes.titlesize": 9.0,
     "axes.labelsize": 8.5,
@@ -40,41 +40,42 @@ SETTINGS: Final[Any] = {
     "legend.frameon": False,
     "legend.fontsize": 8.5,
 }
-
-
-def know_fonts() -> None:
-    """Make sure of the figures' font. matplotlib ships it, but reads the list of fonts from its
-    cache, and that lacks those that could not be read when it was made: on a full disk, say.
-    """
-    if not any(each.name == SETTINGS["font.family"] for each in fontManager.ttflist):
-        for path in sorted(Path(matplotlib.get_data_path(), "fonts", "ttf").glob("*.ttf")):
-            fontManager.addfont(path)
-
-
-know_fonts()
+_LEFT, _RIGHT, _BOTTOM, _DOWN = 0.55, 0.1, 0.4, 0.28
+"""Inches beside, below and between rows of panels of one size."""
 
 
 @contextmanager
-def new_figure(
-    height: float,
-    *,
-    width: float = WIDTH,
-    axes_line: float = SETTINGS["axes.linewidth"],
-    placed: bool = False,
-) -> Iterator[Figure]:
-    """A figure in the common style, `height` by `width` inches, with axes' lines of `axes_line`
-    points; it must be drawn within the block. Axes that are not `placed` by who draws it are placed
-    by matplotlib, which draws all of it once more for that.
+def new_figure(height: float, *, width: float = WIDTH, placed: bool = False) -> Iterator[Figure]:
+    """A figure in the common style, `height` by `width` inches; it must be drawn within the block.
+    matplotlib makes room for the texts of its panels, unless who draws it has `placed` them.
     """
     with matplotlib.rc_context():
         matplotlib.rcdefaults()  # whatever a file of the user's, or of a folder's, says
-        matplotlib.rcParams.update(SETTINGS | {"axes.linewidth": axes_line})
+        matplotlib.rcParams.update(SETTINGS)
         # points, as in what is saved: it is placed by the sizes that its texts have there
-        figure = LightFigure(
-            figsize=(width, height), dpi=72, layout=None if placed else "constrained"
-        )
+        figure = Figure(figsize=(width, height), dpi=72, layout=None if placed else "constrained")
         FigureCanvasSVG(figure)
         yield figure
+
+
+def panels_of_one_size(
+    figure: Figure, rows: int, columns: int, *, above: float, between: float
+) -> Any:
+    """Axes (rows, columns) of a `placed` figure whose columns have one x, with so many inches
+    `above` them for the legend and `between` columns.
+    """
+    width, height = figure.get_size_inches()
+    wide = (width - _LEFT - _RIGHT - between * (columns - 1)) / columns
+    high = (height - _BOTTOM - above - _DOWN * (rows - 1)) / rows
+    place = {
+        "left": _LEFT / width,
+        "right": 1.0 - _RIGHT / width,
+        "bottom": _BOTTOM / height,
+        "top": 1.0 - above / height,
+        "wspace": between / wide,
+        "hspace": _DOWN / high,
+    }
+    return figure.subplots(rows, columns, squeeze=False, sharex=True, gridspec_kw=place)
 
 
 def link(
@@ -88,65 +89,38 @@ def link(
     axes.set_gid(f"{kind}.{side}.{number}")
 
 
-def by_matplotlib(sketch: Sketch) -> Figure:
-    """A `sketch` as matplotlib draws what was asked for: for files of another kind, and to
-    compare.
+def keys_of(axes: Axes) -> list[Any]:
+    """What a legend has for everything in `axes` that has a label, each once, and for any band."""
+    handles, labels = axes.get_legend_handles_labels()
+    keys = list(dict(zip(labels, handles, strict=True)).values())
+    if axes.collections:
+        keys.append(Patch(facecolor="#9a9a9a", alpha=0.35, label="± SD"))
+    return keys
+
+
+def legend_above(
+    figure: Figure, keys: Sequence[Artist], *, columns: int, size: float = 8.5
+) -> None:
+    """Draw a legend of `keys`, which have labels, above all panels; where it would be wider than
+    the `figure`, in smaller letters than of this `size`, points.
     """
-    rows, columns = len(sketch.panels), len(sketch.panels[0])
-    figure = Figure(figsize=(sketch.width, sketch.height), dpi=72, layout="constrained")
-    share_x, share_y = sketch.shared
-    every = figure.subplots(
-        rows, columns, squeeze=False, sharex=share_x, sharey="row" if share_y else False,
-        width_ratios=sketch.ratios,
-    )  # fmt: skip
-    for ours, theirs in zip(sketch.axes, every.flat, strict=True):
-        places = {PARTS: theirs.transAxes, X_DATA: theirs.get_xaxis_transform()}
-        for name, given, look in ours.calls:
-            at = {"transform": places[look["transform"]]} if "transform" in look else {}
-            getattr(theirs, name)(*given, **look | at)
-        if ours.gid:
-            theirs.set_gid(ours.gid)
-    handles: list[Any] = [
-        (Patch if "facecolor" in key.look else partial(Line2D, [], []))(label=key.label, **key.look)
-        for key in sketch.keys
-    ]
-    if handles:
-        figure.legend(
-            handles=handles, loc="outside upper center", ncols=sketch.columns, fontsize=sketch.font
-        )
-    if sketch.below:
-        figure.supxlabel(sketch.below)
-    return figure
-
-
-def _fit_legends(figure: Figure) -> None:
-    """Draw a legend that is wider than its `figure`, smaller."""
-    for legend in tuple(figure.legends):
-        part = figure.bbox.width / legend.get_window_extent().width
-        if part < 1.0:
-            own: dict[str, Any] = vars(legend)
-            legend.remove()
-            figure.legend(
-                [each for each in legend.legend_handles if each is not None],
-                [each.get_text() for each in legend.get_texts()],
-                loc="outside upper center" if figure.get_layout_engine() else "upper center",
-                ncols=own["_ncols"],
-                fontsize=0.98 * part * float(legend.get_texts()[0].get_fontsize()),
-                borderaxespad=own["borderaxespad"],
-            )
+    place: Any = "outside upper center" if figure.get_layout_engine() else "upper center"
+    legend = figure.legend(handles=list(keys), loc=place, ncols=columns, fontsize=size)
+    part = figure.bbox.width / legend.get_window_extent().width
+    if part < 1.0:
+        legend.remove()
+        legend_above(figure, keys, columns=columns, size=0.98 * part * size)
 
 
 def svg(figure: Figure, name: str) -> str:
     """`figure` as an <svg> element whose identifiers begin with `name`."""
-    _fit_legends(figure)
+    if (engine := figure.get_layout_engine()) is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")  # else all of it is drawn once more for the layout
     buffer = io.StringIO()
-    with painted(figure):
-        if (engine := figure.get_layout_engine()) is not None:
-            engine.execute(figure)  # all of it would be drawn once more for this
-            figure.set_layout_engine("none")
-        # matplotlib writes date and version unless they are None: equal data give equal bytes
-        metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-        figure.savefig(buffer, format="svg", metadata=metadata, transparent=True)
+    # matplotlib writes date and version unless they are None
+    metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    figure.savefig(buffer, format="svg", metadata=metadata, transparent=True)
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
     # several figures share one page, where an identifier may occur only once

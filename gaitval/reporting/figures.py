@@ -1,7 +1,6 @@
 """Figures of the report, as SVG text.
 
-Equal data give equal bytes: no dates, identifiers from a fixed salt, text as outlines of a font
-that ships with matplotlib. The right side is dark blue, the left one orange and dashed, the record
+The right side is dark blue, the left one orange and dashed, the record
 a wider black line beneath them: lightness and dashes distinguish them for colour-blind readers and
 in grey print. A band is always a standard deviation; a curve without one is drawn as a line.
 """
@@ -11,6 +10,7 @@ from itertools import cycle
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
@@ -21,8 +21,7 @@ from gaitval.metrics.typed import array
 from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_results import FootContact, MeanCurve, PushRecovery, PushTrace
 from gaitval.metrics.whole_body import AXES
-from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import PARTS, Sketch, SketchAxes, keys_of, link
+from gaitval.reporting.drawing import keys_of, legend_above, link, new_figure, svg
 
 COLOURS: Final[Mapping[Side, str]] = {"right": "#00558f", "left": "#d96b0a"}
 STYLES: Final[Mapping[Side, Any]] = {"right": "-", "left": (0, (6, 1.5))}
@@ -43,7 +42,7 @@ NAMES: Final[Mapping[str, str]] = {
 PERCENT = np.arange(101)
 
 
-def draw_record(axes: SketchAxes, curve: Any, *, label: str | None = None) -> None:
+def draw_record(axes: Axes, curve: Any, *, label: str | None = None) -> None:
     """Draw a recorded `curve` over `PERCENT` in `axes`, beneath the walk's, with a `label`."""
     axes.plot(
         PERCENT, curve, color=RECORD_COLOUR, linewidth=RECORD_WIDTH, zorder=2, label=label
@@ -52,20 +51,20 @@ def draw_record(axes: SketchAxes, curve: Any, *, label: str | None = None) -> No
 
 def learning(training: Mapping[str, Array]) -> str:
     """Episode length, cycles and reward over training samples, the columns of `training`."""
-    figure = Sketch(2.0)
-    (panels,) = figure.subplots(1, 3, sharex=True)
-    million = training["samples"] / 1e6
-    for axes, column, title in zip(
-        panels,
-        ("episode_length", "cycles", "episode_reward"),
-        ("Episode length, actions", "Gait cycles per episode", "Episode reward"),
-        strict=True,
-    ):
-        axes.plot(million, training[column], color="#404040", linewidth=1.0)
-        axes.set_title(title)
-        axes.set_xlabel("samples, millions")
-        axes.set_ylim(bottom=min(0.0, float(np.nanmin(training[column]))))
-    return svg(figure, "learning")
+    with new_figure(2.0) as figure:
+        panels = figure.subplots(1, 3, sharex=True)
+        million = training["samples"] / 1e6
+        for axes, column, title in zip(
+            panels,
+            ("episode_length", "cycles", "episode_reward"),
+            ("Episode length, actions", "Gait cycles per episode", "Episode reward"),
+            strict=True,
+        ):
+            axes.plot(million, training[column], color="#404040", linewidth=1.0)
+            axes.set_title(title)
+            axes.set_xlabel("samples, millions")
+            axes.set_ylim(bottom=min(0.0, float(np.nanmin(training[column]))))
+        return svg(figure, "learning")
 
 
 _PATHS: Final = {"forward": "Forward", "left": "To the left", "up": "Up"}
@@ -76,23 +75,23 @@ def centre_of_mass(metrics: Metrics) -> str:
     known = "record" if metrics.is_recorded_at_all else "prediction"
     recorded = 1e3 * np.array(metrics.record.centre_of_mass)
     walked = metrics.walk.centre_of_mass
-    figure = Sketch(2.3)
-    for axes, axis, column in zip(figure.subplots(1, 3)[0], AXES, range(3), strict=True):
-        link(axes, "cycle", "right", column)
-        axes.set_xlim(0, 100)
-        axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-        draw_record(axes, recorded[:, column], label=known)
-        if walked is not None:
-            path = 1e3 * np.array(walked)[:, column]
-            axes.plot(
-                PERCENT, path, color=COLOURS["right"], linewidth=WALK_WIDTH, zorder=3,
-                label="simulated",
-            )  # fmt: skip
-        axes.set_title(f"{_PATHS[axis]}, mm")
-        axes.set_xlabel("% of right gait cycle")
-    keys = keys_of(axes)
-    figure.legend(keys, ncols=len(keys))
-    return svg(figure, "com")
+    with new_figure(2.3) as figure:
+        for axes, axis, column in zip(figure.subplots(1, 3), AXES, range(3), strict=True):
+            link(axes, "cycle", "right", column)
+            axes.set_xlim(0, 100)
+            axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+            draw_record(axes, recorded[:, column], label=known)
+            if walked is not None:
+                path = 1e3 * np.array(walked)[:, column]
+                axes.plot(
+                    PERCENT, path, color=COLOURS["right"], linewidth=WALK_WIDTH, zorder=3,
+                    label="simulated",
+                )  # fmt: skip
+            axes.set_title(f"{_PATHS[axis]}, mm")
+            axes.set_xlabel("% of right gait cycle")
+        keys = keys_of(axes)
+        legend_above(figure, keys, columns=len(keys))
+        return svg(figure, "com")
 
 
 _MARKED = (10, 50, 90)
@@ -102,26 +101,26 @@ _MARKED = (10, 50, 90)
 def pressure_path(metrics: Metrics) -> str:
     """Centre of pressure in `metrics` under both feet, from above, and along them over stance."""
     contact = metrics.walk.foot_contact
-    figure = Sketch(2.8)
-    ((left, right, progress),) = figure.subplots(1, 3, width_ratios=(1, 1, 2.6))
-    for side in SIDES:
-        axes = right if side == "right" else left
-        _footprint(axes, contact.of(side), side)
-        axes.set_title(f"{side} foot")
-        path = contact.of(side).path.along
-        if path.mean is not None:
-            _with_band(progress, path, side, side)
-    link(progress, "stance", "both", 0)
-    progress.set_xlim(0, 100)
-    progress.set_ylim(0, 100)
-    progress.set_xlabel("% of stance")
-    progress.set_ylabel("% of foot length from the heel")
-    keys = keys_of(progress)
-    figure.legend(keys, ncols=len(keys))
-    return svg(figure, "pressure")
+    with new_figure(2.8) as figure:
+        left, right, progress = figure.subplots(1, 3, width_ratios=(1, 1, 2.6))
+        for side in SIDES:
+            axes = right if side == "right" else left
+            _footprint(axes, contact.of(side), side)
+            axes.set_title(f"{side} foot")
+            path = contact.of(side).path.along
+            if path.mean is not None:
+                _with_band(progress, path, side, side)
+        link(progress, "stance", "both", 0)
+        progress.set_xlim(0, 100)
+        progress.set_ylim(0, 100)
+        progress.set_xlabel("% of stance")
+        progress.set_ylabel("% of foot length from the heel")
+        keys = keys_of(progress)
+        legend_above(figure, keys, columns=len(keys))
+        return svg(figure, "pressure")
 
 
-def band(axes: SketchAxes, mean: Array, sd: Array, **look: Any) -> None:
+def band(axes: Axes, mean: Array, sd: Array, **look: Any) -> None:
     """Draw a `mean` curve ± `sd` (101,) over `PERCENT` into `axes`, as they `look`, by every
     second sample: curves have nothing above 10 Hz, and half of the points of a page's figures were
     those of bands.
@@ -130,7 +129,7 @@ def band(axes: SketchAxes, mean: Array, sd: Array, **look: Any) -> None:
     axes.fill_between(PERCENT[::2], low, high, linewidth=0, **look)
 
 
-def _with_band(axes: SketchAxes, curve: MeanCurve, side: Side, label: str) -> None:
+def _with_band(axes: Axes, curve: MeanCurve, side: Side, label: str) -> None:
     """A mean curve with its standard deviation, over `PERCENT`."""
     mean, colour = array(curve.mean or []), COLOURS[side]
     axes.plot(
@@ -141,7 +140,7 @@ def _with_band(axes: SketchAxes, curve: MeanCurve, side: Side, label: str) -> No
         band(axes, mean, array(curve.sd), color=colour, alpha=0.22, zorder=3)
 
 
-def _footprint(axes: SketchAxes, contact: FootContact, side: Side) -> None:
+def _footprint(axes: Axes, contact: FootContact, side: Side) -> None:
     """One foot from above, its tip up; the midline is to the left of the right foot."""
     outwards = -1.0 if side == "right" else 1.0
     spheres = 100.0 * np.array(contact.spheres)
@@ -158,7 +157,7 @@ def _footprint(axes: SketchAxes, contact: FootContact, side: Side) -> None:
     axes.fill(*rim.T, facecolor="none", edgecolor="#808080", linewidth=0.8, zorder=2)
     path = contact.path
     if path.along.mean is None or path.across.mean is None:
-        axes.text(0.5, 0.5, "no stance", transform=PARTS, ha="center")
+        axes.text(0.5, 0.5, "no stance", transform=axes.transAxes, ha="center")
     else:
         along = array(path.along.mean)
         across = outwards * array(path.across.mean)
@@ -182,6 +181,7 @@ def _footprint(axes: SketchAxes, contact: FootContact, side: Side) -> None:
                 f"{percent}",
                 (across[percent], along[percent]),
                 xytext=(4, 0),
+                textcoords="offset points",
                 va="center",
                 fontsize=7.5,
                 color="#404040",
@@ -195,31 +195,31 @@ def stability_regions(pushes: PushRecovery) -> str:
     outermost = max(max(max(row) for row in pushes.largest), pushes.force)
     # three rings at multiples of 100 N, the last one at or beyond every push
     rings = np.linspace(0.0, 300.0 * np.ceil(outermost / 300.0), 4)[1:]
-    figure = Sketch(2.35, axes_line=0.4)
-    (panels,) = figure.subplots(1, len(pushes.phases))
-    for axes, phase, largest, survived in zip(
-        panels, pushes.phases, pushes.largest, pushes.survived, strict=True
-    ):
-        _rings(axes, rings)
-        force = np.append(largest, largest[0])
-        outline = _directed(np.append(pushes.directions, pushes.directions[0]), force)
-        axes.fill(*outline, color=_PUSH_COLOUR, alpha=0.22)
-        axes.plot(*outline, color=_PUSH_COLOUR, linewidth=1.1)
-        half = _directed(np.linspace(-90.0, 90.0, 91), np.full(91, pushes.force))
-        axes.plot(*half, color="#404040", linewidth=0.7, linestyle="--")
-        fell = [
-            direction
-            for direction, stood in zip(pushes.criterion_directions, survived, strict=True)
-            if not stood
-        ]
-        axes.plot(
-            *_directed(np.array(fell), np.full(len(fell), pushes.force)), linestyle="none",
-            marker="x", color=_FALL_COLOUR, markersize=5.0, markeredgewidth=1.3, zorder=5,
-        )  # fmt: skip
-        axes.set_title(f"{100 * phase:g} % of the right cycle")
-    # below: a number beside its ring would lie on somebody's outline
-    figure.below = f"rings every {rings[0]:.0f} N"
-    return svg(figure, "stability")
+    with new_figure(2.35) as figure:
+        panels = figure.subplots(1, len(pushes.phases), squeeze=False)
+        for axes, phase, largest, survived in zip(
+            panels[0], pushes.phases, pushes.largest, pushes.survived, strict=True
+        ):
+            _rings(axes, rings)
+            force = np.append(largest, largest[0])
+            outline = _directed(np.append(pushes.directions, pushes.directions[0]), force)
+            axes.fill(*outline, color=_PUSH_COLOUR, alpha=0.22, linewidth=0)
+            axes.plot(*outline, color=_PUSH_COLOUR, linewidth=1.1)
+            half = _directed(np.linspace(-90.0, 90.0, 91), np.full(91, pushes.force))
+            axes.plot(*half, color="#404040", linewidth=0.7, linestyle="--")
+            fell = [
+                direction
+                for direction, stood in zip(pushes.criterion_directions, survived, strict=True)
+                if not stood
+            ]
+            axes.plot(
+                *_directed(np.array(fell), np.full(len(fell), pushes.force)), linestyle="none",
+                marker="x", color=_FALL_COLOUR, markersize=5.0, markeredgewidth=1.3, zorder=5,
+            )  # fmt: skip
+            axes.set_title(f"{100 * phase:g} % of the right cycle")
+        # below: a number beside its ring would lie on somebody's outline
+        figure.supxlabel(f"rings every {rings[0]:.0f} N", fontsize=7.5, color="#606060")
+        return svg(figure, "stability")
 
 
 def _directed(degrees: Array, newtons: Array) -> tuple[Array, Array]:
@@ -228,7 +228,7 @@ def _directed(degrees: Array, newtons: Array) -> tuple[Array, Array]:
     return -newtons * np.sin(angle), newtons * np.cos(angle)
 
 
-def _rings(axes: SketchAxes, rings: Array) -> None:
+def _rings(axes: Axes, rings: Array) -> None:
     """Circles of these radii, the four directions through them, and their words."""
     last = float(rings[-1])
     round_angle = np.linspace(0.0, 360.0, 73)
@@ -289,33 +289,33 @@ def push_velocity(traces: Sequence[PushTrace]) -> str:
     )
     phases = sorted({trace.phase for trace in traces})
     looks = dict(zip(phases, zip(phase_colours(len(phases)), cycle(_PHASE_STYLES)), strict=True))
-    figure = Sketch(3.0)
-    panels = figure.subplots(2, 1, sharex=True)
-    for (axes,), (direction, component, title) in zip(panels, shown, strict=True):
-        axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-        axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-        for trace in traces:
-            cycles = np.array(trace.cycles)
-            before = cycles < 0.0
-            if trace.direction != direction or not before.any():  # fell before the push
-                continue
-            velocity = np.array(trace.velocity)[:, component]
-            # the cycle before the push, continued periodically
-            unpushed = np.interp(
-                np.mod(cycles, 1.0) - 1.0, cycles[before], velocity[before], period=1.0
-            )
-            colour, style = looks[trace.phase]
-            label = f"at {100 * trace.phase:g} % of the right cycle"
-            change = velocity - unpushed
-            axes.plot(cycles, change, color=colour, linestyle=style, linewidth=1.0, label=label)
-            if trace.fell:
-                axes.plot(
-                    cycles[-1], change[-1], linestyle="none", marker="x", color=_FALL_COLOUR,
-                    markersize=6.0,
-                )  # fmt: skip
-        axes.set_title(title, loc="left")
-        axes.margins(x=0.01)
-    panels[-1][0].set_xlabel("gait cycles since the push")
-    keys = keys_of(panels[0][0])
-    figure.legend(keys, ncols=max(1, len(keys)))
-    return svg(figure, "velocity")
+    with new_figure(3.0) as figure:
+        panels = figure.subplots(2, 1, sharex=True)
+        for axes, (direction, component, title) in zip(panels, shown, strict=True):
+            axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+            axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+            for trace in traces:
+                cycles = np.array(trace.cycles)
+                before = cycles < 0.0
+                if trace.direction != direction or not before.any():  # fell before the push
+                    continue
+                velocity = np.array(trace.velocity)[:, component]
+                # the cycle before the push, continued periodically
+                unpushed = np.interp(
+                    np.mod(cycles, 1.0) - 1.0, cycles[before], velocity[before], period=1.0
+                )
+                colour, style = looks[trace.phase]
+                label = f"at {100 * trace.phase:g} % of the right cycle"
+                change = velocity - unpushed
+                axes.plot(cycles, change, color=colour, linestyle=style, linewidth=1.0, label=label)
+                if trace.fell:
+                    axes.plot(
+                        cycles[-1], change[-1], linestyle="none", marker="x", color=_FALL_COLOUR,
+                        markersize=6.0,
+                    )  # fmt: skip
+            axes.set_title(title, loc="left")
+            axes.margins(x=0.01)
+        panels[-1].set_xlabel("gait cycles since the push")
+        keys = keys_of(panels[0])
+        legend_above(figure, keys, columns=max(1, len(keys)))
+        return svg(figure, "velocity")

@@ -9,6 +9,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from gaitval.arrays import Array
 from gaitval.conventions import convention_of
@@ -16,6 +20,14 @@ from gaitval.coordinates import Side
 from gaitval.metrics.norms import Norm
 from gaitval.quantities import BY_NAME, QUANTITIES
 from gaitval.quantities.joint_power import BURSTS
+from gaitval.reporting.drawing import (
+    WIDTH,
+    legend_above,
+    link,
+    new_figure,
+    panels_of_one_size,
+    svg,
+)
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import (
     BAND_COLOUR,
@@ -28,9 +40,6 @@ from gaitval.reporting.figures import (
     WALK_WIDTH,
     band,
 )
-from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, Sketch, SketchAxes, link
-from gaitval.reporting.style import WIDTH
 from gaitval.text_tables import with_unit
 
 KINEMATICS: Final = (
@@ -202,21 +211,24 @@ def grid(
     shown = [panel for row in panels for panel in row]
     handles = _handles(shown, words, norm, spread)
     lines = 2 if width >= WIDTH else -(-len(handles) // 2)
-    figure = Sketch(height * len(panels) + 0.11 + _LEGEND_LINE * lines, width)
-    every = figure.subplots(len(panels), len(panels[0]), sharex=True)
+    legend = _LEGEND_LINE * lines
     units = any(_begins(row, i) for row in panels for i in range(1, len(row)))
-    figure.placed = (0.22 + _LEGEND_LINE * lines, 0.55 if units else 0.42)
-    for number, (row, axes_of_row) in enumerate(zip(panels, every, strict=True)):
-        for column, (panel, axes) in enumerate(zip(row, axes_of_row, strict=True)):
-            if linked and panel.curves:
-                link(axes, "cycle", "both", number * len(row) + column)
-            _draw(axes, panel)
-            if _begins(row, column):
-                axes.set_ylabel(UNITS[panel.kind])
-    for axes in every[-1]:
-        axes.set_xlabel("% of gait cycle")
-    figure.legend(handles, ncols=-(-len(handles) // lines), fontsize=8.0)
-    return svg(figure, figure_name)
+    between = 0.55 if units else 0.42
+    with new_figure(height * len(panels) + 0.11 + legend, width=width, placed=True) as figure:
+        every = panels_of_one_size(
+            figure, len(panels), len(panels[0]), above=0.22 + legend, between=between
+        )
+        for number, (row, axes_of_row) in enumerate(zip(panels, every, strict=True)):
+            for column, (panel, axes) in enumerate(zip(row, axes_of_row, strict=True)):
+                if linked and panel.curves:
+                    link(axes, "cycle", "both", number * len(row) + column)
+                _draw(axes, panel)
+                if _begins(row, column):
+                    axes.set_ylabel(UNITS[panel.kind])
+        for axes in every[-1]:
+            axes.set_xlabel("% of gait cycle")
+        legend_above(figure, handles, columns=-(-len(handles) // lines), size=8.0)
+        return svg(figure, figure_name)
 
 
 def _begins(row: Sequence[Panel], column: int) -> bool:
@@ -249,28 +261,28 @@ def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str
 
 def _handles(
     panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str = SPREAD
-) -> list[LegendKey]:
+) -> list[Artist]:
     """What the legend has: only what some panel shows."""
     drawn = {(each.which, each.side) for panel in panels for each in panel.curves}
-    handles: list[LegendKey] = []
+    handles: list[Artist] = []
     for which, label in zip(("record", "walk"), words, strict=True):
         for side in (*COLOURS, None):
             if (which, side) in drawn:
                 look = _look("walk" if which == "walk" else "record", side)
-                handles.append(LegendKey(f"{label}, {side}" if side else label, look))
+                handles.append(Line2D([], [], label=f"{label}, {side}" if side else label, **look))
     known = [each.sd for panel in panels for each in panel.curves if each.sd is not None]
     if any(np.isfinite(each).any() for each in known):  # a single cycle has none
-        handles.append(LegendKey(spread, {"facecolor": COLOURS["right"], "alpha": 0.3}))
+        handles.append(Patch(label=spread, facecolor=COLOURS["right"], alpha=0.3))
     if any(each.strides is not None for panel in panels for each in panel.curves):
-        handles.append(LegendKey("single strides", {"color": "#9a9a9a", "linewidth": 0.5}))
+        handles.append(Line2D([], [], label="single strides", color="#9a9a9a", linewidth=0.5))
     if bands := [panel.norm for panel in panels if panel.norm is not None]:
-        handles.append(LegendKey(norm or _healthy(bands), {"facecolor": BAND_COLOUR}))
+        handles.append(Patch(label=norm or _healthy(bands), facecolor=BAND_COLOUR))
     if any(found for panel in panels for found in panel.regions.values()):
-        bar = {"color": "#606060", "linewidth": 2.0}
-        handles.append(LegendKey(f"{words[1]} differs from {words[0]}", bar))
+        label = f"{words[1]} differs from {words[0]}"
+        handles.append(Line2D([], [], label=label, color="#606060", linewidth=2.0))
     if any(panel.toe_off for panel in panels):
-        dotted = {"color": "#707070", "linewidth": 0.7, "linestyle": (0, (1, 1.5))}
-        handles.append(LegendKey("toe-off", dotted))
+        dotted: Any = {"color": "#707070", "linewidth": 0.7, "linestyle": (0, (1, 1.5))}
+        handles.append(Line2D([], [], label="toe-off", **dotted))
     return handles
 
 
@@ -295,7 +307,7 @@ def _look(which: Which, side: Side | None) -> dict[str, Any]:
     }
 
 
-def _draw(axes: SketchAxes, panel: Panel) -> None:
+def _draw(axes: Axes, panel: Panel) -> None:
     axes.set_xlim(0, 100)
     if not panel.curves:
         axes.axis("off")
@@ -303,7 +315,7 @@ def _draw(axes: SketchAxes, panel: Panel) -> None:
         return
     axes.set_title(title(panel.name), loc="left", pad=3)
     if not panel.curves:
-        axes.text(0.0, 0.9, "not measured", transform=PARTS, va="top", color="#5c5c5c")
+        axes.text(0.0, 0.9, "not measured", transform=axes.transAxes, va="top", color="#5c5c5c")
         return
     axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
     if panel.norm is not None:
@@ -317,19 +329,19 @@ def _draw(axes: SketchAxes, panel: Panel) -> None:
     for place, (side, regions) in zip((0.02, 0.06), panel.regions.items(), strict=False):
         for first, last in regions:
             axes.plot(
-                (first, last or 0.5), (place, place), transform=X_DATA,
+                (first, last or 0.5), (place, place), transform=axes.get_xaxis_transform(),
                 color=COLOURS[side], linewidth=2.0, solid_capstyle="butt",
             )  # fmt: skip
     _bursts(axes, panel)
     axes.margins(y=0.22 if panel.bursts else 0.14)
     if panel.error:
         axes.text(
-            1.0, 1.0, panel.error, transform=PARTS, ha="right", va="bottom", fontsize=7.5,
+            1.0, 1.0, panel.error, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5,
             color="#404040",
         )  # fmt: skip
 
 
-def _curve(axes: SketchAxes, curve: DrawnCurve) -> None:
+def _curve(axes: Axes, curve: DrawnCurve) -> None:
     look = _look(curve.which, curve.side)
     colour = look["color"]
     if curve.strides is not None and len(curve.strides):
@@ -343,13 +355,13 @@ def _curve(axes: SketchAxes, curve: DrawnCurve) -> None:
     axes.plot(PERCENT, curve.mean, **look, zorder=4 if curve.which == "walk" else 3)
 
 
-def _bursts(axes: SketchAxes, panel: Panel) -> None:
+def _bursts(axes: Axes, panel: Panel) -> None:
     """Names of the bursts of power, beyond all curves."""
     for burst, at in panel.bursts.items():
         sign = BURSTS[burst].sign
         near = slice(max(0, int(at) - 4), int(at) + 5)
         top = sign * max((sign * curve.mean[near]).max() for curve in panel.curves)
         axes.annotate(
-            burst, (at, top), xytext=(0, 4 * sign), ha="center",
+            burst, (at, top), xytext=(0, 4 * sign), textcoords="offset points", ha="center",
             va="bottom" if sign > 0 else "top", fontsize=7.5, color="#404040",
         )  # fmt: skip

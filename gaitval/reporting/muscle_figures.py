@@ -1,18 +1,21 @@
 """Figures of muscles: activations over textbook timing, and contact forces with bands."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.musculature.gait import CONTACTS, GROUPS, USUAL_ON, MuscleGait
+from gaitval.reporting.drawing import legend_above, new_figure, panels_of_one_size, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import COLOURS, PERCENT, STYLES, WALK_WIDTH
-from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import PARTS, X_DATA, LegendKey, Sketch, SketchAxes
 from gaitval.text_tables import with_unit
 
 ELECTROMYOGRAM: Final = "usual electromyogram (Perry and Burnfield 2010)"
@@ -78,22 +81,21 @@ def _grid(
     columns: int,
 ) -> str:
     rows = -(-len(titles) // columns)
-    figure = Sketch(1.45 * rows + 0.35)
-    every = figure.subplots(rows, columns, sharex=True)
-    figure.placed = (0.42, 0.42)
-    for number, (key, title) in enumerate(titles.items()):
-        axes = every[number // columns][number % columns]
-        _draw(axes, key, curves)
-        axes.set_title(title, loc="left", pad=3)
-        if number % columns == 0:
-            axes.set_ylabel("activation" if name == "activations" else "force, BW")
-    for axes in every[-1]:
-        axes.set_xlabel("% of gait cycle")
-    figure.legend(_handles(curves, usual=name == "activations"), ncols=4)
-    return svg(figure, name)
+    with new_figure(1.45 * rows + 0.35, placed=True) as figure:
+        every = panels_of_one_size(figure, rows, columns, above=0.42, between=0.42)
+        for number, (key, title) in enumerate(titles.items()):
+            axes = every[number // columns, number % columns]
+            _draw(axes, key, curves)
+            axes.set_title(title, loc="left", pad=3)
+            if number % columns == 0:
+                axes.set_ylabel("activation" if name == "activations" else "force, BW")
+        for axes in every[-1]:
+            axes.set_xlabel("% of gait cycle")
+        legend_above(figure, _handles(curves, usual=name == "activations"), columns=4)
+        return svg(figure, name)
 
 
-def _draw(axes: SketchAxes, key: str, curves: Mapping[str, tuple[Array, Array | None]]) -> None:
+def _draw(axes: Axes, key: str, curves: Mapping[str, tuple[Array, Array | None]]) -> None:
     axes.set_xlim(0, 100)
     highest = 0.0
     for side in SIDES:
@@ -108,29 +110,25 @@ def _draw(axes: SketchAxes, key: str, curves: Mapping[str, tuple[Array, Array | 
         )  # fmt: skip
         highest = max(highest, float(mean.max()), float(band[1].max()) if band is not None else 0.0)
     if not highest:
-        axes.text(0.0, 0.9, "not known", transform=PARTS, va="top", color="#5c5c5c")
+        axes.text(0.0, 0.9, "not known", transform=axes.transAxes, va="top", color="#5c5c5c")
     axes.set_ylim(0.0, 1.08 * highest or 1.0)
     for first, last in USUAL_ON.get(key, ()):
         axes.plot(
-            (first, last), (0.03, 0.03), transform=X_DATA, color="#606060",
+            (first, last), (0.03, 0.03), transform=axes.get_xaxis_transform(), color="#606060",
             linewidth=2.0, solid_capstyle="butt", zorder=1,
         )  # fmt: skip
 
 
-def _handles(
-    curves: Mapping[str, tuple[Array, Array | None]], *, usual: bool
-) -> Sequence[LegendKey]:
+def _handles(curves: Mapping[str, tuple[Array, Array | None]], *, usual: bool) -> list[Artist]:
     shown: list[Side] = [
         side for side in SIDES if any(name.endswith(f"_{side[0]}") for name in curves)
     ]
-    handles = [
-        LegendKey(s, {"color": COLOURS[s], "linestyle": STYLES[s], "linewidth": WALK_WIDTH})
+    handles: list[Artist] = [
+        Line2D([], [], label=s, color=COLOURS[s], linestyle=STYLES[s], linewidth=WALK_WIDTH)
         for s in shown
     ]
     if any(band is not None for _, band in curves.values()):
-        handles.append(
-            LegendKey("90 % of the draws", {"facecolor": COLOURS["right"], "alpha": 0.3})
-        )
+        handles.append(Patch(label="90 % of the draws", facecolor=COLOURS["right"], alpha=0.3))
     if usual:
-        handles.append(LegendKey(ELECTROMYOGRAM, {"color": "#606060", "linewidth": 2.0}))
+        handles.append(Line2D([], [], label=ELECTROMYOGRAM, color="#606060", linewidth=2.0))
     return handles

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import jinja2
 from markupsafe import Markup, escape
@@ -17,14 +17,12 @@ from gaitval.artefacts import versions, write_text
 from gaitval.build_info import now, source_commit
 from gaitval.configuration import ReportSettings
 from gaitval.conventions import beside, convention_of
-from gaitval.memory import without_search
 from gaitval.missing_extras import need
 from gaitval.number_text import degree_signs, number, rough, signed, unit_sign, unit_text
 from gaitval.reporting.contents import with_contents
+from gaitval.reporting.drawing import FONT
 from gaitval.reporting.figure_data import write_tables
-from gaitval.reporting.light_figures import light
-from gaitval.reporting.printer import printed
-from gaitval.reporting.style import SKETCHED
+from gaitval.reporting.printer import write_pdf
 from gaitval.text_tables import shown
 
 Draw = Callable[[], str]
@@ -36,11 +34,8 @@ def _labelled(svg: str, text: str, medium: str) -> Markup:
     sheet, so that dark mode has its own.
     """
     if medium == "print":  # as an image: the page's style sheet need not look at its parts
-        # what lays out the paper knows how to read a sketch
-        picture = svg if SKETCHED in svg else light(_with_letters(svg))
-        return Markup(
-            f'<img src="data:image/svg+xml;base64,{_base64(picture)}" alt="{escape(text)}">'
-        )
+        picture = _base64(svg.replace(FONT, "Report"))  # as the paper calls this font
+        return Markup(f'<img src="data:image/svg+xml;base64,{picture}" alt="{escape(text)}">')
     themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", _in_both_modes, svg)
     return Markup(themed.replace("<svg", f'<svg role="img" aria-label="{escape(text)}"', 1))
 
@@ -58,32 +53,6 @@ def _themed(colour: str) -> str:
     turned = colorsys.hls_to_rgb(hue, max(lightness, 1.0 - 0.6 * lightness), saturation)
     light = "".join(f"{round(255 * value):02x}" for value in turned)
     return f"var(--c{colour}, light-dark(#{colour}, #{light}))"
-
-
-_OUTLINED: Final = re.compile(
-    r"<!-- ([^$]*?) -->\s*<g(?: style=\"([^\"]*)\")? "
-    r"transform=\"(translate\([^)]*\)(?: rotate\([^)]*\))?) scale\(([\d.]+) -[\d.]+\)\">.*?</g>",
-    re.DOTALL,
-)
-"""A text as matplotlib writes it in outlines: the text, its style, place and 1/100 of its size."""
-
-
-def _with_letters(svg: str) -> str:
-    """A figure whose texts are letters of the page's font, not outlines: they can be searched and
-    copied, and are drawn five times as fast. Unchanged if an outline would be missing.
-    """
-
-    def letters(found: re.Match[str]) -> str:
-        text, style, place, scale = found.groups()
-        return (
-            f'<text style="{style or ""}" transform="{place}" font-family="Report" '
-            f'font-size="{100 * float(scale):g}">{text}</text>'
-        )
-
-    # glyphs that an unmatched text still refers to must be defined somewhere, or it would vanish
-    written = _OUTLINED.sub(letters, svg)
-    used = set(re.findall(r'href="#([^"]*)"', written))
-    return written if used <= set(re.findall(r'\bid="([^"]*)"', written)) else svg
 
 
 def _base64(text: str) -> str:
@@ -124,7 +93,6 @@ def write_page(
     *,
     scripts: Sequence[str] = (),
     beside: Mapping[str, str] | None = None,
-    later: Callable[[], Mapping[str, Any]] = dict,
 ) -> None:
     """Write `name`.html and `name`.pdf into `folder`, from the values of `context`.
 
@@ -146,26 +114,19 @@ def write_page(
         the template as `scripts`. No other script runs (`security_policy`).
     beside : templates of further pages of the same values, by the name of their HTML: what is for
         a screen alone, because few people read it.
-    later : makes what stands in the place of values of `context` on a screen, while the paper is
-        laid out.
     """
     need("weasyprint")  # before any work
     page, values = _prepared(template, context, scripts)
     draws: Mapping[str, Draw] = context.get("drawings", {})
-    with without_search():
-        values["drawings"] = _drawings(draws)
-        paper = _html(page, values, "print")
-        # a screen's pages while another process lays out the paper's, if there is one
-        with printed(folder / f"{name}.pdf", paper, (settings or ReportSettings()).paper):
-            write_tables(folder, values["data"])
-            own = later()
-            values |= own
-            write_text(folder / f"{name}.html", _html(page, values, "screen"))
-            for other, further in (beside or {}).items():
-                second, own_values = _prepared(further, {**context, **own}, ())
-                own_values["drawings"] = values["drawings"]
-                text = _html(second, own_values, "screen")
-                write_text(folder / f"{other}.html", text)
+    values["drawings"] = _drawings(draws)
+    write_tables(folder, values["data"])
+    write_text(folder / f"{name}.html", _html(page, values, "screen"))
+    for other, further in (beside or {}).items():
+        second, own = _prepared(further, context, ())
+        own["drawings"] = values["drawings"]
+        write_text(folder / f"{other}.html", _html(second, own, "screen"))
+    paper = (settings or ReportSettings()).paper
+    write_pdf(folder / f"{name}.pdf", _html(page, values, "print"), paper)
 
 
 def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> Path:

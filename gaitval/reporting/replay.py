@@ -339,15 +339,10 @@ def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
     recorded = recorded_motion(metrics, reference)
     rollout = Rollout.load(path) if path.exists() else None
     walk = None if rollout is None else shown_walk(model, rollout, metrics.method, recorded)
-
-    def whole() -> dict[str, object]:
-        assert walk is not None
-        pushed = (
-            shown_walk(model, Rollout.load(each), metrics.method, recorded)
-            for each in sorted(path.parent.glob("pushed_*.npz"))
-        )
-        return scene(walk, folder, [each for each in pushed if each is not None])
-
+    pushed = (
+        shown_walk(model, Rollout.load(each), metrics.method, recorded)
+        for each in sorted(path.parent.glob("pushed_*.npz"))
+    )
     poses = list(STRIP)
     legs = stick_figure(model, (recorded if walk is None else walk.recorded)[poses])
     # the record knows nothing of trunk, arms and toes
@@ -358,6 +353,5 @@ def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
         sticks["simulation"] = stick_figure(walk.body, walk.positions[0, poses])
     return {
         "strip": pose_strip(sticks, np.array(STRIP)),
-        # on paper there is none: it is made for the screen, while the paper is laid out
-        "scene": None if walk is None else whole,
+        "scene": None if walk is None else scene(walk, folder, [w for w in pushed if w]),
     }

@@ -480,12 +480,5 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     checklist.write_checklist(folder, context["checks"])
     write_page(
         folder, "report", TEMPLATE, context, looks,
-        scripts=SCRIPTS, beside=DETAILS, later=partial(_on_screen, context["picture"]),
+        scripts=SCRIPTS, beside=DETAILS,
     )  # fmt: skip
-
-
-def _on_screen(picture: Mapping[str, Any] | None) -> dict[str, Any]:
-    """What only the pages for a screen have: the replay of the `picture`, if there is one."""
-    if picture is None or picture["scene"] is None:
-        return {}
-    return {"picture": {**picture, "scene": picture["scene"]()}}

@@ -27,11 +27,11 @@ from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION
 from gaitval.quantities.joint_power import BURSTS, burst_places
 from gaitval.quantities.joint_power import JOINTS as POWER_JOINTS
 from gaitval.reporting import figure_data, grids
+from gaitval.reporting.drawing import WIDTH
 from gaitval.reporting.figure_data import Tables
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.muscle_figures import DrawnMuscles
 from gaitval.reporting.page import Draw
-from gaitval.reporting.style import WIDTH
 from gaitval.simulation.rollout import Rollout
 
 STRIDES: Final = 8

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from gaitval.arrays import Array
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
+from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import COLOURS, RECORD_SHADE
-from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import Sketch, SketchAxes
 
 _LINES: Final = {
     "right": ("thigh_r", "shank_r", "foot_r", "heel_r", "toes_r", "toe_tip_r"),
@@ -60,21 +60,21 @@ def pose_strip(figures: Mapping[str, Mapping[str, Array]], percent: Array) -> st
     """Poses at `percent` (T,) of the right gait cycle side by side, from the right, as SVG text: of
     each `stick_figure` in `figures`, "record" (grey) and, if there is one, "simulation".
     """
-    figure = Sketch(1.1, width=3.3)
-    ((axes,),) = figure.subplots()
-    for place, at in enumerate(percent):
-        for which, lines in figures.items():
-            for name, points in lines.items():
-                x, z = points[place, :, 0] + _APART * place, points[place, :, 2]
-                _pose_line(axes, x, z, name, grey=which == "record")
-        axes.text(_APART * place, -0.22, f"{at:.0f} %", ha="center", va="center")
-    axes.axhline(0.0, color="#b0b0b0", linewidth=0.5, zorder=0)
-    axes.set_aspect("equal")
-    axes.axis("off")
-    return svg(figure, "poses")
+    with new_figure(1.1, width=3.3) as figure:
+        axes = figure.subplots()
+        for place, at in enumerate(percent):
+            for which, lines in figures.items():
+                for name, points in lines.items():
+                    x, z = points[place, :, 0] + _APART * place, points[place, :, 2]
+                    _pose_line(axes, x, z, name, grey=which == "record")
+            axes.text(_APART * place, -0.22, f"{at:.0f} %", ha="center", va="center")
+        axes.axhline(0.0, color="#b0b0b0", linewidth=0.5, zorder=0)
+        axes.set_aspect("equal")
+        axes.axis("off")
+        return svg(figure, "poses")
 
 
-def _pose_line(axes: SketchAxes, x: Array, z: Array, name: str, *, grey: bool) -> None:
+def _pose_line(axes: Axes, x: Array, z: Array, name: str, *, grey: bool) -> None:
     own = next((colour for side, colour in COLOURS.items() if name.startswith(side)), "#404040")
     colour, width = (RECORD_SHADE, 4.0) if grey else (own, 1.3)
     axes.plot(x, z, color=colour, linewidth=width, zorder=1 if grey else 2)

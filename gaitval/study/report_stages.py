@@ -1,7 +1,6 @@
 """The stages that judge the walk and report it."""
 
 from collections.abc import Sequence
-from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 from gaitval import file_gate
@@ -139,12 +138,9 @@ def report_stage(run: Run) -> Stage:
     """
 
     def report() -> None:
-        from gaitval.reporting.printer import printing_beside
+        from gaitval.reporting.report import write_report
 
-        with printing_beside() if run.configuration.training.workers > 1 else nullcontext():
-            from gaitval.reporting.report import write_report  # loads beside the other process
-
-            write_report(run.folder)
+        write_report(run.folder)
 
     return Stage(
         "report",

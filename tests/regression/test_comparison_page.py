@@ -24,7 +24,7 @@ from gaitval.metrics.shown_quantities import quantities_of_record, quantities_of
 from gaitval.number_text import number
 from gaitval.quantities import QUANTITIES
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
-from gaitval.reporting.style import WIDTH
+from gaitval.reporting.drawing import WIDTH
 
 REPORTS = Path(__file__).parents[2] / "reports"
 HOSTILE = "<script>alert('x')</script>{{ 7 * 7 }}"

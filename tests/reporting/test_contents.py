@@ -6,7 +6,7 @@ from html_page import Page, whole_pdf
 
 from gaitval.reporting.contents import FEWEST, PLACE, with_contents
 from gaitval.reporting.page import _resource
-from gaitval.reporting.printer import layouter
+from gaitval.reporting.printer import lay_out
 
 HEADINGS = ("Joint angles", "Moments, Nm/kg", '<em class="x">Joint angles</em>', "%")
 
@@ -42,7 +42,6 @@ def test_the_pages_listed_are_those_of_the_headings(tmp_path) -> None:
     """WeasyPrint first lays the list out with a 0 for every page. Where "12" took a line more, the
     headings after it moved on, and all of a report were listed a page early.
     """
-    lay_out = layouter("a4", tmp_path)
     for length in (39, 40, 41, 42):  # one of them filled the line but for a digit
         headings = "".join(
             f'<h2>{each}</h2><figure style="height: 126.2mm; break-inside: avoid">.</figure>'
@@ -51,7 +50,9 @@ def test_the_pages_listed_are_those_of_the_headings(tmp_path) -> None:
         pages = 10 * '<p style="break-after: page">.</p>' + '<p style="height: 100mm">.</p>'
         head = f"<head><style>{_resource('report.css')}</style></head>"
         with whole_pdf():
-            printed = lay_out(with_contents(f"<html>{head}<body>{pages}{PLACE}{headings}</body>"))
+            printed = lay_out(
+                with_contents(f"<html>{head}<body>{pages}{PLACE}{headings}</body>"), "a4", tmp_path
+            )
         listed = {
             box.element.get("href")[1:]: int(box.text.strip(". "))
             for page in printed.pages

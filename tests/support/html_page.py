@@ -60,11 +60,6 @@ def only_html(monkeypatch: pytest.MonkeyPatch) -> None:
     document = SimpleNamespace(pages=[], write_pdf=write_pdf)
     monkeypatch.setattr("weasyprint.HTML.render", lambda *_, **__: document)
 
-    def refused() -> None:
-        raise OSError("a process beside this one would print")
-
-    monkeypatch.setattr("gaitval.reporting.printer._Beside", refused)
-
 
 @contextmanager
 def whole_pdf() -> Iterator[None]:

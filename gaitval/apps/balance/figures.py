@@ -4,16 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from gaitval.apps.balance.compared import Pushes
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.metrics.foot_placement import TIME_FOR_A_STEP, Placement
 from gaitval.reporting.balance_figure import GUESS_COLOUR, MARKS, handles, law
+from gaitval.reporting.drawing import legend_above, new_figure, svg
 from gaitval.reporting.figure_data import table
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, WALK_WIDTH
-from gaitval.reporting.painting import svg
-from gaitval.reporting.sketch import X_DATA, Sketch, SketchAxes
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,16 @@ class DrawnSteps:
 
     def placement(self) -> str:
         """The figure as SVG."""
-        figure = Sketch(5.2)
-        axes = figure.subplots(2, 2)
-        _law(axes[0][0], self.aside, 1, "Sideways: foot and extrapolated centre of mass")
-        _law(axes[0][1], self.along, 0, "Forward: foot and extrapolated centre of mass")
-        _shares(axes[1][0], self.hurried)
-        self._recovery(axes[1][1])
-        figure.legend(handles(), ncols=6)
-        return svg(figure, "placement")
+        with new_figure(5.2) as figure:
+            axes = figure.subplots(2, 2)
+            _law(axes[0, 0], self.aside, 1, "Sideways: foot and extrapolated centre of mass")
+            _law(axes[0, 1], self.along, 0, "Forward: foot and extrapolated centre of mass")
+            _shares(axes[1, 0], self.hurried)
+            self._recovery(axes[1, 1])
+            legend_above(figure, handles(), columns=6)
+            return svg(figure, "placement")
 
-    def _recovery(self, axes: SketchAxes) -> None:
+    def _recovery(self, axes: Axes) -> None:
         change = self.velocity - self.plain
         for row in change:
             axes.plot(self.cycles, row, color=COLOURS["right"], linewidth=0.5, alpha=0.5)
@@ -95,7 +95,7 @@ class DrawnSteps:
         }
 
 
-def _law(axes: SketchAxes, steps: Sequence[Placement], axis: int, title: str) -> None:
+def _law(axes: Axes, steps: Sequence[Placement], axis: int, title: str) -> None:
     """Change of the foot's place over that of the extrapolated centre of mass, forward or aside."""
     rows = [(each.extrapolated[axis], each.foot[axis], each.guess[axis]) for each in steps]
     x, y, guess = np.array(rows).reshape(-1, 3).T
@@ -105,7 +105,7 @@ def _law(axes: SketchAxes, steps: Sequence[Placement], axis: int, title: str) ->
     axes.set_ylabel("next foot, cm")
 
 
-def _shares(axes: SketchAxes, steps: Sequence[Placement]) -> None:
+def _shares(axes: Axes, steps: Sequence[Placement]) -> None:
     """How much of what was needed the first step did, over the time that it had."""
     known = [each for each in steps if abs(each.extrapolated[1]) > 0.01]
     for side, mark in MARKS.items():
@@ -119,7 +119,7 @@ def _shares(axes: SketchAxes, steps: Sequence[Placement]) -> None:
     axes.axvline(1e3 * TIME_FOR_A_STEP, color=RECORD_COLOUR, linewidth=WALK_WIDTH)
     axes.text(
         1e3 * TIME_FOR_A_STEP, 0.03, " people need this long", fontsize=6.5,
-        transform=X_DATA,
+        transform=axes.get_xaxis_transform(),
     )  # fmt: skip
     axes.axhline(1.0, color=RECORD_COLOUR, linewidth=0.5)
     axes.axhline(0.0, color=GUESS_COLOUR, linewidth=0.7, linestyle=":")

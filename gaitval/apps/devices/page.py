@@ -31,7 +31,7 @@ from gaitval.model.devices.drawn import DEVICES_FILE
 from gaitval.model.urdf import write_urdf
 from gaitval.policy.storage import Policy, save_policy
 from gaitval.quantities.metabolic_cost import LEFT_OUT
-from gaitval.reporting.drawing import link, new_figure, svg
+from gaitval.reporting.drawing import legend_above, link, new_figure, svg
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS
 from gaitval.text_tables import csv_text
@@ -118,8 +118,7 @@ def _lines(
 
 def _legend(figure: Figure, axes: Axes) -> None:
     """Say above a `figure` which line of its `axes` is which assumption."""
-    lines, labels = axes.get_legend_handles_labels()
-    figure.legend(lines, labels, loc="outside upper center", ncols=4, fontsize=8)
+    legend_above(figure, axes.get_legend_handles_labels()[0], columns=4, size=8.0)
 
 
 def _force_figure(curves: Mapping[str, WalkCurves]) -> str:

@@ -34,7 +34,7 @@ from gaitval.number_text import number
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import write_page
-from gaitval.reporting.style import WIDTH
+from gaitval.reporting.drawing import WIDTH
 from gaitval.text_tables import csv_text
 
 CURVES: Final[tuple[tuple[Kind, str], ...]] = (
