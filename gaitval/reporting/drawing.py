@@ -38,6 +38,7 @@ SETTINGS: Final[Any] = {
     "ytick.major.size": 2.5,
     "lines.linewidth": 1.2,
     "legend.frameon": False,
+    "text.parse_math": False,  # a text from outside may have dollar signs
     "legend.fontsize": 8.5,
 }
 _LEFT, _RIGHT, _BOTTOM, _DOWN = 0.55, 0.1, 0.4, 0.28

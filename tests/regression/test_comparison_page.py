@@ -23,8 +23,8 @@ from gaitval.metrics.results import Metrics, metrics_from, read_metrics
 from gaitval.metrics.shown_quantities import quantities_of_record, quantities_of_walk
 from gaitval.number_text import number
 from gaitval.quantities import QUANTITIES
-from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
 from gaitval.reporting.drawing import WIDTH
+from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
 
 REPORTS = Path(__file__).parents[2] / "reports"
 HOSTILE = "<script>alert('x')</script>{{ 7 * 7 }}"

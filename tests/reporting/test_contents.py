@@ -49,10 +49,11 @@ def test_the_pages_listed_are_those_of_the_headings(tmp_path) -> None:
         )
         pages = 10 * '<p style="break-after: page">.</p>' + '<p style="height: 100mm">.</p>'
         head = f"<head><style>{_resource('report.css')}</style></head>"
+        page = with_contents(f"<html>{head}<body>{pages}{PLACE}{headings}</body>")
+        own = tmp_path / str(length)
+        own.mkdir()
         with whole_pdf():
-            printed = lay_out(
-                with_contents(f"<html>{head}<body>{pages}{PLACE}{headings}</body>"), "a4", tmp_path
-            )
+            printed = lay_out(page, "a4", own)
         listed = {
             box.element.get("href")[1:]: int(box.text.strip(". "))
             for page in printed.pages

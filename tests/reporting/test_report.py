@@ -34,11 +34,10 @@ from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_results import PushTrace
 from gaitval.number_text import degree_signs, number, rough
 from gaitval.partial_files import PARTIAL
-from gaitval.reporting import figures, printer, stick_figures, tables
+from gaitval.reporting import figures, stick_figures, tables
 from gaitval.reporting.report import within_text, write_report
 from gaitval.scaling.scaling import scale_subject
 
-BESIDE = printer._Beside  # before tests are kept from starting it
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} & \"quoted\""
 
 
@@ -423,19 +422,15 @@ def test_the_pdf_has_pages(run_folder):
 
 
 @pytest.mark.slow  # that of an import is always made twice (test_recording_report.py)
-def test_an_equal_run_gives_equal_bytes_an_hour_later_and_printed_beside(
-    run_folder, tmp_path, monkeypatch
-):
+def test_an_equal_run_gives_equal_bytes_an_hour_later(run_folder, tmp_path, monkeypatch):
     an_hour_later(monkeypatch)
     build_run(tmp_path)
     # A report that is written again does not show what the first one took.
     provenance = read_json(tmp_path / "provenance.json")
     provenance["stages"]["report"] = {"seconds": 12.3}
     write_json(tmp_path / "provenance.json", provenance)
-    monkeypatch.setattr(printer, "_Beside", BESIDE)
-    with printer.printing_beside(), whole_pdf():
+    with whole_pdf():
         write_report(tmp_path)
-    assert not printer._beside
     for name in ("report.html", "report-details.html", "report.pdf"):
         assert (tmp_path / name).read_bytes() == (run_folder / name).read_bytes()
 
@@ -675,10 +670,9 @@ def test_the_poses_stand_side_by_side_with_the_record_behind_them():
         which: stick_figures.stick_figure(MODEL, np.zeros((2, 31)))
         for which in ("record", "simulation")
     }
-    drawn = stick_figures.pose_strip(sticks, np.array([0, 20]))
-    root = ElementTree.fromstring(drawn)
-    lines = [each for each in root.iter() if "stroke-linejoin: round" in (each.get("style") or "")]
-    assert len(lines) == 2 * 2 * 5 + 1  # poses, figures, lines of each; the ground
+    figure = figure_of(lambda: stick_figures.pose_strip(sticks, np.array([0, 20])))
+    (axes,) = figure.axes
+    assert len(axes.lines) == 2 * 2 * 5 + 1  # poses, figures, lines of each; the ground
 
 
 @pytest.mark.parametrize(

@@ -31,10 +31,9 @@ from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.typed import array
 from gaitval.metrics.verdicts import SIGNS, target_text
 from gaitval.number_text import number
-from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.drawing import WIDTH, new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import write_page
-from gaitval.reporting.drawing import WIDTH
 from gaitval.text_tables import csv_text
 
 CURVES: Final[tuple[tuple[Kind, str], ...]] = (
