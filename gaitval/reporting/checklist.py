@@ -1,10 +1,9 @@
-"""The checklists of Hicks 2015 and ASME V&V 40, row by row, to paste into a supplement.
+"""The checklists of Hicks 2015 and ASME V&V 40, row by row.
 
 `checklist.toml` has the rows; what a run says of each is read from its `metrics.json`. A row that
 the run cannot answer says "not done", and why.
 """
 
-import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from importlib import resources
@@ -89,45 +88,7 @@ def _value(metrics: Metrics, row: Mapping[str, str], place: str) -> str:
     return text
 
 
-_LATEX: Final = {
-    **{each: f"\\{each}" for each in "%&#_${}"},
-    **{"≤": r"$\le$", "≥": r"$\ge$", "<": "$<$", ">": "$>$", "°": r"\textdegree{}", "−": "$-$"},
-    **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
-    **{"`": r"\textasciigrave{}", "/": r"/\allowbreak{}"},
-}
-"""How LaTeX writes a character that it reads otherwise. A place such as `metrics.json#/unseen` has
-no space, so without a break after its slashes it runs into the margin."""
-_WIDTHS: Final = (0.11, 0.25, 0.17, 0.11, 0.18)
-"""Of the columns, of a line of text; the rest is the space between them."""
-
-
-def _latex(text: str) -> str:
-    """The `text` of a cell; the sign of a number is a minus, and not a hyphen."""
-    return "".join(_LATEX.get(c, c) for c in re.sub(r"(?<![\w.])-(?=\d)", "−", text))
-
-
-def tables(rows: Sequence[ChecklistRow]) -> dict[str, str]:
-    """The `rows` as text, by file name: CSV, Markdown, and LaTeX that breaks over pages."""
-    columns = dict(zip(_COLUMNS, map(list, zip(*rows, strict=True)), strict=True))
-    cells = [[each.replace("|", "\\|") for each in row] for row in rows]
-    bars = ["| " + " | ".join(row) + " |" for row in (_COLUMNS, ["---"] * 5, *cells)]
-    places = "".join(rf"p{{{width}\linewidth}}" for width in _WIDTHS)
-    latex = [
-        r"% needs \usepackage{longtable}",
-        rf"\begin{{longtable}}{{@{{}}{places}@{{}}}}",
-        rf"\hline {' & '.join(_COLUMNS)} \\ \hline \endhead",
-        *(rf"{' & '.join(map(_latex, row))} \\" for row in rows),
-        r"\hline",
-        r"\end{longtable}",
-    ]
-    return {
-        "checklist.csv": table(columns),
-        "checklist.md": "\n".join(bars) + "\n",
-        "checklist.tex": "\n".join(latex) + "\n",
-    }
-
-
 def write_checklist(folder: Path, rows: Sequence[ChecklistRow]) -> None:
-    """Write the `tables` of `rows` into a `folder`."""
-    for name, text in tables(rows).items():
-        write_text(folder / name, text)
+    """Write the `rows` into a `folder`, as checklist.csv."""
+    columns = dict(zip(_COLUMNS, map(list, zip(*rows, strict=True)), strict=True))
+    write_text(folder / "checklist.csv", table(columns))

@@ -1,11 +1,8 @@
-"""What a report was made from: the date of the run, the code, and the hash of every file; and what
-the release that made it was measured for.
-"""
+"""What a report was made from: the date of the run, the code, and the hash of every file."""
 
 from collections.abc import Mapping
-from importlib import resources
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from gaitval.artefacts import file_hash, read_json
 from gaitval.build_info import minute_of
@@ -16,27 +13,6 @@ from gaitval.model.ground import LEVEL
 from gaitval.model.urdf import read_urdf
 from gaitval.reporting.facts import shown
 from gaitval.simulation.rollout import Rollout
-
-CLAIMS: Final = "claims.csv"
-"""What the project, not the run, has measured of this release: a row a figure, with its number of
-cases, commit, date and machine. `python -m claims --page` writes it. A copy is put beside each
-report, so that its link works wherever gaitval is installed."""
-
-PROVENANCE: Final = "provenance.json"
-
-FILES: Final = (
-    *("subject.toml", "configuration.toml", "model.urdf", "scaling.csv", "reference.npz"),
-    *("policy/policy.json", "policy/policy.safetensors", "identification.json", "identified.npz"),
-    *("correction.json", "rollouts/nominal.npz", "rollouts/identified.npz"),
-    *("rollouts/second_engine.npz", "push.json", "metrics.json"),
-)
-"""What the numbers of a report come from, in the order in which it is made. `policy/training.csv`
-and `provenance.json` hold times, so that equal runs differ in them; they are not listed."""
-
-
-def claims_text() -> str:
-    """The figures of the release, as shipped with the package."""
-    return resources.files("gaitval.reporting").joinpath(CLAIMS).read_text("utf-8")
 
 
 def beside_metrics(folder: Path, metrics: Metrics) -> dict[str, str]:

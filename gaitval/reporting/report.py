@@ -11,7 +11,7 @@ import numpy as np
 import gaitval
 from gaitval import file_gate
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json, write_text
+from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.conventions import OWN
 from gaitval.coordinates import split_side
@@ -441,7 +441,6 @@ def _context(folder: Path, convention: str = OWN) -> dict[str, Any]:
         "provenance": before,
         "dates": credibility.dates(before),
         "hashes": credibility.hashes(folder),
-        "claims_file": credibility.CLAIMS,
         "version": gaitval.__version__,
         "checks": checklist.checklist(metrics, credibility.beside_metrics(folder, metrics)),
         "not_done": checklist.NOT_DONE,
@@ -466,7 +465,7 @@ def _configuration(folder: Path, settings: Sequence[str] = ()) -> Configuration:
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     """Write `report.html` and `report.pdf` of a run `folder`, `report-details.html`, which stands
-    behind them, `claims.csv`, which it cites, and the checklist as CSV, Markdown and LaTeX.
+    behind them, and the checklist as CSV.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so. `settings`, texts
@@ -476,7 +475,6 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     """
     looks = _configuration(folder, settings).report
     context = _context(folder, looks.convention) | counted(looks.convention)
-    write_text(folder / credibility.CLAIMS, credibility.claims_text())
     checklist.write_checklist(folder, context["checks"])
     write_page(
         folder, "report", TEMPLATE, context, looks,

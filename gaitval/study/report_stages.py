@@ -133,8 +133,8 @@ def validate_stage(run: Run) -> Stage:
 
 
 def report_stage(run: Run) -> Stage:
-    """Everything in the folder of `run` → report.html, report-details.html, report.pdf and
-    claims.csv, which they cite.
+    """Everything in the folder of `run` → report.html, report-details.html and
+    report.pdf.
     """
 
     def report() -> None:
@@ -160,5 +160,5 @@ def report_stage(run: Run) -> Stage:
             *ROLLOUTS.values(),
             *(name for each in body_stages(run) for name in each.outputs),
         ),
-        outputs=("report.html", "report-details.html", "report.pdf", "claims.csv"),
+        outputs=("report.html", "report-details.html", "report.pdf"),
     )

@@ -95,7 +95,7 @@ def test_the_page_is_whole_and_needs_nothing_else(run_folder, name):
     beside = {link.partition("#")[0] for link in page.links if link not in inside}
     other = {
         "report.html": {"report-details.html"},
-        "report-details.html": {"report.html", "metrics.json", "provenance.json", "claims.csv"},
+        "report-details.html": {"report.html", "metrics.json", "provenance.json"},
     }
     assert beside >= other[name]
     assert all((run_folder / each).is_file() for each in beside)
@@ -337,7 +337,7 @@ def test_of_the_project_and_its_limits_the_report_has_a_link_only(page, html):
         assert heading not in page.text
     assert "report-details.html" in page.links
     assert not re.findall(r"[0-9a-f]{64}", page.text)
-    assert not {"claims.csv", "provenance.json"} & set(page.links)
+    assert "provenance.json" not in page.links
 
 
 def test_the_numbers_are_those_of_the_metrics(whole, metrics):
@@ -458,8 +458,7 @@ def test_nothing_is_written_outside_the_run_where_a_kill_would_leave_it(tmp_path
     assert len(seen) == 5, "the faces of the fonts, in a folder of ours"
     assert not list(temporary.iterdir())
     assert {path.name for path in run.iterdir()} - before == {
-        *("report.html", "report-details.html", "report.pdf", "claims.csv", "figures"),
-        *(f"checklist.{ending}" for ending in ("csv", "md", "tex")),
+        *("report.html", "report-details.html", "report.pdf", "figures", "checklist.csv"),
     }
 
 
