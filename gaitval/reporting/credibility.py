@@ -14,6 +14,17 @@ from gaitval.model.urdf import read_urdf
 from gaitval.reporting.facts import shown
 from gaitval.simulation.rollout import Rollout
 
+PROVENANCE: Final = "provenance.json"
+
+FILES: Final = (
+    *("subject.toml", "configuration.toml", "model.urdf", "scaling.csv", "reference.npz"),
+    *("policy/policy.json", "policy/policy.safetensors", "identification.json", "identified.npz"),
+    *("correction.json", "rollouts/nominal.npz", "rollouts/identified.npz"),
+    *("rollouts/second_engine.npz", "push.json", "metrics.json"),
+)
+"""What the numbers of a report come from, in the order in which it is made. `policy/training.csv`
+and `provenance.json` hold times, so that equal runs differ in them; they are not listed."""
+
 
 def beside_metrics(folder: Path, metrics: Metrics) -> dict[str, str]:
     """What the checklist takes beside `metrics` from other files of a run `folder`, by name; empty
