@@ -1,4 +1,4 @@
-"""Walk a stored policy and plot its knee and ankle against the record.
+"""Walk a stored policy and plot its knee and ankle against the measured gait.
 
     python examples/walk_a_policy.py [SUBJECT] [FOLDER]
 

@@ -358,7 +358,8 @@ ABOUT_ACCEPTED = """
 *Accepted*: within the limit and, by group of curves and side, nearer to the measured curves than
 the better of two predictions without a model: a regression on speed over the nine other people, and
 the mean of people at that speed. *Baseline prediction within*: how often that prediction meets the
-limit itself. Most limits are our own conventions; `tolerances.toml` has their sources.
+limit itself. ● reaches a stricter goal, ○ does not. Most limits are our own conventions;
+`tolerances.toml` has their sources.
 """
 ABOUT_NARROW = """
 *Narrowly*: the value meets the limit, but not in each of eight repeats of the walk (other starts,
