@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from gaitval.artefacts import file_hash, read_json
 from gaitval.build_info import minute_of
