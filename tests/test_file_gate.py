@@ -1,6 +1,5 @@
 """What is no file, or too large, is refused by every reader before anything is read of it."""
 
-import io
 import os
 import shutil
 import subprocess
@@ -21,7 +20,7 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.curve_files import read_mean_curves
 from gaitval.datasets.locohub import read_locohub_trials
 from gaitval.datasets.subject_file import load_subject
-from gaitval.datasets.wbds_files import table_rows
+from gaitval.datasets.wbds import read_angles
 from gaitval.errors import ArtefactError, GaitvalError, RecordError
 from gaitval.importing.batch_imports import read_batch
 from gaitval.importing.program_folders import opencap_sessions
@@ -51,7 +50,7 @@ READERS = {
     "f.toml": lambda path: read_toml(path, RecordError),
     "a.csv": read_table,
     "b.csv": lambda path: read_mean_curves([path]),
-    "c.csv": lambda path: table_rows(path, ()),
+    "ang.txt": read_angles,
     "d.csv": read_strides,
     "e.csv": read_people,
     "a.parquet": lambda path: read_mean_curves([path]),
@@ -265,22 +264,6 @@ def test_a_table_of_many_rows_in_few_bytes_is_refused(tmp_path):
     assert path.stat().st_size < 100_000
     with pytest.raises(RecordError, match="5000000 rows of data, but there must be 101"):
         read_mean_curves([path])
-
-
-def test_a_workbook_that_unpacks_to_too_much_is_refused(tmp_path, little_unpacks):
-    from gaitval.datasets.wbds_archive import _rows
-
-    path = tmp_path / "WBDSinfo.xlsx"
-    with (
-        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as members,
-        members.open("xl/worksheets/sheet1.xml", "w") as sheet,
-    ):
-        sheet.write(bytes(little_unpacks + 1))
-    with pytest.raises(RecordError, match="unpacks to more than"):
-        _rows(path)
-    path.write_bytes(io.BytesIO(b"PK").getvalue())
-    with pytest.raises(RecordError, match="cannot be read"):
-        _rows(path)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-8"])

@@ -17,29 +17,11 @@ if TYPE_CHECKING:
     from gaitval.importing.importing import Imported
 
 
-@command("gaitval subjects", "gaitval subjects --build ../shared/data/wbds --out /tmp/subjects")
-def subjects(
-    build: Annotated[
-        Path | None,
-        typer.Option(
-            "--build",
-            metavar="FOLDER",
-            help="Compute the subjects again from the WBDS files in FOLDER.",
-        ),
-    ] = None,
-    out: Annotated[
-        Path, typer.Option("--out", "-o", help="Where --build writes the subjects.")
-    ] = Path("subjects"),
-) -> None:
-    """List the built-in subjects, or compute them again from the WBDS dataset."""
+@command("gaitval subjects")
+def subjects() -> None:
+    """List the built-in subjects."""
     from gaitval.datasets.subject_file import builtin_subjects
 
-    if build is not None:
-        from gaitval.datasets.wbds import build_subjects
-
-        build_subjects(build, out)
-        display.output.print(f"Wrote the subjects to {out}")
-        return
     table = Table(
         *("subject", "person, trial", "sex", "age", "mass kg", "height m", "speed m/s"),
         title="Built-in subjects (Fukuchi, Fukuchi & Duarte 2018, CC BY 4.0)",

@@ -19,7 +19,7 @@ from gaitval.coordinates import SIDES, mirrored
 from gaitval.datasets.curve_causes import SAGITTAL, advised, doubts, explained
 from gaitval.datasets.curve_columns import AngleUnit, read_columns
 from gaitval.datasets.curve_signs import POSITIVE, signs
-from gaitval.datasets.wbds_files import MOMENT_SEAM, read_angles, read_kinetics, refuse
+from gaitval.datasets.wbds import MOMENT_SEAM, read_angles, read_kinetics, refuse
 from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import MeanCurves, stance_fraction
 from gaitval.gait.record import (

@@ -1,7 +1,7 @@
 """A subject: who walked, how they stood, and their recorded gait, as one TOML file.
 
 Ten subjects are built in (`gaitval/datasets/builtin`, made by
-`gaitval.datasets.wbds.build_subjects`). Any other is a file in the same format. Axes are REP-103 (x
+`experiments/ten_subjects.py`). Any other is a file in the same format. Axes are REP-103 (x
 forward, y left, z up), units SI, angles in radians, joint moments in Nm/kg, forces in body weights.
 """
 

@@ -1,4 +1,4 @@
-"""Read the gait dataset of Fukuchi, Fukuchi & Duarte (2018) and fit periodic curves to it.
+"""Read mean curves of the gait dataset of Fukuchi, Fukuchi & Duarte (2018).
 
 PeerJ 6:e4640, https://doi.org/10.7717/peerj.4640, data CC BY 4.0. This is the only place where its
 conventions (millimetres, degrees, N/kg, axes x forward, y up, z right) become the project's.
@@ -21,169 +21,261 @@ is the least certain (it depends on using the foot's axes).
 
 The moments show a calibration error of the force plates against the markers: over the ten subjects
 the ankle moment divided by vertical force at 45 % of the cycle is 0.14 m on the right and 0.10 m on
-the left, a difference that no gait has (docs/paper.md). The curves are left as recorded;
-`plates` finds the correction, which each subject's file has beside them.
+the left, a difference that no gait has (docs/paper.md). The curves are left as recorded; the files
+of the built-in subjects have the correction beside them.
 """
 
-from collections.abc import Mapping
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
+from gaitval import file_gate
 from gaitval.arrays import Array
-from gaitval.artefacts import write_text
+from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.gait_values import gait_values
-from gaitval.datasets.identity import WBDS
-from gaitval.datasets.subject import Printed, Subject, make_subject
-from gaitval.datasets.subject_file import BUILTIN
-from gaitval.datasets.wbds_files import (
-    MOMENT_SEAM,
-    number_in,
-    read_angles,
-    read_kinetics,
-    read_static_markers,
-    table_rows,
-)
 from gaitval.errors import RecordError
-from gaitval.gait.mean_curves import MeanCurves
+from gaitval.gait.mean_curves import STANCE_THRESHOLD
+from gaitval.gait.sampling import SAMPLES
+from gaitval.plain_numbers import plain_float
 
-CITATION: Final = (
-    "Fukuchi CA, Fukuchi RK, Duarte M (2018) A public dataset of overground and treadmill walking "
-    "kinematics and kinetics in healthy individuals. PeerJ 6:e4640. "
-    "https://doi.org/10.7717/peerj.4640"
-)
-LICENCE: Final = "CC BY 4.0"
+_LETTER: Final[dict[Side, str]] = {"right": "R", "left": "L"}
 
+MOMENT_SEAM: Final = (97, 98, 99)
+"""Rows where the moments jump, an edge effect of the authors' filter; left out of the fit."""
 
-FURTHER_TRIALS: Final[Mapping[str, tuple[str, ...]]] = {
-    "S01": ("T03",),
-    "S04": ("T02",),
-    "S05": ("T03", "T06"),
+# Project name and sign (to the project's convention) of each column, without its side.
+_ANGLES: Final[dict[str, tuple[str, int]]] = {
+    "PelvisAngleX": ("pelvis_list", 1),
+    "PelvisAngleY": ("pelvis_rotation", 1),
+    "PelvisAngleZ": ("pelvis_tilt", 1),
+    "HipAngleX": ("hip_adduction", 1),
+    "HipAngleY": ("hip_rotation", 1),
+    "HipAngleZ": ("hip_flexion", 1),
+    "KneeAngleX": ("knee_adduction", 1),
+    "KneeAngleY": ("knee_rotation", 1),
+    "KneeAngleZ": ("knee_angle", 1),
+    "AnkleAngleX": ("subtalar_angle", 1),
+    "AnkleAngleY": ("ankle_rotation", 1),
+    "AnkleAngleZ": ("ankle_angle", 1),
+    "FootAngleX": ("foot_list", 1),
+    "FootAngleY": ("foot_progression", -1),
+    "FootAngleZ": ("foot_pitch", 1),
 }
-"""Trials of the ten people at other speeds."""
-
-# The paper's Table 1 as printed: sex, age, mass kg, height m, speed m/s. S05 has mass and height
-# swapped, S02 the sex, S06 and S08 other masses and an age.
-_PAPER: Final[dict[str, tuple[str, float, float, float, float]]] = {
-    "S01": ("M", 25, 74.0, 1.724, 1.25),
-    "S02": ("M", 22, 52.9, 1.668, 1.40),
-    "S03": ("F", 24, 48.8, 1.58, 1.15),
-    "S04": ("M", 22, 61.5, 1.807, 1.28),
-    "S05": ("F", 31, 153.0, 0.64, 1.09),
-    "S06": ("M", 38, 69.85, 1.55, 1.3),
-    "S07": ("F", 57, 64.6, 1.515, 0.91),
-    "S08": ("M", 71, 63.3, 1.75, 0.57),
-    "S09": ("F", 63, 46.05, 1.492, 0.80),
-    "S10": ("M", 84, 66.35, 1.555, 0.60),
+_MOMENTS: Final[dict[str, tuple[str, int]]] = {
+    "HipMomentX": ("hip_adduction", -1),
+    "HipMomentY": ("hip_rotation", -1),
+    "HipMomentZ": ("hip_flexion", 1),
+    "KneeMomentX": ("knee_adduction", -1),
+    "KneeMomentY": ("knee_rotation", -1),
+    "KneeMomentZ": ("knee_angle", -1),
+    "AnkleMomentX": ("subtalar_angle", 1),
+    "AnkleMomentY": ("ankle_rotation", -1),
+    "AnkleMomentZ": ("ankle_angle", -1),
 }
+_FORCES: Final = ("GRFX", "GRFY", "GRFZ")
 
 
-def left_phase_from_force(forces: Mapping[Side, Array]) -> float:
-    """Phase of the right cycle at left heel strike, from the vertical forces.
+@dataclass(frozen=True)
+class Kinetics:
+    """Mean moments and forces of one trial in the project's convention.
 
-    Two equal steps make the sum of both feet's vertical force periodic in half a stride: the
-    phase is the shift that leaves least in the odd harmonics (1, 3, 5, 7) of the sum.
+    Attributes
+    ----------
+    moments : Nm/kg, (101,) each, keys of `MOMENT_NAMES`. Rows 97-99 are not to be trusted.
+    forces : body weights, (101, 3) for each side: forward, left, up; zero in swing.
     """
-    harmonics = np.array([1, 3, 5, 7])
-    # Without row 100, which repeats row 0: a period of 100 samples. A shift by φ multiplies
-    # harmonic n by exp(-2πi n φ).
-    right, left = (np.fft.rfft(forces[side][:100, 2])[harmonics] for side in SIDES)
-    best = minimize_scalar(
-        lambda shift: float(
-            np.sum(np.abs(right + left * np.exp(-2j * np.pi * harmonics * shift)) ** 2)
-        ),
-        bounds=(0.4, 0.6),
-        method="bounded",
-        options={"xatol": 1e-7},
-    )
-    return float(best.x)
+
+    moments: Mapping[str, Array]
+    forces: Mapping[Side, Array]
 
 
-def _metadata(folder: Path, person: str, trial: str) -> dict[str, str | float]:
-    """Who walked and how fast, from the tables of the dataset, under the names of `Subject`."""
-    people_path, strides_path = folder / "WBDS_subjects_merged.csv", folder / "stride_times.csv"
-    number = int(person.removeprefix("WBDS"))
-    people = table_rows(people_path, ["Subject", "Gender", "Age", "Height", "Mass", "LegLen"])
-    someone = next((row for row in people if row["Subject"] == str(number)), None)
-    strides = table_rows(strides_path, ["WBDS", "trial", "belt_speed_m_s", "stride_time_s"])
-    stride = next(
-        (row for row in strides if int(row["WBDS"]) == number and row["trial"] == trial), None
-    )
-    if someone is None or stride is None:
-        path = people_path if someone is None else strides_path
-        raise RecordError(f"{path}: no row for {person} {trial}. Add one.")
+def _columns(names: Sequence[str]) -> tuple[str, ...]:
+    return ("Time", *(f"{letter}{name}" for letter in _LETTER.values() for name in names))
+
+
+def _header_problems(seen: Sequence[str], expected: Sequence[str], other: str) -> list[str]:
+    """Problems of a header; `other` is a word that only columns of the other file contain."""
+    missing = [name for name in expected if name not in seen]
+    unknown = [name for name in seen if name not in expected]
+    if missing and any(other in name for name in unknown):
+        return [
+            f"row 1: the columns are those of the other kind of file ({unknown[0]} was seen where "
+            f"{missing[0]} was expected): the ang and knt files look exchanged. Exchange them."
+        ]
+    problems = []
+    for name in missing:
+        near = difflib.get_close_matches(name, unknown, n=1)
+        problems.append(
+            f"row 1: column {name} is missing"
+            + (f"; was it renamed to {near[0]}? Name it {name}." if near else ". Add it.")
+        )
+    problems += [
+        f"row 1: column {name} appears {seen.count(name)} times. Keep one."
+        for name in dict.fromkeys(seen)
+        if seen.count(name) > 1
+    ]
+    return problems
+
+
+def refuse(where: str | Path, problems: Sequence[str]) -> None:
+    """Raise a `RecordError` that says `where` they are and lists the first of the `problems`, if
+    there are any.
+    """
+    if problems:
+        shown = [f"  - {problem}" for problem in problems[:10]]
+        if len(problems) > len(shown):
+            shown.append(f"  … and {len(problems) - len(shown)} more")
+        raise RecordError(f"{where}: cannot be used\n" + "\n".join(shown))
+
+
+def _read_processed(
+    path: Path, columns: Sequence[str], other: str, may_be_nan: str
+) -> dict[str, Array]:
+    """Columns of a tab-separated file of 101 rows; NaN only where a name has `may_be_nan`."""
+    try:
+        lines = file_gate.read_text(path, RecordError, largest=file_gate.TABLE).splitlines()
+    except UnicodeDecodeError:
+        raise RecordError(f"{path}: not text. Download the file again.") from None
+    header = lines[0].split("\t") if lines else []
+    refuse(path, _header_problems(header, columns, other))
+    problems = []
+    if len(lines) - 1 != SAMPLES:
+        problems.append(
+            f"{len(lines) - 1} rows of data, but there must be {SAMPLES} (0 to 100 % of the gait "
+            "cycle): the file is truncated or not time-normalised. Download it again."
+        )
+    table = np.full((len(lines) - 1, len(header)), np.nan)
+    for i, line in enumerate(lines[1:]):
+        fields = line.split("\t")
+        if len(fields) != len(header):
+            problems.append(
+                f"row {i + 2}: {len(fields)} fields, but {len(header)} columns: the row is "
+                "truncated. Download the file again."
+            )
+            continue
+        for j, field in enumerate(fields):
+            try:
+                table[i, j] = plain_float(field)
+            except ValueError:
+                problems.append(
+                    f"row {i + 2}, column {header[j]}: {field!r} is not a number. Correct it."
+                )
+                continue
+            if not np.isfinite(table[i, j]) and not (may_be_nan and may_be_nan in header[j]):
+                problems.append(
+                    f"row {i + 2}, column {header[j]}: {field.strip()}; the mean curve has a gap. "
+                    "Use a trial without gaps."
+                )
+    refuse(path, problems)
+    found = {name: table[:, header.index(name)] for name in columns}
+    if not np.array_equal(found.pop("Time"), np.arange(SAMPLES)):
+        refuse(path, ["column Time: not 0, 1 … 100 (% of the gait cycle). Normalise the time."])
+    return found
+
+
+def read_angles(path: Path) -> dict[str, Array]:
+    """Mean angles of the `…ang.txt` file `path`, by keys of `ANGLE_NAMES`: (101,) rad each,
+    project's signs, 0 to 100 % of the side's cycle.
+
+    Raises RecordError for missing or renamed columns, an exchanged file, truncation, NaN, radians,
+    or hip and knee columns whose curves are not a hip's and a knee's.
+    """
+    path = Path(path)
+    found = _read_processed(path, _columns(list(_ANGLES)), other="Moment", may_be_nan="")
+    problems = []
+    for letter in _LETTER.values():
+        knee, hip = found[f"{letter}KneeAngleZ"], found[f"{letter}HipAngleZ"]
+        if np.ptp(knee) < 2:
+            problems.append(
+                f"column {letter}KneeAngleZ: its range is {np.ptp(knee):.3g}; this looks like "
+                "radians, but the file must be in degrees. Multiply all angles by 180/pi."
+            )
+        elif not 55 <= np.argmax(knee) <= 90 or np.ptp(knee) < 25:
+            problems.append(
+                f"column {letter}KneeAngleZ: largest at {np.argmax(knee)} % of the cycle with a "
+                f"range of {np.ptp(knee):.3g}°; knee flexion is largest in swing (55-90 %) with "
+                "more than 25°. Are hip, knee or ankle columns exchanged, or the sign changed?"
+            )
+        elif not 35 <= np.argmin(hip) <= 75:
+            problems.append(
+                f"column {letter}HipAngleZ: smallest at {np.argmin(hip)} % of the cycle; the hip "
+                "is most extended at 35-75 %. Are columns exchanged, or the sign changed?"
+            )
+    refuse(path, problems)
     return {
-        "sex": someone["Gender"],
-        "age_years": number_in(people_path, someone, "Age"),
-        "mass_kg": number_in(people_path, someone, "Mass"),
-        "height_m": number_in(people_path, someone, "Height"),
-        "leg_length_m": number_in(people_path, someone, "LegLen"),
-        "walking_speed_m_s": number_in(strides_path, stride, "belt_speed_m_s"),
-        "stride_time_s": number_in(strides_path, stride, "stride_time_s"),
+        f"{name}_{side[0]}": sign * np.radians(found[_LETTER[side] + column])
+        for side in SIDES
+        for column, (name, sign) in _ANGLES.items()
     }
 
 
-def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subject:
-    """Read one person's (`person`, "WBDS14") treadmill `trial`, "T05", and fit its curves; the
-    subject is named by `identifier`, "S05". `folder` holds `processed/` and the three tables of the
-    dataset. Raises RecordError when a file cannot be used (see the readers), SubjectError when the
-    person's values are implausible.
-    """
-    folder = Path(folder)
-    angles_path = folder / "processed" / f"{person}walk{trial}ang.txt"
-    kinetics_path = folder / "processed" / f"{person}walk{trial}knt.txt"
-    about: dict[str, Any] = _metadata(folder, person, trial)
-    if (paper := _PAPER.get(identifier)) is not None:
-        about["paper"] = dict(zip(Printed.model_fields, paper, strict=True))
-    about["markers"] = read_static_markers(folder / "static_markers_10subjects.csv", person)
-    return subject_of_curves(identifier, person, trial, angles_path, kinetics_path, about)
+def _kinetics_problems(found: Mapping[str, Array]) -> list[str]:
+    problems = []
+    for letter in _LETTER.values():
+        ankle, up = found[f"{letter}AnkleMomentZ"][:97], found[f"{letter}GRFY"][:97]
+        if np.abs(ankle).max() > 5:
+            problems.append(
+                f"column {letter}AnkleMomentZ: reaches {np.abs(ankle).max():.4g}; this looks like "
+                "Nm or Nmm/kg, but the file must be in Nm/kg. Divide by the body mass, or by "
+                "1000."
+            )
+        elif ankle.max() < 0.3:
+            problems.append(
+                f"column {letter}AnkleMomentZ: its largest value is {ankle.max():.3g} Nm/kg; "
+                "plantarflexion is positive and above 0.3 at push-off. Are columns exchanged, or "
+                "the sign changed?"
+            )
+        if np.isnan(up[:40]).any():
+            row = int(np.flatnonzero(np.isnan(up[:40]))[0])
+            problems.append(
+                f"row {row + 2}, column {letter}GRFY: NaN in stance ({row} % of the cycle); only "
+                "swing may be NaN. Use a trial without gaps."
+            )
+        elif not 5 < np.nanmax(up) < 25:
+            looks = (
+                "N; divide by the body mass"
+                if np.nanmax(up) >= 25
+                else f"body weights; multiply by {STANDARD_GRAVITY}"
+            )
+            problems.append(
+                f"column {letter}GRFY: its largest value is {np.nanmax(up):.4g}; the file must be "
+                f"in N/kg (about 10), but this looks like {looks}. If it is another direction, "
+                "the GRF columns are exchanged."
+            )
+        elif np.nan_to_num(up[80:90]).max() >= STANCE_THRESHOLD * STANDARD_GRAVITY:
+            problems.append(
+                f"column {letter}GRFY: the foot is still on the ground at 80-90 % of the cycle; a "
+                "walking foot swings there. Was the force plate's offset removed?"
+            )
+    return problems
 
 
-def subject_of_curves(
-    identifier: str,
-    person: str,
-    trial: str,
-    angles_path: Path,
-    kinetics_path: Path,
-    about: Mapping[str, Any],
-) -> Subject:
-    """A `person` on a `trial`, named by `identifier`, from the two files of mean curves and the
-    other values of a subject, `about`. Raises as `read_trial`.
+def read_kinetics(path: Path) -> Kinetics:
+    """Mean moments and ground reactions of the `…knt.txt` file `path`.
+
+    Swing is coded 0 in some files and NaN in others; both become zero. Raises RecordError for
+    missing or renamed columns, an exchanged file, truncation, NaN in moments or stance, moments in
+    Nm, forces in N, or implausible signs.
     """
-    angles, kinetics = read_angles(angles_path), read_kinetics(kinetics_path)
-    curves = MeanCurves(angles, kinetics.moments, kinetics.forces, MOMENT_SEAM)
-    return make_subject(
-        {
-            "identifier": identifier,
-            "person": person,
-            "trial": trial,
-            "laboratory": WBDS,
-            "source": f"{person} {trial}",
-            "citation": CITATION,
-            "licence": LICENCE,
-            "left_phase_from_force": left_phase_from_force(kinetics.forces),
-            **gait_values(curves, f"{angles_path}, {kinetics_path.name}"),
-            **about,
+    path = Path(path)
+    names = [*_MOMENTS, *_FORCES]
+    found = _read_processed(path, _columns(names), other="Angle", may_be_nan="GRF")
+    refuse(path, _kinetics_problems(found))
+    forces: dict[Side, Array] = {}
+    for side in SIDES:
+        letter, medial = _LETTER[side], 1 if side == "right" else -1
+        forward, up, medially = (np.nan_to_num(found[letter + name]) for name in _FORCES)
+        # Towards the midline is to the left for the right foot, to the right for the left one.
+        forces[side] = np.stack([forward, medial * medially, up], axis=1) / STANDARD_GRAVITY
+    return Kinetics(
+        moments={
+            f"{name}_{side[0]}": sign * found[_LETTER[side] + column]
+            for side in SIDES
+            for column, (name, sign) in _MOMENTS.items()
         },
-        f"{person} {trial}",
+        forces=forces,
     )
-
-
-def build_subjects(data_folder: Path, out_folder: Path) -> list[Path]:
-    """Make the ten built-in subject files, S01.toml … S10.toml, in `out_folder`; equal data give
-    equal files. `data_folder` is the dataset's, with `processed/`, `WBDS_subjects_merged.csv`,
-    `stride_times.csv` and `static_markers_10subjects.csv`. Returns the files written; raises
-    RecordError when one of the dataset is missing or cannot be used.
-    """
-    written = []
-    for identifier, (person, trial) in BUILTIN.items():
-        path = Path(out_folder) / f"{identifier}.toml"
-        subject = read_trial(data_folder, identifier, person, trial)
-        for further in FURTHER_TRIALS.get(identifier, ()):
-            subject = subject.with_trial(read_trial(data_folder, identifier, person, further))
-        write_text(path, subject.to_toml())
-        written.append(path)
-    return written
