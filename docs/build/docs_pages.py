@@ -28,7 +28,7 @@ COUNTERPARTS = {
 
 GUIDES = 4.0
 """What a page that was written to be read counts in the search, against the reference's 1."""
-CODE = 0.01
+CODE = 0.001
 """What a page of docstrings counts: there are ten times as many of those as of guides."""
 NOTES = 0.1
 """What the page of dead ends counts: it is found where no guide has the words."""
