@@ -2,7 +2,6 @@
 
 import os
 import re
-import subprocess
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
@@ -18,8 +17,6 @@ UNREADABLE: Final = "checkout, its commit cannot be read"
 BUILD_DATE: Final = "SOURCE_DATE_EPOCH"
 """Seconds since 1970 that a build gives as its date, so that it can be repeated byte for byte."""
 _ROOT: Final = Path(__file__).resolve().parent.parent
-_WAIT: Final = 10.0
-"""s, for git."""
 _COMMIT: Final = re.compile(r"[0-9a-f]{40}|[0-9a-f]{64}")
 
 
@@ -84,32 +81,3 @@ def _head(git: Path) -> str:
 
 def _read(path: Path) -> str:
     return file_gate.read_text(path, ArtefactError, largest=file_gate.WRITTEN)
-
-
-def git(folder: Path | None, *arguments: str) -> str:
-    """What git prints of the repository `folder`, by default that of the current folder, whose
-    settings run no programs. Raises OSError or subprocess.SubprocessError if it is missing or
-    fails.
-    """
-    # The settings of a repository, which may have come out of an archive, can name programs: one
-    # that watches files, filters by a name of their own, hooks, and those that fetch what is
-    # missing.
-    place = [] if folder is None else ["-C", str(folder)]
-    drivers = _run(
-        ["git", *place, "config", "--name-only", "-z", "--get-regexp", r"^filter\..*"], (0, 1)
-    )
-    none = {"core.fsmonitor": "false", "core.hooksPath": os.devnull}
-    for each in filter(None, drivers.split("\0")):
-        none[each] = "false" if each.endswith(".required") else ""
-    settings = [word for name, value in none.items() for word in ("-c", f"{name}={value}")]
-    return _run(["git", "--no-optional-locks", *place, *settings, *arguments], (0,)).strip()
-
-
-def _run(command: list[str], codes: tuple[int, ...]) -> str:
-    own = {**os.environ, "GIT_ALLOW_PROTOCOL": "none", "GIT_NO_LAZY_FETCH": "1", "GIT_PAGER": "cat"}
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=False, timeout=_WAIT, env=own
-    )
-    if done.returncode not in codes:
-        raise subprocess.CalledProcessError(done.returncode, command, done.stdout, done.stderr)
-    return done.stdout

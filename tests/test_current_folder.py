@@ -1,7 +1,6 @@
 """The folder that a command is started in decides nothing: nothing of it runs, nothing is read."""
 
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -30,13 +29,12 @@ RUNS: dict[str, list[str]] = {
     "events": ["events", str(SAMPLES / "walking.c3d"), "--out", "out/e.svg"],
     "markers": ["markers", str(SAMPLES / "walking.c3d"), "--out", "out/set.toml"],
     "scale": ["scale", "5", "--out", "out/S05"],
-    "history": ["history", "out/history.db", "--out", "out/history"],
     "judge": ["judge", "out/none.osim", "--out", "out/judged"],
-    "check": ["check", "--quick", "--baseline", "S05", "--history", "out/history.db"],
+    "check": ["check", "--quick", "--baseline", "S05", "--json", "out/check.json"],
     "import": ["import", *RECORDED, "--out", "out/sample"],
 }
 """A run of a command, where one is cheap; of the others, the help and all that they import."""
-SLOW = {"check", "import", "markers", "history", "judge", "events", "scale"}
+SLOW = {"check", "import", "markers", "judge", "events", "scale"}
 EVERYTHING = """
 import importlib, pkgutil, sys
 from typer.testing import CliRunner
@@ -149,15 +147,6 @@ def test_nor_does_a_run(place, name):
     assert "Traceback" not in found.done.stderr
     assert not found.ran
     assert not found.read
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not shutil.which("git"), reason="no git to be misled")
-def test_a_repositorys_settings_run_nothing_when_its_commit_is_asked_for(place):
-    code = "from gaitval.apps.regression.history import current_commit; print(current_commit()[0])"
-    found = started(place, sys.executable, "-P", "-c", code)
-    assert re.fullmatch(r"[0-9a-f]{40}\+\n", found.done.stdout), found.done
-    assert not found.ran
 
 
 def test_python_p_m_gaitval_takes_nothing_from_it(place):

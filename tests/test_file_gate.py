@@ -14,7 +14,6 @@ from gaitval import file_gate
 from gaitval.apps.cohort.table import read_table
 from gaitval.apps.patients.people import read_people
 from gaitval.apps.patients.strides import read_strides
-from gaitval.apps.regression import history
 from gaitval.artefacts import copy_file, file_hash, read_arrays, read_json, read_toml, write_arrays
 from gaitval.configuration import load_configuration
 from gaitval.datasets.curve_files import read_mean_curves
@@ -77,8 +76,6 @@ READERS = {
     "a.urdf": read_urdf,
     "a.osim": read_document,
     "scaling.csv": lambda path: MarkedBody.load(path.parent),
-    "a.db": history.read,
-    "b.db": history.prepare,
     "a.any": file_hash,
     "b.any": lambda path: copy_file(path, path.with_suffix(".copy")),
 }
@@ -109,8 +106,7 @@ def test_a_pipe_and_a_device_are_refused_by_every_reader(reader, tmp_path):
 
 @pytest.mark.parametrize("reader", READERS)
 def test_a_folder_and_nothing_are_refused_by_every_reader(reader, tmp_path):
-    # without the one a new history begins, without the other a folder is another program's
-    if reader not in ("b.db", "sessionMetadata.yaml"):
+    if reader != "sessionMetadata.yaml":  # without it a folder is another program's
         with pytest.raises(GaitvalError):
             read(reader, tmp_path)
     (tmp_path / reader).unlink(missing_ok=True)

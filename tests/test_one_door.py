@@ -38,7 +38,6 @@ ALLOWED = {
     "gaitval/artefacts.py": "is the door",
     "gaitval/partial_files.py": "is what the door is made of",
     "gaitval/compiled_cache.py": "numba's own cache, whose key is made by a link",
-    "gaitval/apps/regression/history.py": "SQLite has its own journal",
     "gaitval/apps/export/walk.py": "runs without gaitval; has a `.partial-` of its own",
     "gaitval/apps/export/train.py": "runs without gaitval; has a `.partial-` of its own",
 }

@@ -1,34 +1,23 @@
 """`gaitval check`: a stored policy simulated again, and compared with its stored figures."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitval.errors import ConfigurationError
 from gaitval.missing_extras import need
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
 if TYPE_CHECKING:
-    from gaitval.apps.regression.history import Commit
-
-HistoryOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--history",
-        metavar="FILE",
-        envvar="GAITVAL_HISTORY",
-        help="Also keep the figures, with commit, time and machine, in this file, for `gaitval "
-        "history`.",
-    ),
-]
+    from gaitval.apps.regression.regression import Row
 
 
 @added_command(
     "gaitval check --baseline S05     # the one that comes with gaitval",
     "gaitval check --baseline reports/patient/baseline --junit accuracy.xml",
-    "gaitval check --baseline S05 --quick --history accuracy.db",
+    "gaitval check --baseline S05 --quick --json accuracy.json",
     "gaitval check --baseline reports/S05-hip_exo      # a result of gaitval device",
     after="report",
 )
@@ -46,13 +35,16 @@ def check(
         Path | None,
         typer.Option("--junit", metavar="FILE", help="Also write JUnit XML."),
     ] = None,
+    json: Annotated[
+        Path | None,
+        typer.Option("--json", metavar="FILE", help="Also write every measure as JSON."),
+    ] = None,
     quick: Annotated[
         bool,
         typer.Option(
             "--quick", help="Compare the curves only: about a minute; no long walks, no pushes."
         ),
     ] = False,
-    history: HistoryOption = None,
 ) -> None:
     """Simulate a stored policy again, and fail if accuracy was lost.
 
@@ -63,71 +55,59 @@ def check(
     stored; otherwise 0. Measures that are newer than the baseline are named and fail nothing.
     """
     from gaitval.apps.regression import device_results
-    from gaitval.apps.regression import history as histories
     from gaitval.apps.regression.baseline import changed_inputs, stored_metrics, walk_again
     from gaitval.apps.regression.moved import judge_moved
-    from gaitval.apps.regression.regression import (
-        LONG_MEASURES,
-        compare,
-        write_junit,
-    )
+    from gaitval.apps.regression.regression import LONG_MEASURES, compare
     from gaitval.apps.regression.seal import inputs_in_words
     from gaitval.apps.regression.stored_baselines import find_baseline
     from gaitval.study.inputs import METRICS
 
+    _prepare(junit, json)
     if device_results.is_result(Path(baseline)):
-        _check_result(Path(baseline), junit, history)
+        _check_result(Path(baseline), junit, json)
         return
     if not quick:
         need("mujoco")  # the second engine: before minutes of walking
     folder = find_baseline(baseline)
     stored = stored_metrics(folder / METRICS)
     display.messages.print(f"Baseline: {folder}", soft_wrap=True)
-    commit = _prepared(junit, history)
     with display.live_view() as live:
         now = walk_again(folder, live, quick=quick)
     rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
     inputs = inputs_in_words(changed_inputs(folder, now))
-    if junit is not None:
-        write_junit(rows, junit, about={"inputs": inputs})
-    if history is not None:
-        histories.keep(history, rows, now.subject.identifier, commit=commit)
+    _write(rows, junit, json, about={"subject": now.subject.identifier, "inputs": inputs})
     try:
         judge_moved(rows, folder)
     finally:  # whether accuracy was lost comes first; what it may come from, after
         display.plain(f"Inputs: {inputs}")
 
 
-def _prepared(junit: Path | None, history: Path | None) -> "Commit | None":
-    """Refuse what cannot be written, before minutes of walking; the commit that is checked out,
-    which may be another one afterwards, for a history.
-    """
-    from gaitval.apps.regression import history as histories
-    from gaitval.apps.regression.regression import prepare_junit
+def _prepare(junit: Path | None, json: Path | None) -> None:
+    """Refuse what cannot be written, before minutes of walking."""
+    from gaitval.apps.regression.regression import prepare
+
+    for path, option in ((junit, "--junit"), (json, "--json")):
+        if path is not None:
+            prepare(path, option)
+
+
+def _write(
+    rows: "Sequence[Row]", junit: Path | None, json: Path | None, *, about: Mapping[str, str]
+) -> None:
+    from gaitval.apps.regression.regression import write_junit, write_rows
 
     if junit is not None:
-        prepare_junit(junit)
-    if history is None:
-        return None
-    histories.prepare(history)
-    return histories.current_commit()
+        write_junit(rows, junit, about=about)
+    if json is not None:
+        write_rows(rows, json, about=about)
 
 
-def _check_result(folder: Path, junit: Path | None, history: Path | None) -> None:
+def _check_result(folder: Path, junit: Path | None, json: Path | None) -> None:
     """The same for a result of `gaitval device`."""
     from gaitval.apps.devices import results
     from gaitval.apps.regression import device_results
     from gaitval.apps.regression.moved import judge_moved
-    from gaitval.apps.regression.regression import write_junit
 
-    if history is not None:
-        raise ConfigurationError(
-            f"--history {history}: {folder} is a result of `gaitval device`, whose figures are "
-            "neither better nor worse than others, so a history cannot say what was lost. Leave "
-            "--history out (and unset GAITVAL_HISTORY)."
-        )
-    _prepared(junit, None)
     figures = device_results.check(folder, results)
-    if junit is not None:
-        write_junit(figures, junit, about={})
+    _write(figures, junit, json, about={})
     judge_moved(figures, folder, "make the result again with `gaitval device`")

@@ -7,7 +7,7 @@ from gaitval.terminal.app import Added
 
 _NAMES: Final = (
     *("body", "change", "check", "cohort", "compare", "curves", "data", "device", "estimate"),
-    *("events", "export", "history", "judge", "locohub", "markers", "muscles"),
+    *("events", "export", "judge", "locohub", "markers", "muscles"),
     *("patients", "perturb", "predict", "screen", "virtual"),
 )
 
@@ -36,8 +36,6 @@ def _load(name: str) -> Added:
             from gaitval.cli.events import events as found
         case "export":
             from gaitval.apps.export.command import export as found
-        case "history":
-            from gaitval.apps.regression.history_command import history as found
         case "judge":
             from gaitval.apps.judge.command import judge as found
         case "locohub":

@@ -35,7 +35,7 @@ HEAVY = {
 """Libraries that take longer to load than the help to read."""
 COMMANDS = (
     *("subjects", "import", "curves", *STAGES),
-    *("predict", "subject", "baseline", "check", "history", "compare", "judge"),
+    *("predict", "subject", "baseline", "check", "compare", "judge"),
 )
 
 
@@ -463,6 +463,9 @@ def row(change: regression.MeasureOutcome, current: float | None) -> regression.
     return regression.Row("angle_rmse", "knee_angle_r", "deg", 4.0, current, 0.5, change)
 
 
+WALKED = SimpleNamespace(subject=SimpleNamespace(identifier="S05"))
+
+
 @pytest.fixture
 def stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(
@@ -496,9 +499,9 @@ def test_check_passes_where_nothing_was_lost(
     assert "1 of 1 measures within their margins" in result.output.replace("\n", " ")
 
 
-def asserted(options: dict[str, object], **expected: object) -> dict[str, object]:
+def asserted(options: dict[str, object], **expected: object) -> SimpleNamespace:
     assert options == expected
-    return {}
+    return WALKED
 
 
 def test_check_has_a_verdict_on_the_inputs_and_one_on_the_figures(
@@ -506,7 +509,7 @@ def test_check_has_a_verdict_on_the_inputs_and_one_on_the_figures(
 ) -> None:
     """What was changed is reported, and fails nothing: the figures say whether it matters."""
     changed = ["numpy 2.1.0, now 2.2.0", "the code in gaitval/policy"]
-    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: {})
+    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: WALKED)
     monkeypatch.setattr("gaitval.apps.regression.baseline.changed_inputs", lambda *_: changed)
     monkeypatch.setattr(regression, "compare", lambda *_, **__: [row("kept", 4.1)])
     junit = tmp_path / "accuracy.xml"
@@ -522,7 +525,7 @@ def test_check_has_a_verdict_on_the_inputs_and_one_on_the_figures(
 def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(
     stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
-    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: {})
+    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: WALKED)
     rows = [row("kept", 4.1), row("lost", 5.25), row("lost", None)]
     monkeypatch.setattr(regression, "compare", lambda *_, **__: rows)
     junit = tmp_path / "accuracy.xml"
@@ -532,40 +535,6 @@ def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(
     assert "4.1" not in result.output
     assert "2 of 3 measures are worse" in plain_messages.getvalue()
     assert junit.read_text().count("<failure") == 2
-
-
-@pytest.mark.parametrize("way", ["option", "variable"])
-def test_a_check_is_kept_in_a_history_also_where_it_fails(
-    stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, way: str
-) -> None:
-    walked = SimpleNamespace(subject=SimpleNamespace(identifier="S05"))
-    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: walked)
-    monkeypatch.setattr(regression, "compare", lambda *_, **__: [row("lost", 5.25)])
-    file = tmp_path / "accuracy.db"
-    if way == "variable":
-        monkeypatch.setenv("GAITVAL_HISTORY", str(file))
-    options = ("--history", str(file)) if way == "option" else ()
-    for _ in range(2):
-        assert gaitval("check", "--baseline", str(stored), *options).exit_code == 1
-    result = gaitval("history", str(file), "--out", str(tmp_path / "page"))
-    assert result.exit_code == 0
-    assert "2 checks, 0 steps" in result.output
-    assert (tmp_path / "page" / "accuracy.html").is_file()
-
-
-def test_a_file_that_is_no_history_ends_a_check_before_it_walks(
-    stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
-) -> None:
-    monkeypatch.setattr(
-        "gaitval.apps.regression.baseline.walk_again", lambda *_, **__: pytest.fail("walks")
-    )
-    file = tmp_path / "accuracy.db"
-    file.write_text("accuracy\n" * 1000)
-    result = gaitval("check", "--baseline", str(stored), "--history", str(file))
-    assert result.exit_code == 2
-    assert "is no history" in plain_messages.getvalue()
-    assert gaitval("history", str(file)).exit_code == 2
-    assert gaitval("history", str(tmp_path / "none.db")).exit_code == 2
 
 
 REPORTS = Path(__file__).parents[2] / "reports"

@@ -1,15 +1,20 @@
 """What `gaitval check` refuses before it walks, and what it keeps where something goes wrong."""
 
 import io
+import re
 import shutil
+import subprocess
+import sys
+import textwrap
 from pathlib import Path
 from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
+from gaitval import __version__
 from gaitval.apps.devices import results
-from gaitval.apps.regression import baseline, history
+from gaitval.apps.regression import baseline
 from gaitval.apps.regression.regression import LONG_MEASURES
 from gaitval.apps.regression.seal import parts_of
 from gaitval.artefacts import read_json, value_hash, write_json
@@ -18,7 +23,8 @@ from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics
 from gaitval.terminal import display
 
-STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
+ROOT = Path(__file__).parents[2]
+STORED, DOCS = ROOT / "reports" / "S05" / "baseline", ROOT / "docs"
 
 
 @pytest.fixture
@@ -38,7 +44,6 @@ def walks(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return read_metrics(STORED)
 
     monkeypatch.setattr(baseline, "walk_again", walk)
-    monkeypatch.delenv("GAITVAL_HISTORY", raising=False)
     return found
 
 
@@ -81,21 +86,22 @@ def test_a_measure_that_is_newer_than_the_baseline_is_named_and_fails_nothing(
 
 @pytest.mark.parametrize("place", ["below a file", "a folder"])
 @pytest.mark.parametrize("of", ["a walk", "a device"])
-def test_a_junit_file_that_cannot_be_written_ends_a_check_before_it_walks(
+@pytest.mark.parametrize("option", ["--junit", "--json"])
+def test_a_file_that_cannot_be_written_ends_a_check_before_it_walks(
     walks: list[str], message: io.StringIO, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    place: str, of: str,
+    place: str, of: str, option: str,
 ) -> None:  # fmt: skip
     (tmp_path / "file").write_text("")
-    junit = tmp_path / "file" / "accuracy.xml" if place == "below a file" else tmp_path
+    path = tmp_path / "file" / "accuracy.xml" if place == "below a file" else tmp_path
     monkeypatch.setattr(results, "walk_again", lambda *_: pytest.fail("walks"))
-    options = ["--junit", str(junit)]
+    options = [option, str(path)]
     if of == "a device":
         (tmp_path / "S05-hip_exo").mkdir()
         (tmp_path / "S05-hip_exo" / "device.json").write_text("{}")
         options += ["--baseline", str(tmp_path / "S05-hip_exo")]
     assert check(*options).exit_code == 2
     text = message.getvalue()
-    assert f"--junit {junit}: " in text
+    assert f"{option} {path}: " in text
     assert "--out" not in text
     assert walks == []
 
@@ -116,33 +122,31 @@ def test_a_junit_file_goes_into_a_new_folder_and_stays_whole_where_the_walk_fail
     assert [path.name for path in junit.parent.iterdir()] == ["accuracy.xml"]
 
 
-@pytest.mark.parametrize("ending", ["csv", "html", "pdf"])
-def test_a_history_that_its_page_would_overwrite_ends_a_check_before_it_walks(
-    walks: list[str], message: io.StringIO, tmp_path: Path, ending: str
+def test_json_has_every_measure_and_what_it_was_measured_with(
+    walks: list[str], tmp_path: Path
 ) -> None:
-    assert check("--history", str(tmp_path / f"hist.{ending}")).exit_code == 2
-    assert "Name it accuracy.db" in message.getvalue()
-    assert walks == []
-    assert list(tmp_path.iterdir()) == []
+    path = tmp_path / "new" / "accuracy.json"
+    assert check("--json", str(path)).exit_code == 0
+    found, stored = read_json(path), read_metrics(STORED)
+    assert (found["subject"], found["gaitval"]) == ("S05", __version__)
+    values = {(row["measure"], row["target"]): row["current"] for row in found["measures"]}
+    assert values == {
+        (row.measure, row.target): row.value
+        for row in stored.measures
+        if row.measure not in LONG_MEASURES
+    }
+    assert {row["change"] for row in found["measures"]} == {"kept"}
 
 
-def test_the_commit_is_that_before_the_walk(
-    walks: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_the_script_of_the_documentation_plots_the_json_over_commits(
+    walks: list[str], tmp_path: Path
 ) -> None:
-    """Somebody may commit, or check out another one, while it walks for minutes."""
-    monkeypatch.setattr(history, "current_commit", lambda: ("walked" if walks else "began", None))
-    file = tmp_path / "accuracy.db"
-    assert check("--history", str(file)).exit_code == 0
-    assert [kept.revision for kept in history.read(file)] == ["began"]
-
-
-def test_a_history_that_fails_in_the_end_leaves_the_junit_file(
-    walks: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_: object, **__: object) -> None:
-        raise ArtefactError("accuracy.db: the disk is full")
-
-    monkeypatch.setattr(history, "keep", full)
-    junit, file = tmp_path / "accuracy.xml", tmp_path / "accuracy.db"
-    assert check("--history", str(file), "--junit", str(junit)).exit_code == 2
-    assert "<testsuite" in junit.read_text(encoding="utf-8")
+    page = (DOCS / "how-to" / "baselines.md").read_text(encoding="utf-8")
+    (script,) = re.findall(r"(?m)^    # accuracy\.py\n(?:    .*\n|\n(?=    ))*", page)
+    (tmp_path / "accuracy.py").write_text(textwrap.dedent(script), encoding="utf-8")
+    files = []
+    for commit in ("a1b2c3d", "e4f5a6b"):
+        files.append(f"{commit}.json")
+        assert check("--json", str(tmp_path / files[-1])).exit_code == 0
+    subprocess.run([sys.executable, "accuracy.py", *files], cwd=tmp_path, check=True)
+    assert (tmp_path / "accuracy.png").read_bytes().startswith(b"\x89PNG")

@@ -34,8 +34,6 @@ from locohub_files import data_set
 from made_up_session import made_up_session
 
 from gaitval.apps.cohort.table import read_table
-from gaitval.apps.regression import history
-from gaitval.apps.regression.history import Check, CheckedFigure
 from gaitval.cli import app
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
@@ -231,15 +229,6 @@ def xml_element(data: bytes, random: m.Random) -> bytes:
     return (text[: match.start()] + other + text[match.end() :]).encode()
 
 
-def page_damaged(data: bytes, random: m.Random) -> bytes:
-    """A number of a page's header of SQLite, or text of its schema, is another."""
-    found = bytearray(data)
-    page = 4096 * int(random.integers(max(len(found) // 4096, 1)))
-    for _ in range(int(random.integers(1, 5))):
-        found[min(page + int(random.integers(120)), len(found) - 1)] = int(random.integers(256))
-    return bytes(found)
-
-
 def kinds(folder: Path) -> dict[str, Kind]:
     """All further kinds, with their undamaged files, which are made in an empty folder."""
     made_up_session(
@@ -264,7 +253,6 @@ def kinds(folder: Path) -> dict[str, Kind]:
     )
     _write_curves(folder)
     write_judged(folder)
-    write_history(folder / "history.db")
     _write_arrays(folder)
     _write_formats(folder)
     (folder / "journal.jsonl").write_text(
@@ -333,11 +321,6 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "judged_loads": judge("loads.xml", xml),
         "judged_forces": judge("grf.mot", storage),
         "judged_markers": judge("walk.trc", (*text, *m.of_table(m.TRC))),
-        "history": Kind(
-            seeds("history.db"),
-            {"history.db": (*m.BYTES, *[page_damaged] * 9)},
-            lambda f: through(f, "history", f / "history.db"),
-        ),
         "configuration_command": Kind(
             {"c.toml": (BASELINE / "configuration.toml").read_bytes()},
             {"c.toml": toml},
@@ -388,17 +371,6 @@ def _write_curves(folder: Path) -> None:
     table = pd.DataFrame({"percent": 100 * phase, **columns})
     table.to_csv(folder / "curves.csv", index=False)
     table.to_parquet(folder / "curves.parquet")
-
-
-def write_history(path: Path) -> None:
-    """A dozen checks, of which nothing changes."""
-    figure = CheckedFigure("angle_rmse", "knee_angle_r", "deg", 0.97, 0.95, 0.3, "lower")
-    for number in range(12):
-        history.add(
-            path,
-            Check("check", f"{number:040x}", f"2026-11-{number + 1:02d}T10:00:00+00:00",
-                  "2026-11-20T10:00:00+00:00", "a machine", "S05", (figure,)),
-        )  # fmt: skip
 
 
 def write_judged(folder: Path) -> None:

@@ -73,7 +73,7 @@ ENDING_SECONDS: Final = 300.0
 some seconds of a processor, which may be busy."""
 JOBS: Final = ("import", "study", "report", "check")
 WRITING: Final = {
-    **{"baseline": 8, "history": 6, "compare": 5, "judge": 5, "sessions": 4, "import": 3},
+    **{"baseline": 8, "compare": 5, "judge": 5, "sessions": 4, "import": 3},
     **{"export": 3, "report": 1, "virtual": 1, "subject": 1, "predict": 1, "screen": 1},
     "cohort": 1,
 }
@@ -197,7 +197,6 @@ def further_jobs(work: Path) -> dict[str, Job]:
     made = work / "made"
     made.mkdir()
     fuzz_commands.write_judged(made)
-    fuzz_commands.write_history(made / "history.db")
     (made / "people.toml").write_text(
         f'[[people]]\nname = "P01"\nstatic = "{work}/session/stand.c3d"\n'
         f'trials = ["{work}/session/walk.trc"]\nforces = ["{work}/session/walk_forces.mot"]\n'
@@ -211,7 +210,6 @@ def further_jobs(work: Path) -> dict[str, Job]:
     quick = [f"--set={each}" for each in QUICK]
     commands: dict[str, list[Any]] = {
         "baseline": ["5", "--out", work / "finished", "--to"],
-        "history": [made / "history.db", "--out"],
         "compare": [*stored, "--out"],
         "judge": [made / "model.osim", *judged, "--out"],
         "sessions": [made / "people.toml", "--out"],

@@ -36,7 +36,6 @@ OWN: Final = {
     "gaitval/apps/export/mujoco_folder.py:write_mujoco": "a script of the package",
     "gaitval/apps/export/formats.py:write_training": "a script of the package",
     "gaitval/apps/export/walk.py:__init__": "runs without gaitval, on the folder beside it",
-    "gaitval/apps/regression/history.py:this_machine": "the system's own file on the processor",
     "gaitval/musculature/paths.py:table": "paths.npz without pickles, passive.json",
     "gaitval/musculature/strands.py:tendons": "sites.json of the package",
     "gaitval/scaling/markers/body.py:_table": "sites.toml of the package",

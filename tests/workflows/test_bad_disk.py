@@ -6,9 +6,9 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import bad_disk
-import fuzz_commands
 import kills
 import pytest
 from html_page import WITHOUT_FIGURES
@@ -18,6 +18,7 @@ pytestmark = [
     pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler `cc`"),
 ]
 
+STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 PROGRAM = """
 import sys
 from pathlib import Path
@@ -58,15 +59,14 @@ def test_the_disk_fails_at_the_operation_that_is_asked_for(disk, fault, number, 
 
 
 @pytest.mark.slow
-def test_a_history_on_a_disk_that_fails(tmp_path):
+def test_a_comparison_on_a_disk_that_fails(tmp_path):
     with kills.workplace() as (work, temporary, _):
-        fuzz_commands.write_history(work / "history.db")
         out = work / "out"  # without figures: they take seconds, and no operation of the disk
-        command = ["history", str(work / "history.db"), "--out", str(out)]
+        command = ["compare", str(STORED), "--out", str(out)]
         job = kills.Job([command], out, setting=WITHOUT_FIGURES)
-        trial = bad_disk.Trial({"history": job}, temporary, tmp_path)
+        trial = bad_disk.Trial({"compare": job}, temporary, tmp_path)
         for number in range(3):
-            case = trial.case("history", number, seed=1)
+            case = trial.case("compare", number, seed=1)
             assert case["of"] > 30
             assert bad_disk.survived(case), case
 

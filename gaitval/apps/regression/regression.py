@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Literal, Protocol
 from xml.etree import ElementTree
 
-from gaitval.artefacts import scratch, write_text
+from gaitval import __version__
+from gaitval.artefacts import scratch, write_json, write_text
+from gaitval.build_info import now, source_commit
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import Origin
 from gaitval.metrics.origin import is_judged, measure_origin
@@ -144,18 +146,28 @@ def lost(rows: Sequence[Row]) -> list[Row]:
     return [row for row in rows if row.change == "lost"]
 
 
-def prepare_junit(path: Path) -> None:
-    """Refuse a file `path` that JUnit XML cannot be written to, before minutes of walking; its
+def prepare(path: Path, option: str) -> None:
+    """Refuse the file `path` of an `option` if it cannot be written, before minutes of walking; its
     folder is made. Raises ArtefactError.
     """
     if path.is_dir():
-        raise ArtefactError(f"--junit {path}: is a folder. Give the name of a file in it.")
+        raise ArtefactError(f"{option} {path}: is a folder. Give the name of a file in it.")
     try:
         with scratch(path.parent):
             pass
     except ArtefactError as error:
-        message = str(error).replace("with --out", "for --junit")
-        raise ArtefactError(f"--junit {path}: {message}") from None
+        message = str(error).replace("with --out", f"for {option}")
+        raise ArtefactError(f"{option} {path}: {message}") from None
+
+
+def write_rows(rows: Sequence[Row], path: Path, *, about: Mapping[str, str]) -> None:
+    """Write `rows` to `path` as JSON: `about`, the version and commit of gaitval, the time, and a
+    list of measures.
+    """
+    names = ("measure", "target", "unit", "baseline", "current", "margin", "change")
+    measures = [{name: getattr(row, name) for name in names} for row in rows]
+    code = {"gaitval": __version__, "commit": source_commit(), "time": now()}
+    write_json(path, {**about, **code, "measures": measures})
 
 
 def write_junit(rows: Sequence[Row], path: Path, *, about: Mapping[str, str]) -> None:
