@@ -25,8 +25,6 @@ LONG = (
     "devices/test_learning.py",
     "workflows/test_limits_can_fail.py",
     "test_optional_libraries.py",
-    "workflows/test_gate.py",
-    "workflows/test_bad_disk.py",
     "workflows/test_pytest_plugin.py",
     "workflows/test_import_recordings.py",
     "workflows/test_import_flags.py",

@@ -5,8 +5,6 @@ import re
 import tomllib
 from pathlib import Path
 
-import container
-
 from gaitval import __version__
 
 ROOT = Path(__file__).parents[2]
@@ -32,36 +30,6 @@ def test_the_container_has_the_system_libraries_of_set_up() -> None:
 def test_extras_that_the_container_file_names_are_there() -> None:
     for extra in re.findall(r"EXTRAS=\[(\w+)\]", DOCKERFILE):
         assert extra in PROJECT["optional-dependencies"]
-
-
-def test_the_container_gets_what_the_wheel_is_built_of_and_no_more() -> None:
-    patterns = (ROOT / ".dockerignore").read_text(encoding="utf-8").split()
-    needed = (
-        "gaitval/plugins.py",
-        "gaitval/apps/regression/seal.py",
-        "models/xacro/leg.xacro",
-    )
-    needed += ("pyproject.toml", "hatch_build.py", "constraints.txt", "README.md", "LICENSE")
-    needed += ("reports/S05/baseline/metrics.json", "reports/general/policy.safetensors")
-    assert all(
-        (ROOT / name).is_file() and not container.is_ignored(name, patterns) for name in needed
-    )
-    for name in (
-        "tests/conftest.py",
-        "reports/S05/report.html",
-        ".git/HEAD",
-        "/".join(("gaitval", "__pycache__", "a.pyc")),  # no file that is here
-    ):
-        assert container.is_ignored(name, patterns)
-
-
-def test_steps_of_the_container_file_are_read() -> None:
-    words = [word for word, _ in container.steps(DOCKERFILE)]
-    assert words[:2] == ["FROM", "ARG"]
-    assert words[-2:] == ["ENTRYPOINT", "CMD"]
-    (user,) = (rest for word, rest in container.steps(DOCKERFILE) if word == "USER")
-    assert any(f"useradd --create-home {user}" in rest for _, rest in container.steps(DOCKERFILE))
-    assert list(container.steps("# x\nRUN a \\\n  && b\n")) == [("RUN", "a    && b")]
 
 
 def test_metadata_have_the_version_the_licence_and_the_dois_of_the_citation() -> None:
