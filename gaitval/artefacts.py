@@ -23,6 +23,7 @@ from gaitval import __version__, file_gate
 from gaitval.constants import LARGEST_SIZE
 from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.partial_files import PARTIAL, in_use, own_folder, remove_abandoned
+from gaitval.text_tables import HIDDEN
 
 if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
     from _typeshed import DataclassInstance
@@ -122,6 +123,16 @@ def scratch(folder: Path) -> Iterator[Path]:
         make_folder(folder)
         with own_folder(folder, PARTIAL) as own:
             yield own
+
+
+def workplace(path: Path) -> Path:
+    """The folder for what other libraries read to write `path`: its own, or the system's temporary
+    one where the own one's name has something that they would evaluate between quotes, or is not
+    text, as that of a folder from another system.
+    """
+    folder = Path(path).resolve().parent
+    odd = set("$'\"\\\n\r") & set(str(folder)) or HIDDEN.search(str(folder))
+    return Path(tempfile.gettempdir()) if odd else folder
 
 
 def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:

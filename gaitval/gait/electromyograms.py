@@ -62,6 +62,7 @@ ALIASES: Final[Mapping[str, str]] = {
 
 _PARTS: Final = {part: part.lower() for group in set(ALIASES.values()) for part in group.split()}
 
+LEAST_SAMPLES: Final = 3
 LOWEST_HZ: Final = 30.0
 """High-pass of a raw signal: below it are movements of cables and skin (convention)."""
 
@@ -120,6 +121,11 @@ def read_electromyograms(path: Path, side: Side | None = None) -> Electromyogram
         raise RecordError(
             f"{path}: {', '.join(without)} are electromyograms, but their names do not say of "
             "which leg. Give the side (--emg-side right or left), or name them soleus_r."
+        )
+    if len(time) < LEAST_SAMPLES or not time[-1] > time[0]:
+        raise RecordError(
+            f"{path}: {len(time)} samples at {len(set(time))} times are no electromyogram of a "
+            "walk. Export the whole trial."
         )
     rate = (len(time) - 1) / float(time[-1] - time[0])
     channels = []

@@ -8,7 +8,6 @@ so a model is written and read bit for bit.
 import hashlib
 import json
 import re
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 from itertools import pairwise
@@ -21,7 +20,7 @@ import xacro
 
 from gaitval import file_gate
 from gaitval.arrays import Array
-from gaitval.artefacts import scratch, write_text
+from gaitval.artefacts import scratch, workplace, write_text
 from gaitval.coordinates import ACTUATED, AXES, RANGES
 from gaitval.errors import ModelError
 from gaitval.model.body import (
@@ -67,7 +66,7 @@ def write_urdf(model: BodyModel, path: Path) -> None:
             f"the model's name {model.name!r} cannot be used in a URDF: use letters, digits, "
             "spaces, dots, hyphens and underscores."
         )
-    with scratch(beside(path)) as folder:  # xacro looks from its template's
+    with scratch(workplace(path)) as folder:  # xacro looks from its template's
         body = folder / "body.json"
         body.write_text(json.dumps(_template_values(model)), encoding="utf-8")
         values = {"name": model.name, "body": str(body)}
@@ -75,14 +74,6 @@ def write_urdf(model: BodyModel, path: Path) -> None:
     # The document also contains xacro's banner, which names a folder of this machine.
     text = document.documentElement.toprettyxml(indent="  ")
     write_text(Path(path), '<?xml version="1.0" encoding="utf-8"?>\n' + text)
-
-
-def beside(path: Path) -> Path:
-    """A folder for what a template reads to write `path`: its own, or the system's temporary one
-    where the own one's name has something that xacro or a text between quotes would evaluate.
-    """
-    folder = Path(path).resolve().parent
-    return Path(tempfile.gettempdir()) if set("$'\"\\\n\r") & set(str(folder)) else folder
 
 
 def read_urdf(path: Path) -> BodyModel:

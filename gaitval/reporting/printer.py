@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import matplotlib
 
-from gaitval.artefacts import replacing, scratch
+from gaitval.artefacts import replacing, scratch, workplace
 
 if TYPE_CHECKING:
     import weasyprint
@@ -28,7 +28,7 @@ _FONT_SCHEME: Final = "gaitval-font:"
 
 def write_pdf(path: Path, page: str, paper: str) -> None:
     """Write a `page` of HTML as PDF to `path` on sheets of a size, whole or not at all."""
-    with scratch(path.parent) as own, replacing(path) as temporary, _fixed_clock():
+    with scratch(workplace(path)) as own, replacing(path) as temporary, _fixed_clock():
         lay_out(page, paper, own).write_pdf(temporary, pdf_variant=PDF_VARIANT)
 
 

@@ -1,5 +1,6 @@
 """The root of the `gaitval` command: its help, its errors, and what commands share."""
 
+import io
 import os
 import re
 import shlex
@@ -474,6 +475,9 @@ def main() -> None:
     # Processes that are started here take no modules from the folder that this one is run in, where
     # others may have put some.
     os.environ["PYTHONSAFEPATH"] = "1"
+    for stream in (sys.stdout, sys.stderr):  # a terminal of another language shows a ? for a letter
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         app()
     except KeyboardInterrupt:

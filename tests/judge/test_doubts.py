@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gaitval.apps.judge.doubts import check_times
 from gaitval.apps.judge.judge import judge
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.errors import RecordError
@@ -170,3 +171,10 @@ def test_activations_and_forces_of_muscles_are_told_apart(
     write_storage(tmp_path / "muscles.sto", StorageTable(names, time, values, in_degrees=False))
     with pytest.raises(RecordError, match=message):
         judge(replace(everything, **{option: tmp_path / "muscles.sto"}))
+
+
+@pytest.mark.parametrize(("rows", "said"), [(0, "no rows"), (1, "one row"), (2, "two rows")])
+def test_a_pose_or_two_are_no_motion(rows, said):
+    """As SCONE's initial state, a motion of one row."""
+    with pytest.raises(RecordError, match=f"state.sto: {said}, but a walk needs a whole cycle"):
+        check_times(np.arange(rows) * 0.01, "state.sto")

@@ -26,6 +26,8 @@ from gaitval.scaling.opensim.placing import Motion, place
 
 SLOWEST_RATE: Final = 10.0
 """Hz. No motion capture is so slow."""
+LEAST_ROWS: Final = 3
+"""Of a table over time: accelerations need three."""
 FASTEST: Final = 1500.0
 """deg/s, of which one sample in a hundred is more: a walker's knee swings at 400, a sprinter's at
 1200."""
@@ -52,9 +54,13 @@ def check_times(time: Array, source: str | Path) -> list[str]:
     """Raise RecordError if `time` (T,) s of a table from `source` cannot be a motion's; returns a
     sentence on instants that are there twice.
     """
+    if len(time) < LEAST_ROWS:
+        there = ("no rows", "one row", "two rows")[len(time)]
+        raise RecordError(
+            f"{source}: {there}, but a walk needs a whole cycle. Give the file of the trial, not "
+            "one pose of it; if this is it, export it again."
+        )
     steps = np.diff(time)
-    if not len(steps):
-        return []
     if (steps < 0.0).any():
         row = int(np.argmax(steps < 0.0))
         raise RecordError(

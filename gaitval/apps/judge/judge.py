@@ -321,6 +321,7 @@ def _markers(found: Judgement) -> None:
     if request.markers is not None:
         used = None if request.ik_setup is None else of_markers.used_markers(request.ik_setup)
         recording = read_recording(request.markers)
+        found.findings += check_times(recording.time, request.markers)
         found.marker_errors = of_markers.placed_errors(found.model, motion, recording, used)
         if logged is not None:
             found.log_difference = of_markers.difference(found.marker_errors, logged)
