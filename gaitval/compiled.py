@@ -105,21 +105,12 @@ class _WhenCompiling(event.Listener):
         self._announcer.on_end(event)
 
 
-def is_empty(folder: Path | None = None) -> bool:
-    """Whether nothing was compiled before: the cache `folder`, by default that of this package as
-    it is, has no files.
-    """
-    folder = folder or _cache_folder()
-    return not folder.is_dir() or not any(folder.iterdir())
-
-
 @cache
 def _announce(folder: Path) -> None:
     """From now on print a line when something is compiled that is not in the cache `folder`."""
+    first = not folder.is_dir() or not any(folder.iterdir())
     # The listener lives as long as the process.
-    event.register(  # type: ignore[no-untyped-call]
-        "numba:compile", _WhenCompiling(first=is_empty(folder))
-    )
+    event.register("numba:compile", _WhenCompiling(first=first))  # type: ignore[no-untyped-call]
 
 
 def _compiled(function: Any, **options: Any) -> Any:

@@ -19,6 +19,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any, Final
 
+import filelock
 from numba.core.caching import (
     CompileResultCacheImpl,
     FunctionCache,
@@ -30,6 +31,8 @@ from numba.core.caching import (
 KEY: Final = "key"
 _SIZE: Final = 32
 """Bytes of a key, and of a hash."""
+_LONGEST: Final = 120.0
+"""s, for another process that is compiling the same; then this one compiles it, too."""
 _WAIT: Final = 1.0
 """s, for another process that is just making the key."""
 
@@ -178,7 +181,9 @@ class _Files(IndexDataCacheFile):
 
 
 class SealedCache(FunctionCache):
-    """numba's cache of a Python `function` in `folder`, with the `key` of `key_in`."""
+    """numba's cache of a Python `function` in `folder`, with the `key` of `key_in`. Of several
+    processes that need it at once, one compiles it, and the others wait for that.
+    """
 
     def __init__(self, function: Any, folder: Path, key: bytes) -> None:
         self._name = repr(function)
@@ -191,4 +196,24 @@ class SealedCache(FunctionCache):
             self._impl.locator.get_source_stamp(),
             key=key,
         )
+        self._lock = filelock.FileLock(
+            Path(self._cache_path) / f"{self._impl.filename_base}.lock", timeout=_LONGEST
+        )
         self.enable()  # type: ignore[no-untyped-call]
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """What was compiled for a signature; if None, this process is to compile it."""
+        found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        if found is None:
+            with suppress(OSError, filelock.Timeout):
+                self._impl.locator.ensure_cache_path()
+                self._lock.acquire()
+            found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            if found is not None:
+                self._lock.release()
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled."""
+        super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+        self._lock.release()

@@ -4,6 +4,8 @@ import importlib.util
 import os
 import pickle
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -281,3 +283,42 @@ def test_numbas_own_settings_do_not_say_where_it_is(tmp_path, monkeypatch):
     again(tmp_path)
     assert files(tmp_path, "nbi")
     assert not (tmp_path / "elsewhere").exists()
+
+
+ONE = """
+import sys, time
+sys.path.insert(0, {folder!r})
+from numba.core import event
+from gaitval.compiled import njit
+
+class Seen(event.Listener):
+    def on_start(self, event):
+        print("compiles", flush=True)
+        time.sleep(1.0)
+    def on_end(self, event):
+        pass
+
+@njit
+def double(x):
+    return 2.0 * x
+
+event.register("numba:compile", Seen())
+assert double(3.0) == 6.0
+"""
+
+
+def test_of_two_processes_one_compiles_and_the_other_waits(tmp_path):
+    script = tmp_path / "one.py"
+    script.write_text(ONE.format(folder=str(Path(__file__).parents[1])))
+    both = [
+        subprocess.Popen(
+            [sys.executable, str(script)],
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(2)
+    ]
+    said = [process.communicate(timeout=120)[0] for process in both]
+    assert [process.returncode for process in both] == [0, 0]
+    assert sorted(said) == ["", "compiles\n"]

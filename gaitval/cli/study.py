@@ -301,10 +301,6 @@ def subject_command(
         if use != "all" and out is None:
             out = Path("reports") / f"{load_subject(subject).identifier}-{use}"
     with _opened(subject, out, config, settings, keep_settings=False, devices=devices) as run:
-        if run.configuration.training.workers > 1:
-            from gaitval.study.compile_ahead import compile_ahead
-
-            compile_ahead()
         if scratch or run.configuration.training.samples != "auto":
             need(*lacking)  # the others do without torch, unless the walker falls with them
         device_study = afterwards(run.subject)

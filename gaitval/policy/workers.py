@@ -12,11 +12,9 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import util
+from multiprocessing import resource_tracker, util
 from multiprocessing.context import ForkServerContext, SpawnContext
 from typing import Final
-
-from gaitval.memory import share_heap
 
 
 def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
@@ -37,14 +35,28 @@ def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
     # Not a plain fork: this process may have threads, of torch or BLAS, whose locks a forked child
     # would inherit locked.
     context = mp.get_context("forkserver")
-    context.set_forkserver_preload(["gaitval.policy.preloaded", *also])
+    loaded = ("gaitval.policy.rollouts", "gaitval.policy.rollout_buffer")
+    context.set_forkserver_preload([*loaded, *also])
     try:
         _place_of_sockets()
-        with fresh_processes():
+        with fresh_processes(), _deaf_to_interrupts():
             forkserver.ensure_running()
     except OSError:  # its socket is a file, whose path may not be longer than some hundred bytes
         return mp.get_context("spawn")
     return context
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """What starts in this block never sees the Ctrl-C of a terminal, which goes to all processes:
+    whoever started it ends it, and while it loads it would end with a traceback.
+    """
+    resource_tracker.ensure_running()  # else it starts in the block, and ends that
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _place_of_sockets() -> None:
@@ -67,7 +79,6 @@ def begin_as_worker() -> None:
     parent ends.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one that started it ends it
-    share_heap()
     parent = mp.parent_process()
     if parent is None:
         return

@@ -23,7 +23,6 @@ from gaitval.artefacts import (
 from gaitval.build_info import source_commit
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.folder_lock import locked
-from gaitval.memory import give_back_now
 from gaitval.one_thread import one_thread
 
 if TYPE_CHECKING:
@@ -338,7 +337,6 @@ def run_stage(
     observer.started(stage.name, started.reason)
     seconds = perform(stage)
     end_stage(started, seconds)
-    give_back_now()  # the next one has other needs
     observer.finished(stage.name, seconds)
     return True
 

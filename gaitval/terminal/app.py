@@ -20,7 +20,6 @@ from typer.main import get_command
 
 from gaitval import __version__, plugins
 from gaitval.errors import ConfigurationError, GaitvalError
-from gaitval.memory import seldom_search, share_heap
 from gaitval.terminal import display, signals
 
 STOPPED = 130
@@ -469,8 +468,6 @@ def _root(
 
 def main() -> None:
     """Entry point of the `gaitval` command."""
-    share_heap()
-    seldom_search()
     signals.end_in_order()
     # Processes that are started here take no modules from the folder that this one is run in, where
     # others may have put some.

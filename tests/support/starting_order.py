@@ -19,7 +19,6 @@ LONG = (
     "test_current_folder.py",
     "patients/test_sound_side.py",
     "reference/test_plates.py",
-    "study/test_compile_ahead.py",
     "workflows/test_import_refusal.py",
     "workflows/test_import_truth.py",
     "devices/test_learning.py",
