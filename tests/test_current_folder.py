@@ -28,13 +28,13 @@ RUNS: dict[str, list[str]] = {
     "curves": ["curves", "--template", "out/own.csv"],
     "events": ["events", str(SAMPLES / "walking.c3d"), "--out", "out/e.svg"],
     "markers": ["markers", str(SAMPLES / "walking.c3d"), "--out", "out/set.toml"],
-    "scale": ["scale", "5", "--out", "out/S05"],
+    "stage": ["stage", "scale", "5", "--out", "out/S05"],
     "judge": ["judge", "out/none.osim", "--out", "out/judged"],
     "check": ["check", "--quick", "--baseline", "S05", "--json", "out/check.json"],
     "import": ["import", *RECORDED, "--out", "out/sample"],
 }
 """A run of a command, where one is cheap; of the others, the help and all that they import."""
-SLOW = {"check", "import", "markers", "judge", "events", "scale"}
+SLOW = {"check", "import", "markers", "judge", "events", "stage"}
 EVERYTHING = """
 import importlib, pkgutil, sys
 from typer.testing import CliRunner

@@ -245,7 +245,7 @@ def test_a_copy_that_finds_no_room_names_the_copy(tmp_path, monkeypatch):
 def test_results_are_not_written_where_nothing_can_be(tmp_path):
     """Exit code 2 and a sentence: it was 70."""
     done = subprocess.run(
-        [sys.executable, "-P", "-m", "gaitval", "scale", "5", "--out", "/proc/nowhere"],
+        [sys.executable, "-P", "-m", "gaitval", "stage", "scale", "5", "--out", "/proc/nowhere"],
         capture_output=True, text=True, check=False, env={**os.environ, "COLUMNS": "500"},
     )  # fmt: skip
     assert done.returncode == 2, done.stderr

@@ -1,17 +1,15 @@
-"""Commands of a subject's run: one for each stage, all of them, and stored baselines."""
+"""Commands of a subject's run: all stages, one of them, its report, and stored baselines."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import wraps
 from importlib.util import find_spec
-from inspect import Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Final, Literal, get_args
 
 import typer
 
 from gaitval.artefacts import read_json
-from gaitval.errors import ToleranceError
+from gaitval.errors import ArtefactError, ConfigurationError, ToleranceError
 from gaitval.missing_extras import need
 from gaitval.terminal import display
 from gaitval.terminal.app import (
@@ -33,6 +31,11 @@ from gaitval.terminal.app import (
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
     from gaitval.study.stage import Run
+
+StageName = Literal[
+    "scale", "reference", "train", "identify", "correct", "simulate", "push", "validate"
+]
+STAGE_NAMES: Final[tuple[str, ...]] = get_args(StageName)
 
 
 @contextmanager
@@ -64,141 +67,83 @@ def _opened(
         yield run
 
 
-def _stage(
-    name: str,
+StageArgument = Annotated[
+    StageName,
+    typer.Argument(
+        metavar="NAME",
+        help="The stage; docs/commands.md says what each does and writes.",
+    ),
+]
+AllOption = Annotated[
+    bool,
+    typer.Option(
+        "--all", help="After validate, also print every limit with every value it was put to."
+    ),
+]
+
+
+@command(
+    "gaitval stage scale my_patient.toml --out runs/patient",
+    "gaitval stage train 5 --scratch --set training.samples=500000 --set seed=1",
+    "gaitval stage identify 5 --set identification.method=rollouts",
+    "gaitval stage push 5 --set pushes.directions=24",
+    "gaitval stage validate 5 --all",
+    name="stage",
+)
+def stage_command(
+    name: StageArgument,
     subject: SubjectArgument,
     out: OutOption = None,
     config: ConfigOption = None,
     settings: SetOption = None,
     force: ForceOption = False,
-    *,
     round_number: RoundOption = 1,
     scratch: ScratchOption = False,
-    paper: PaperOption = None,
-) -> Path:
-    """Run one stage; returns the run folder."""
+    every: AllOption = False,
+) -> None:
+    """Run one stage of a run alone, with the settings of the run folder.
+
+    It refuses to build on a stage that is not up to date, and says which. An interrupted one
+    resumes with the same command. Prints the lengths of the body after scale, the largest force
+    that was survived after push, and the verdict after validate.
+
+    Exit code 1 of validate: a limit that decides the verdict fails or is not shown to be kept, or
+    what decides was not recorded, so not judged. To check a policy against its earlier accuracy,
+    use `gaitval check`.
+    """
+    _refuse_unread(name, {"--round": round_number != 1, "--scratch": scratch, "--all": every})
     from gaitval.study.one_stage import run_one
 
-    settings = with_paper(settings, paper)
     with _opened(subject, out, config, settings, keep_settings=True) as run:
         run_one(run, name, round_number=round_number, scratch=scratch, force=force)
-        return run.folder
+    match name:
+        case "scale":
+            display.print_csv(
+                run.folder / "scaling.csv", f"Body model in {run.folder / 'model.urdf'}"
+            )
+        case "push":
+            from gaitval.metrics.walk_results import StoredPushes
+
+            found = StoredPushes.model_validate(read_json(run.folder / "push.json"))
+            display.print_pushes(found.recovery)
+        case "validate":
+            _print_verdict(run.folder, every=every)
 
 
-def _stage_command(
-    *examples: str, takes: Sequence[str] = ()
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Make the command of a stage of the function that follows it, which has the stage's name and
-    takes the run folder and options of its own. `takes` are those of the stage itself, besides the
-    ones that all have (`_stage`).
-    """
-
-    def register(after: Callable[..., None]) -> Callable[..., None]:
-        _, *every = signature(_stage).parameters.values()
-        of_stage = [each for each in every if each.kind != each.KEYWORD_ONLY or each.name in takes]
-        _, *own = signature(after).parameters.values()
-
-        @wraps(after)
-        def run(**options: Any) -> None:
-            given = {each.name: options.pop(each.name) for each in of_stage}
-            after(_stage(after.__name__, **given), **options)
-
-        parameters = [each.replace(kind=each.KEYWORD_ONLY) for each in (*of_stage, *own)]
-        vars(run)["__signature__"] = Signature(parameters)
-        return command(*examples)(run)
-
-    return register
+def _refuse_unread(name: str, given: Mapping[str, bool]) -> None:
+    """Refuse the options of other stages than `name` that are `given`."""
+    of = {"--round": ("train", "identify"), "--scratch": ("train",), "--all": ("validate",)}
+    for option, is_given in given.items():
+        if is_given and name not in of[option]:
+            raise ConfigurationError(
+                f"{option} is for {' and '.join(of[option])}, and changes nothing about {name}. "
+                "Leave it out."
+            )
 
 
-@_stage_command("gaitval scale 5", "gaitval scale my_patient.toml --out runs/patient")
-def scale(folder: Path) -> None:
-    """Scale the body model to the subject: model.urdf, scaling.csv.
-
-    Segment lengths come from the markers of the standing trial, masses and inertias from de Leva
-    (1996). Prints each length with its mass, its ratio to the population mean, and its source.
-    """
-    display.print_csv(folder / "scaling.csv", f"Body model in {folder / 'model.urdf'}")
-
-
-@_stage_command("gaitval reference 5")
-def reference(_: Path) -> None:
-    """Build the reference motion from the recorded gait: reference.npz."""
-
-
-@_stage_command(
-    "gaitval train 5",
-    "gaitval train 5 --scratch --set training.samples=500000 --set seed=1",
-    "tensorboard --logdir reports/S05",
-    takes=("round_number", "scratch"),
-)
-def train(_: Path) -> None:
-    """Train a walking policy (PPO): rounds/1/trained.
-
-    It starts from the general policy, and trains only if that falls with this person or is pushed
-    over too often (`--set training.samples=full`: in any case). Interrupt it when you like: the
-    same command resumes. The better of start and trained policy is handed on.
-    """
-
-
-@_stage_command(
-    "gaitval identify 5",
-    "gaitval identify 5 --set identification.method=rollouts",
-    takes=("round_number",),
-)
-def identify(_: Path) -> None:
-    """Identify the 14 body parameters mu from the record: identification.json.
-
-    Looks for the lengths and joint locations of the body with which the recorded motion, moments
-    and forces agree best, and says of each parameter whether the record determines it. Nothing
-    walks for it, and no policy is used (but with identification.method=rollouts that of the round,
-    which is trained before); what the record leaves open draws each parameter towards the body as
-    scaled.
-    """
-
-
-@_stage_command("gaitval correct 5", "gaitval correct 5 --set correction.steps=0")
-def correct(_: Path) -> None:
-    """Correct the reference of the trained policy: correction.json.
-
-    Walks, compares with the reference, and changes the motion that the policy is given by a degree
-    or so, so that the walk comes closer to the reference (iterative learning control), and three
-    tenths of the way to what the run knew of the record. It reads nothing that was held out.
-    """
-
-
-@_stage_command("gaitval simulate 5", "gaitval simulate 5 --set validation.cycles=50")
-def simulate(_: Path) -> None:
-    """Walk with the trained policy, without pushes: rollouts/.
-
-    The identified body and the nominal one walk the cycles that are compared, from the first start
-    phase. The hundred cycles from every start phase are walked by `gaitval correct`.
-    """
-
-
-@_stage_command("gaitval push 5", "gaitval push 5 --set pushes.directions=24")
-def push(folder: Path) -> None:
-    """Push the walker, and find which pushes it survives: push.json.
-
-    Horizontal pushes of 50 ms at the pelvis, from all directions, at phases of the right gait
-    cycle. Prints the largest force up to which the walker survived every tested push.
-    """
-    from gaitval.metrics.walk_results import StoredPushes
-
-    display.print_pushes(StoredPushes.model_validate(read_json(folder / "push.json")).recovery)
-
-
-@_stage_command("gaitval validate 5", "gaitval validate 5 --all")
-def validate(
-    folder: Path,
-    every: Annotated[
-        bool, typer.Option("--all", help="Also print every limit with every value it was put to.")
-    ] = False,
-) -> None:
-    """Compare the walks with the record and the limits: metrics.json.
-
-    Prints the verdict and what failed. Exit code 1 if a limit that decides the verdict fails or is
-    not shown to be kept, or if what decides was not recorded, so not judged. To check a policy
-    against its earlier accuracy, use `gaitval check`.
+def _print_verdict(folder: Path, *, every: bool) -> None:
+    """Print the verdict of a run `folder`, before it `every` limit; raise ToleranceError if it is
+    no pass.
     """
     from gaitval.metrics.results import read_metrics
 
@@ -211,7 +156,7 @@ def validate(
         raise ToleranceError(
             f"{refused} of {refused + metrics.summary.accepted} values are not accepted: they miss "
             "their limit, or a guess without a model is as near to the record (rows above). All "
-            f"errors are in {folder / 'metrics.json'}; `gaitval report` shows the curves."
+            f"errors are in {folder / 'metrics.json'}; `gaitval report {folder}` shows the curves."
         )
     _judged(metrics, folder)
 
@@ -229,21 +174,52 @@ def _judged(metrics: "Metrics", folder: Path) -> None:
         )
 
 
-@_stage_command(
-    "gaitval report 5",
-    "gaitval report 5 --paper letter",
-    takes=("paper",),
-)
-def report(folder: Path) -> None:
-    """Write the report: report.html and report.pdf, report-details.html, and the numbers behind
-    its figures as CSV.
+@command("gaitval report reports/S05", "gaitval report 5 --paper letter")
+def report(
+    run: Annotated[
+        str,
+        typer.Argument(
+            metavar="RUN",
+            help="A run folder, or the subject whose run is in reports (5: reports/S05).",
+        ),
+    ],
+    force: ForceOption = False,
+    paper: PaperOption = None,
+) -> None:
+    """Write the report of a run again: report.html and report.pdf, report-details.html, and the
+    numbers behind its figures as CSV.
 
     Exit code 1 if angles, moments or forces were recorded on neither side, so not judged.
     """
     from gaitval.metrics.results import read_metrics
+    from gaitval.study.one_stage import run_one
 
+    folder = _folder_of(run)
+    subject = folder / "subject.toml"
+    if not subject.is_file():
+        raise ArtefactError(
+            f"{folder}: no run folder, so there is nothing to report. Run `gaitval subject` first, "
+            "or give the folder of a run."
+        )
+    settings = with_paper(None, paper)
+    with _opened(str(subject), folder, None, settings, keep_settings=True) as opened:
+        run_one(opened, "report", force=force)
     display.output.print(f"Report: {folder / 'report.html'} and report.pdf")
     _judged(read_metrics(folder), folder)
+
+
+def _folder_of(run: str) -> Path:
+    """The folder that a `run` is in, given by itself or by its subject."""
+    from gaitval.datasets.subject_file import builtin_name, load_subject
+
+    if Path(run).is_dir():
+        return Path(run)
+    if builtin_name(run) is None and not Path(run).is_file():
+        raise ConfigurationError(
+            f"{run}: no such folder, and no subject. Give a run folder, such as reports/S05, or "
+            "the subject whose run is in reports."
+        )
+    return Path("reports") / load_subject(run).identifier
 
 
 DeviceOption = Annotated[

@@ -12,7 +12,8 @@ from gaitval.scaling.scaling import scale_subject
 
 
 def reference_motion(subject: Subject, *, settings: Sequence[str] = ()) -> ReferenceMotion:
-    """The periodic motion that the walker of a subject imitates, as `gaitval reference` builds it.
+    """The periodic motion that the walker of a subject imitates, as the stage `reference` builds
+    it.
 
     It is the recorded gait on the scaled body, changed within the accuracy of the record so that
     it obeys the laws of motion. It takes some seconds.

@@ -48,7 +48,7 @@ class MarkedBody(ScaledBody):
         return place_markers(self.model, measured, self.standing, marker_set).markers
 
     def save(self, path: str | Path) -> None:
-        """Write `model.urdf` and `scaling.csv` into a folder, as `gaitval scale` does, and the
+        """Write `model.urdf` and `scaling.csv` into a folder, as the stage `scale` does, and the
         markers, if there are any, as `markers.json`.
         """
         write_urdf(self.model, Path(path) / "model.urdf")
@@ -58,8 +58,8 @@ class MarkedBody(ScaledBody):
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read the folder that `save` or `gaitval scale` wrote, or `recording` in the folder of an
-        import. Raises ModelError, ArtefactError.
+        """Read the folder that `save` or the stage `scale` wrote, or `recording` in the folder of
+        an import. Raises ModelError, ArtefactError.
         """
         rows = file_gate.csv_frame(Path(path) / "scaling.csv", ArtefactError).astype(object)
         rows = rows.where(rows.notna(), None)

@@ -525,10 +525,11 @@ def metrics_from(values: Any, origin: str) -> Metrics:
         file="metrics.json",
         version=SCHEMA_VERSION,
         also=(OTHER_KEYS,),
-        fix="Write it again: `gaitval validate` in a run folder, `gaitval baseline` for a "
-        "stored baseline.",
+        fix="Write it again: `gaitval stage validate SUBJECT` in a run folder, `gaitval baseline` "
+        "for a stored baseline.",
     )
-    return Metrics.read(values, origin, file="metrics.json", fix="run `gaitval validate` again")
+    fix = "run `gaitval stage validate SUBJECT` again"
+    return Metrics.read(values, origin, file="metrics.json", fix=fix)
 
 
 def identification_from(values: Any, origin: str) -> IdentificationResult | FoundParameters:
@@ -537,6 +538,5 @@ def identification_from(values: Any, origin: str) -> IdentificationResult | Foun
     """
     chosen = isinstance(values, dict) and "rounds" in values
     model = IdentificationResult if chosen else FoundParameters
-    return model.read(
-        values, origin, file="identification.json", fix="run `gaitval identify --force`"
-    )
+    fix = "run `gaitval stage identify SUBJECT --force`"
+    return model.read(values, origin, file="identification.json", fix=fix)

@@ -206,7 +206,7 @@ def _check_starts(walks: Rollouts, wanted: Sequence[float], which: str) -> None:
         raise ArtefactError(
             f"the {which} rollouts start at the phases {seen}, and the compared one at "
             f"{compared:g}, but validation.start_phases is {list(wanted)}: they are from another "
-            "configuration. Run `gaitval simulate` again."
+            "configuration. Run `gaitval stage simulate SUBJECT` again."
         )
 
 

@@ -92,7 +92,8 @@ def read_urdf(path: Path) -> BodyModel:
         raise ModelError(f"{path}: {error}") from None
     except ValueError as error:
         raise ModelError(
-            f"{path}: cannot be read as URDF ({error}). Write it again with `gaitval scale`."
+            f"{path}: cannot be read as URDF ({error}). Write it again with "
+            "`gaitval stage scale SUBJECT`."
         ) from None
 
 
@@ -194,7 +195,7 @@ def _parse(path: Path) -> Element:
         if tag == "mesh":
             raise ModelError(
                 f"{path}: refers to a mesh file, but a body model has none. Write it again with "
-                "`gaitval scale`."
+                "`gaitval stage scale SUBJECT`."
             )
 
     return parse_xml(path, content, root="robot", kind="a URDF", on_start=no_mesh)
@@ -255,7 +256,7 @@ def _refuse(problems: Sequence[str]) -> None:
         raise ModelError(
             "not a body model of gaitval:\n  "
             + "\n  ".join(problems)
-            + "\nWrite it again with `gaitval scale`."
+            + "\nWrite it again with `gaitval stage scale SUBJECT`."
         )
 
 

@@ -257,7 +257,9 @@ def _check_shapes(tensors: Mapping[str, NDArray[Any]], path: Path) -> None:
 def _read(folder: Path) -> Policy:
     path = folder / "policy.safetensors"
     if not path.exists():
-        raise PolicyError(f"{path}: there is no policy here. Train one with `gaitval train`.")
+        raise PolicyError(
+            f"{path}: there is no policy here. Train one with `gaitval stage train SUBJECT`."
+        )
     try:
         about = read_json(folder / "policy.json")
     except ArtefactError as error:

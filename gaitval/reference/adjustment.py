@@ -62,8 +62,8 @@ class Adjustment:
         if not fits or not np.isfinite([*harmonics.ravel(), height]).all():
             raise ArtefactError(
                 f"{origin}: not a correction of the {len(JOINTS)} angles that this version "
-                "corrects. It is damaged or from another version of gaitval; run `gaitval "
-                "correct` again."
+                "corrects. It is damaged or from another version of gaitval; run "
+                "`gaitval stage correct SUBJECT` again."
             )
         return cls(harmonics, height)
 

@@ -319,7 +319,7 @@ def _pushes(path: Path) -> StoredPushes | None:
     """What is kept of pushes; None if none were tested."""
     if not path.exists():
         return None
-    fix = "delete it and run `gaitval push` again"
+    fix = "delete it and run `gaitval stage push SUBJECT` again"
     return StoredPushes.read(read_json(path), str(path), file="push.json", fix=fix)
 
 

@@ -1,5 +1,6 @@
-"""One stage of a run by itself, as `gaitval train` and others of its kind run it."""
+"""One stage of a run by itself, as `gaitval stage` runs it."""
 
+import shlex
 from itertools import takewhile
 
 from gaitval.errors import ArtefactError
@@ -71,9 +72,9 @@ def _require(run: Run, stage: Stage, name: str) -> None:
     """Raise ArtefactError unless `stage`, which `name` depends on, is up to date."""
     reason = why_run(stage, run.folder)
     if reason is not None:
-        subject = run.subject.identifier
+        whole = shlex.join(["gaitval", "subject", *run.named])
         raise ArtefactError(
             f"{run.folder}: {name} depends on {stage.name}, which is not up to date: {reason}. "
-            f"First run `{stage.command(subject)}` with the same options, or `gaitval subject "
-            f"{subject}`, which runs all stages."
+            f"First run `{stage.command(run)}` with the same settings, or `{whole}`, which runs "
+            "all stages."
         )

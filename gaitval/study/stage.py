@@ -1,5 +1,6 @@
 """What a stage is: its files, its fingerprint, and the records of a run folder."""
 
+import shlex
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -107,10 +108,11 @@ class Stage:
     workspace: str | None = None
     emptied: bool = False
 
-    def command(self, subject: str) -> str:
-        """The command line that runs this stage for `subject`."""
+    def command(self, run: "Run") -> str:
+        """The command line that runs this stage of `run` alone."""
         name, _, round_number = self.name.partition("-")
-        return f"gaitval {name} {subject}" + (f" --round {round_number}" if round_number else "")
+        which = ("--round", round_number) if round_number not in ("", "1") else ()
+        return shlex.join(["gaitval", "stage", name, *run.named, *which])
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,21 @@ class Run:
     subject: "Subject"
     configuration: "Configuration"
     observer: Observer = field(default_factory=Observer)
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The words of a command line that mean this run: its subject, a file if it is not built
+        in, and its folder where that is not the usual one.
+        """
+        from gaitval.datasets.subject_file import builtin_name
+
+        own = self.subject.identifier
+        subject = own if builtin_name(own) else f"{own}.toml"
+        return (
+            (subject,)
+            if self.folder == Path("reports") / own
+            else (subject, "--out", str(self.folder))
+        )
 
     @property
     def knew_no_kinetics(self) -> bool:

@@ -34,8 +34,8 @@ was recorded. Uncertain body parameters are identified, and the simulated walk i
 with the record: joint angles, joint moments and ground reaction forces.
 
 Each stage reads and writes files in a run folder (reports/S05). It is skipped when nothing
-that it reads has changed, and resumes after Ctrl-C or a kill. A single stage keeps the
-settings of its run folder; `subject` starts from the defaults.
+that it reads has changed, and resumes after Ctrl-C or a kill. `stage` runs one alone, with
+the settings of its run folder; `subject` starts from the defaults.
 
 Exit codes: 0 done, also where a limit failed that a page shows; 1 a limit failed (validate,
 check, compare --strict, judge --strict), what decides could not be judged (any of these, subject,
@@ -45,12 +45,9 @@ fault of gaitval, 130 interrupted.
 
 
 PANELS = {
-    "Main jobs": ("subject", "import", "report"),
+    "Main jobs": ("subject", "import", "report", "stage"),
     "More ways in, and many people": ("subjects",),
     "Stored accuracy": ("baseline",),
-    "Single stages of a run": (
-        *("scale", "reference", "train", "identify", "correct", "simulate", "push", "validate"),
-    ),
 }
 """Commands of the core in the order in which the help shows them, by heading."""
 

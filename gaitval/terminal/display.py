@@ -272,7 +272,7 @@ def print_verdict(metrics: "Metrics", where: str = "") -> None:
         )
     if len(shown) > VERDICT_ROWS:
         more = len(shown) - VERDICT_ROWS
-        plain(f"  and {more} more, in the report and `gaitval validate SUBJECT --all`")
+        plain(f"  and {more} more, in the report and `gaitval stage validate SUBJECT --all`")
 
 
 def print_tolerances(metrics: "Metrics") -> None:

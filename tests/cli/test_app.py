@@ -14,13 +14,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from stage_order import STAGES
 from typer.testing import CliRunner
 
 from gaitval import __version__, cli
 from gaitval.apps.regression import regression
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.cli import study
+from gaitval.cli.study import STAGE_NAMES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import Verdict
@@ -34,7 +34,7 @@ HEAVY = {
 }
 """Libraries that take longer to load than the help to read."""
 COMMANDS = (
-    *("subjects", "import", "curves", *STAGES),
+    *("subjects", "import", "curves", "stage", "report"),
     *("predict", "subject", "baseline", "check", "compare", "judge"),
 )
 
@@ -60,7 +60,7 @@ def test_a_name_from_a_file_is_no_command_to_the_terminal(
     """An OSC code would set the window's title; a carriage return would write over the line."""
     path = tmp_path / "subject.toml"
     path.write_text('"\\u001b]0;title\\u0007\\r\\u202ekey" = 1\n', encoding="utf-8")
-    assert gaitval("scale", str(path), "-o", str(tmp_path / "run")).exit_code == 2
+    assert gaitval("stage", "scale", str(path), "-o", str(tmp_path / "run")).exit_code == 2
     assert "title" in plain_messages.getvalue()
     assert not set("\x1b\x07\r\u202e") & set(plain_messages.getvalue())
 
@@ -71,7 +71,7 @@ def test_a_folder_may_be_called_as_markup_is_written(
     text = io.StringIO()
     monkeypatch.setattr(display, "output", display.Terminal(file=text, width=400))
     folder = tmp_path / "[/red] [bold]a :smile:"
-    assert gaitval("scale", "5", "-o", str(folder)).exit_code == 0
+    assert gaitval("stage", "scale", "5", "-o", str(folder)).exit_code == 0
     assert f"Body model in {folder / 'model.urdf'}" in text.getvalue()
 
 
@@ -155,21 +155,22 @@ def test_subjects_lists_the_ten() -> None:
     assert "64.95" in output
 
 
-@pytest.mark.parametrize("command", [*STAGES, "subject", "baseline"])
+@pytest.mark.parametrize("command", ["stage scale", "subject", "baseline"])
 def test_an_unknown_subject_is_refused(
     command: str, tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
-    result = gaitval(command, "44", "--out", str(tmp_path / "run"))
+    result = gaitval(*command.split(), "44", "--out", str(tmp_path / "run"))
     assert result.exit_code == 2
     assert "'44': no such subject. The built-in ones are S01 (WBDS01)" in plain_messages.getvalue()
     assert not (tmp_path / "run").exists()
 
 
-@pytest.mark.parametrize("command", [*STAGES, "subject"])
+@pytest.mark.parametrize("command", ["stage scale", "subject"])
 def test_an_unknown_setting_is_refused(
     command: str, tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
-    result = gaitval(command, "5", "--out", str(tmp_path / "run"), "--set", "training.sample=1")
+    out = ("--out", str(tmp_path / "run"))
+    result = gaitval(*command.split(), "5", *out, "--set", "training.sample=1")
     assert result.exit_code == 2
     assert "training.sample: unknown; the known ones are samples" in plain_messages.getvalue()
 
@@ -237,23 +238,88 @@ def test_curves_say_what_is_missing(
     assert message in plain_messages.getvalue().replace("\n", " ")
 
 
-@pytest.mark.parametrize("command", [*STAGES, "subject"])
+@pytest.mark.parametrize("command", ["stage scale", "subject"])
 def test_a_missing_configuration_file_is_refused(
     command: str, tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
     missing = str(tmp_path / "none.toml")
-    result = gaitval(command, "5", "--out", str(tmp_path / "run"), "--config", missing)
+    out = ("--out", str(tmp_path / "run"))
+    result = gaitval(*command.split(), "5", *out, "--config", missing)
     assert result.exit_code == 2
     assert f"{missing}: no such configuration file" in plain_messages.getvalue()
 
 
-@pytest.mark.parametrize("command", STAGES[1:])
+@pytest.mark.parametrize("name", STAGE_NAMES[1:])
 def test_a_stage_without_the_earlier_ones_says_what_to_run(
-    command: str, tmp_path: Path, plain_messages: io.StringIO
+    name: str, tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
-    result = gaitval(command, "5", "--out", str(tmp_path / "run"))
+    folder = tmp_path / "run"
+    result = gaitval("stage", name, "5", "--out", str(folder))
     assert result.exit_code == 2
-    assert "`gaitval scale S05`" in plain_messages.getvalue()
+    assert f"`gaitval stage scale S05 --out {folder}`" in plain_messages.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("name", "option", "of"),
+    [
+        ("scale", ("--round", "2"), "train and identify"),
+        ("identify", ("--scratch",), "train"),
+        ("push", ("--all",), "validate"),
+    ],
+)
+def test_an_option_of_another_stage_is_refused(
+    name: str, option: tuple[str, ...], of: str, tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    result = gaitval("stage", name, "5", "--out", str(tmp_path / "run"), *option)
+    assert result.exit_code == 2
+    assert f"{option[0]} is for {of}, and changes nothing about {name}" in plain_messages.getvalue()
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_stage_that_there_is_not_is_refused_with_those_that_there_are() -> None:
+    result = gaitval("stage", "walk", "5")
+    assert result.exit_code == 2
+    said = " ".join(result.stderr.replace("│", "").split())
+    assert all(f"'{name}'" in said for name in ("walk", *STAGE_NAMES))
+
+
+@pytest.mark.parametrize(
+    ("run", "message"),
+    [
+        ("nowhere", "nowhere: no such folder, and no subject. Give a run folder, such as"),
+        (".", ".: no run folder, so there is nothing to report. Run `gaitval subject`"),
+        ("5", "reports/S05: no run folder, so there is nothing to report"),
+    ],
+)
+def test_a_report_of_what_is_no_run_is_refused(
+    run: str,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    plain_messages: io.StringIO,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert gaitval("report", run).exit_code == 2
+    assert message in plain_messages.getvalue()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("run", ["reports/S05", "5", "S05"])
+def test_a_report_is_of_the_folder_or_of_the_run_of_a_subject(
+    run: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    subject = load_subject("5").to_toml()
+    write_text(tmp_path / "reports" / "S05" / "subject.toml", subject)
+    asked: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(
+        "gaitval.study.one_stage.run_one",
+        lambda run, name, **options: asked.append((str(run.folder), name, options)),
+    )
+    monkeypatch.setattr(study, "_judged", lambda *_: None)
+    monkeypatch.setattr("gaitval.metrics.results.read_metrics", lambda folder: None)
+    assert gaitval("report", run, "--force").exit_code == 0
+    assert asked == [("reports/S05", "report", {"force": True})]
 
 
 def test_swapped_columns_of_a_users_subject_are_refused(
@@ -266,7 +332,7 @@ def test_swapped_columns_of_a_users_subject_are_refused(
         "height_m = 1.53", "height_m = 0.64"
     )
     (tmp_path / "me.toml").write_text(text)
-    result = gaitval("scale", str(tmp_path / "me.toml"), "--out", str(tmp_path / "run"))
+    result = gaitval("stage", "scale", str(tmp_path / "me.toml"), "--out", str(tmp_path / "run"))
     assert result.exit_code == 2
     assert "swapped" in plain_messages.getvalue()
 
@@ -275,15 +341,15 @@ def test_a_file_where_the_run_folder_should_be_is_refused(
     tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
     (tmp_path / "run").write_text("")
-    result = gaitval("scale", "5", "--out", str(tmp_path / "run"))
+    result = gaitval("stage", "scale", "5", "--out", str(tmp_path / "run"))
     assert result.exit_code == 2
     assert "run: is a file, or lies below one" in plain_messages.getvalue()
 
 
 def test_wrong_usage_has_exit_code_2() -> None:
-    assert gaitval("scale").exit_code == 2
+    assert gaitval("stage", "scale").exit_code == 2
     assert gaitval("walk", "5").exit_code == 2
-    assert gaitval("train", "5", "--round", "0").exit_code == 2
+    assert gaitval("stage", "train", "5", "--round", "0").exit_code == 2
     assert gaitval("check").exit_code == 2
 
 
@@ -292,7 +358,7 @@ def test_wrong_usage_has_exit_code_2() -> None:
     [
         (("predict", "5", "--speed", "1,3"), "'1,3' is no number. Write digits, with a point"),
         (("import", "--mass", "70kg"), "'70kg' is no number. Write digits, with a point"),
-        (("train", "5", "--round", "one"), "'one' is no whole number. Write digits"),
+        (("stage", "train", "5", "--round", "one"), "'one' is no whole number. Write digits"),
     ],
 )
 def test_what_is_no_number_is_shown(words: tuple[str, ...], message: str) -> None:
@@ -336,7 +402,7 @@ def test_an_empty_folder_is_not_the_current_one(
     words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    result = gaitval("scale", "5", *words)
+    result = gaitval("stage", "scale", "5", *words)
     assert result.exit_code == 2
     assert "is empty" in result.stderr
     assert not list(tmp_path.iterdir())
@@ -348,7 +414,7 @@ def test_the_tilde_that_a_shell_leaves_is_the_home_folder(
     for name in ("HOME", "USERPROFILE"):  # Windows has the latter
         monkeypatch.setenv(name, str(tmp_path / "home"))
     monkeypatch.chdir(tmp_path)
-    assert gaitval("scale", "5", "--out=~/run").exit_code == 0
+    assert gaitval("stage", "scale", "5", "--out=~/run").exit_code == 0
     assert (tmp_path / "home" / "run" / "model.urdf").is_file()
     assert not (tmp_path / "~").exists()
 
@@ -431,7 +497,7 @@ def test_a_full_or_broken_disk_is_no_fault_of_ours(
 def test_a_round_that_no_run_reaches_is_wrong_usage(tmp_path: Path, round_number: str) -> None:
     """Every stage before it would be planned, which fills the memory."""
     out = ("--out", str(tmp_path / "run"))
-    assert gaitval("train", "5", "--round", round_number, *out).exit_code == 2
+    assert gaitval("stage", "train", "5", "--round", round_number, *out).exit_code == 2
 
 
 def test_a_stage_alone_keeps_the_settings_of_its_run_folder(
@@ -448,9 +514,9 @@ def test_a_stage_alone_keeps_the_settings_of_its_run_folder(
     monkeypatch.setattr(display, "print_verdict", lambda metrics: None)
     folder = tmp_path / "run"
     out = ("--out", str(folder))
-    gaitval("train", "5", *out, "--set", "seed=3")
-    gaitval("identify", "5", *out)
-    gaitval("identify", "5", *out, "--set", "seed=4")
+    gaitval("stage", "train", "5", *out, "--set", "seed=3")
+    gaitval("stage", "identify", "5", *out)
+    gaitval("stage", "identify", "5", *out, "--set", "seed=4")
     write_json(folder / "metrics.json", {})
     gaitval("subject", "5", *out)
     assert seeds == [3, 3, 4, 0]
@@ -749,8 +815,8 @@ def test_validate_exits_with_1_where_a_tolerance_is_failed(
     monkeypatch.setattr(study, "_judged", lambda *_: None)
     monkeypatch.setattr(display, "print_verdict", lambda metrics: None)
     monkeypatch.setattr("gaitval.metrics.results.read_metrics", lambda folder: metrics)
-    monkeypatch.setattr(study, "_stage", lambda *_, **__: tmp_path)
-    ended = gaitval("validate", "5")
+    monkeypatch.setattr("gaitval.study.one_stage.run_one", lambda *_, **__: None)
+    ended = gaitval("stage", "validate", "5", "--out", str(tmp_path))
     assert ended.exit_code == code
     message = " ".join(plain_messages.getvalue().split())
     assert ("2 of 9 values are not accepted" in message) == bool(code)

@@ -11,8 +11,9 @@ import pytest
 from report_run import build_run
 from typer.testing import CliRunner
 
-from gaitval.artefacts import read_json, write_json
-from gaitval.cli import app, study
+from gaitval.artefacts import read_json, write_json, write_text
+from gaitval.cli import app
+from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting.recording_report import GateRow
 from gaitval.terminal import display
@@ -47,8 +48,8 @@ def test_the_verdict_of_a_walk_and_its_exit_code(
     refused = [row for row in rows if row["role"] == "acceptance" and not row["passed"]]
     stored["summary"] |= {"refused": len(refused)}
     write_json(tmp_path / "metrics.json", stored)
-    monkeypatch.setattr(study, "_stage", lambda *_, **__: tmp_path)
-    done = CliRunner().invoke(app, ["validate", "S05", "--out", str(tmp_path), "--all"])
+    monkeypatch.setattr("gaitval.study.one_stage.run_one", lambda *_, **__: None)
+    done = CliRunner().invoke(app, ["stage", "validate", "S05", "--out", str(tmp_path), "--all"])
     assert done.exit_code == (0 if kept else 1)
     lines = (done.output + message.getvalue()).splitlines()
     table = [
@@ -75,9 +76,13 @@ def test_the_verdict_of_a_walk_and_its_exit_code(
 
 
 @pytest.mark.parametrize("lacking", ["moments", "forces", "angles", "one side", None])
-@pytest.mark.parametrize("name", ["validate", "report"])
+@pytest.mark.parametrize("command", [("stage", "validate", "S05", "--out"), ("report",)])
 def test_a_verdict_without_what_decides_is_none(
-    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lacking: str | None, name: str
+    run: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    lacking: str | None,
+    command: tuple[str, ...],
 ) -> None:
     """All limits kept, but of a walk whose moments nobody recorded: not judged, no pass."""
     stored = read_json(run / "metrics.json")
@@ -94,8 +99,9 @@ def test_a_verdict_without_what_decides_is_none(
         origins[lacking] = {"right": "predicted", "left": "expected"}
     stored["record"]["origins"] = origins
     write_json(tmp_path / "metrics.json", stored)
-    monkeypatch.setattr(study, "_stage", lambda *_, **__: tmp_path)
-    done = CliRunner().invoke(app, [name, "S05", "--out", str(tmp_path)])
+    write_text(tmp_path / "subject.toml", load_subject("5").to_toml())
+    monkeypatch.setattr("gaitval.study.one_stage.run_one", lambda *_, **__: None)
+    done = CliRunner().invoke(app, [*command, str(tmp_path)])
     whole = lacking in (None, "one side")
     assert done.exit_code == (0 if whole else 1)
     if not whole:

@@ -119,7 +119,7 @@ def test_the_template_makes_a_subject(tmp_path: Path, monkeypatch: pytest.Monkey
     assert CliRunner().invoke(cli.app, ["curves", "--template", "own.xlsx"]).exit_code == 2
 
 
-def test_main_jobs_come_first_and_single_stages_last() -> None:
+def test_main_jobs_come_first() -> None:
     assert list(ROOT.commands)[:8] == [
         *("subject", "import", "predict", "report", "change", "check", "compare", "device")
     ]
@@ -137,7 +137,7 @@ def test_flags_look_like_flags(words: list[str]) -> None:
 
 @pytest.mark.parametrize("value", ["true", "False", "yes"])
 def test_a_value_behind_a_flag_is_refused_in_words(value: str) -> None:
-    done = CliRunner().invoke(cli.app, ["train", "5", "--scratch", value])
+    done = CliRunner().invoke(cli.app, ["stage", "train", "5", "--scratch", value])
     assert done.exit_code == 2
     assert "--scratch takes no value" in " ".join(done.output.split())
 
@@ -145,7 +145,7 @@ def test_a_value_behind_a_flag_is_refused_in_words(value: str) -> None:
 @pytest.mark.parametrize(
     "words",
     [
-        ["scale", "5", "--out", "/proc/x"],
+        ["stage", "scale", "5", "--out", "/proc/x"],
         ["compare", "reports/S05", "--out", "/proc/x"],
         ["curves", "--template", "/proc/x/means.csv"],
         ["data", "sample", "/proc/x"],
@@ -185,7 +185,7 @@ def test_check_of_a_missing_baseline_says_which_there_are(messages: io.StringIO)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", [[], ["judge"], ["import"], ["reference"], ["data", "fetch"]])
+@pytest.mark.parametrize("words", [[], ["judge"], ["import"], ["stage"], ["data", "fetch"]])
 def test_help_keeps_its_descriptions_where_python_leaves_out_docstrings(words: list[str]) -> None:
     plain, without = (
         subprocess.run(

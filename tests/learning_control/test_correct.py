@@ -139,7 +139,7 @@ def test_it_is_stored_and_read_again():
     ],
 )
 def test_a_damaged_correction_is_refused_and_named(damage):
-    with pytest.raises(ArtefactError, match=r"correction\.json: not a correction.*gaitval correct"):
+    with pytest.raises(ArtefactError, match=r"correction\.json: not a correction.*stage correct"):
         Adjustment.from_dict(some_correction().as_dict() | damage, "correction.json")
 
 

@@ -228,7 +228,7 @@ def test_the_published_schema_refuses_what_the_model_refuses(
 
 @pytest.mark.parametrize("version", [2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 14])
 def test_other_versions_are_refused_with_the_mend(version: int, stored: Json) -> None:
-    with pytest.raises(ArtefactError, match=rf"has version {version} .* `gaitval validate`"):
+    with pytest.raises(ArtefactError, match=rf"has version {version} .* `gaitval stage validate"):
         metrics_from({**stored, "schema_version": version}, "x.json")
 
 
@@ -305,5 +305,5 @@ def test_a_damaged_identification_is_refused_with_the_place(
 ) -> None:
     values = read_json(ROOT / "reports/S05/baseline/identification.json")
     change(values)
-    with pytest.raises(ArtefactError, match=rf"at {place}, .* run `gaitval identify --force`"):
+    with pytest.raises(ArtefactError, match=rf"at {place}, .* run `gaitval stage identify SUBJECT"):
         identification_from(values, "identification.json")

@@ -176,7 +176,7 @@ def test_the_right_policy_is_taken(task, folder):
 
 
 def test_no_policy(tmp_path):
-    with pytest.raises(PolicyError, match=r"there is no policy here.*gaitval train"):
+    with pytest.raises(PolicyError, match=r"there is no policy here.*gaitval stage train"):
         load_policy(tmp_path)
 
 

@@ -92,7 +92,7 @@ def test_a_run_that_every_check_would_refuse_is_refused_with_a_way_on(
     with pytest.raises(ArtefactError, match="has other settings than the walk") as refused:
         store_baseline(run, tmp_path / "baseline")
     assert "gaitval baseline" not in str(refused.value)
-    assert f"`gaitval validate SUBJECT --out {run} --force`" in str(refused.value)
+    assert f"`gaitval stage validate SUBJECT --out {run} --force`" in str(refused.value)
     assert not (tmp_path / "baseline").exists()
 
 

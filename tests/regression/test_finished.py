@@ -92,7 +92,7 @@ def test_a_file_that_changed_since_is_named_however_far_before(
 
 
 def test_an_early_stage_that_ran_again_makes_the_figures_old(run: Path) -> None:
-    """As after `gaitval identify` with another method: each record is whole, and they differ."""
+    """As after `stage identify` with another method: each record is whole, and they differ."""
     write_text(run / "identification.json", '{"another": 1}')
     edited(
         run,

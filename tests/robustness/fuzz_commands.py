@@ -324,12 +324,12 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "configuration_command": Kind(
             {"c.toml": (BASELINE / "configuration.toml").read_bytes()},
             {"c.toml": toml},
-            lambda f: through(f, "scale", "5", "--config", f / "c.toml"),
+            lambda f: through(f, "stage", "scale", "5", "--config", f / "c.toml"),
         ),
         "subject_command": Kind(
             {"s.toml": (BASELINE / "subject.toml").read_bytes()},
             {"s.toml": toml},
-            lambda f: through(f, "scale", f / "s.toml"),
+            lambda f: through(f, "stage", "scale", f / "s.toml"),
         ),
         "reference_npz": loaded("reference.npz", ReferenceMotion.load, arrays),
         "rollout_npz": loaded("rollout.npz", Rollout.load, arrays),

@@ -58,7 +58,7 @@ def test_the_folder_itself_may_be_a_link_and_files_may(tmp_path: Path) -> None:
 IN_FOLDERS = {
     "export": ["export", "5", "--to", "gymnasium", "--out", "OUT"],
     "import": ["import", "OUT/people.toml", "--out", "OUT"],
-    "scale": ["scale", "5", "--out", "OUT"],
+    "stage": ["stage", "scale", "5", "--out", "OUT"],
 }
 
 

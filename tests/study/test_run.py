@@ -649,16 +649,36 @@ def test_a_setting_runs_only_the_stages_that_it_concerns(
 def test_a_stage_alone_refuses_to_build_on_what_is_not_there(
     opened: Opener, stand_ins: list[float | None]
 ) -> None:
-    with pytest.raises(ArtefactError, match=r"identify depends on scale.*`gaitval scale S05`"):
-        run_one(opened(), "identify")
+    run = opened()
+    first = rf"identify depends on scale.*`gaitval stage scale S05 --out {run.folder}`"
+    with pytest.raises(ArtefactError, match=first):
+        run_one(run, "identify")
 
 
 def test_a_stage_alone_refuses_to_build_on_other_settings(
     opened: Opener, stand_ins: list[float | None]
 ) -> None:
     run_subject(opened("identification.rounds=1"))
-    with pytest.raises(ArtefactError, match=r"train-1.*seed changed.*gaitval train S05 --round 1"):
+    first = r"train-1.*seed changed.*gaitval stage train S05 --out"
+    with pytest.raises(ArtefactError, match=first):
         run_one(opened("identification.rounds=1", "seed=7"), "validate")
+
+
+@pytest.mark.parametrize(
+    ("name", "identifier", "folder", "command"),
+    [
+        ("scale", "S05", "reports/S05", "gaitval stage scale S05"),
+        ("train-2", "S05", "reports/S05", "gaitval stage train S05 --round 2"),
+        ("scale", "S05", "my runs", "gaitval stage scale S05 --out 'my runs'"),
+        ("scale", "me", "reports/me", "gaitval stage scale me.toml"),
+    ],
+)
+def test_the_command_of_a_stage_names_the_run(
+    name: str, identifier: str, folder: str, command: str
+) -> None:
+    subject = load_subject("5").model_copy(update={"identifier": identifier})
+    stage = Stage(name, lambda: None, 1, (), ())
+    assert stage.command(Run(Path(folder), subject, load_configuration())) == command
 
 
 def test_a_command_that_is_refused_changes_nothing(
@@ -815,7 +835,7 @@ gaitval.cli.main()
 def test_stages_run_without_what_posix_alone_has(tmp_path: Path) -> None:
     """As on Windows, as far as that can be had here; the lock is then filelock's of files."""
     folder = tmp_path / "run"
-    command = [sys.executable, "-c", WITHOUT_POSIX, "scale", "5", "--out", str(folder)]
+    command = [sys.executable, "-c", WITHOUT_POSIX, "stage", "scale", "5", "--out", str(folder)]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert (folder / "model.urdf").exists()

@@ -131,7 +131,7 @@ def _identification() -> dict:
 
 
 def _correction() -> dict:
-    """As `gaitval correct` writes it."""
+    """As `gaitval stage correct` writes it."""
     harmonics = np.zeros((len(JOINTS), 3))
     harmonics[JOINTS.index("knee_angle_l")] = np.deg2rad([-1.25, 0.5, 0.0])
     rows = [
@@ -165,7 +165,7 @@ def _torque_shares() -> dict:
 
 
 def _pushes() -> dict:
-    """Recovery as `gaitval push` writes it; one push of 300 N at phase 0.5 ends in a fall."""
+    """Recovery as `gaitval stage push` writes it; one push of 300 N at phase 0.5 ends in a fall."""
     directions = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0, -150.0, -120.0, -90.0, -60.0, -30.0]
     largest = [[500.0 + 25.0 * i for i in range(12)], [1200.0 - 75.0 * i for i in range(12)]]
     ahead = [each for each in directions if abs(each) <= 90.0]

@@ -116,8 +116,8 @@ def _check_believed(folder: Path) -> None:
         raise ArtefactError(
             f"{str(error).removesuffix(FIX)}Every check would refuse this baseline. Run `gaitval "
             f"subject SUBJECT --out {folder}` again with the settings that it is to have, or "
-            f"`gaitval validate SUBJECT --out {folder} --force` to measure it with those that it "
-            "has."
+            f"`gaitval stage validate SUBJECT --out {folder} --force` to measure it with those "
+            "that it has."
         ) from None
 
 
