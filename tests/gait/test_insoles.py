@@ -171,3 +171,18 @@ def test_a_table_without_times_is_refused(tmp_path):
     path.write_text("force_right,force_left\n1,2\n", encoding="utf-8")
     with pytest.raises(RecordError, match=r"(?s)walk\.csv.*time.*force_right"):
         read(path)
+
+
+def test_a_foot_lands_between_two_samples(tmp_path):
+    """A force that rises by 3.2 body weights a second, every 112.5 samples. A stride begins where
+    it passes 0.05, and a hundredth of the stride later it is 0.036 larger.
+    """
+    stride = 1.125
+    time = np.arange(900) / RATE
+    lands = np.stack([(time + 0.4) % stride, (time + 0.9) % stride], axis=1)
+    forces = WEIGHT * np.minimum(3.2 * lands, np.maximum(8.0 * (0.7 - lands), 0.0))
+    found = read(write(tmp_path / "walk.csv", time, forces), stride_time=stride)
+    assert found.stride_time == pytest.approx(1.125, abs=1e-5)
+    part = np.arange(1, 40)
+    for foot in found.vertical:
+        np.testing.assert_allclose(found.gain * foot[part], 0.05 + 0.036 * part, atol=1e-4)

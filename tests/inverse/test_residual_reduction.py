@@ -12,7 +12,12 @@ from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR
 from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import inverse_dynamics, residuals
 from gaitval.inverse.residual_derivatives import MASS_GROUPS
-from gaitval.inverse.residual_reduction import ReductionSettings, reduce_residuals
+from gaitval.inverse.residual_reduction import (
+    ReductionSettings,
+    _problem,
+    _total_mass_error,
+    reduce_residuals,
+)
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
@@ -267,3 +272,16 @@ def test_recorded_walks_come_within_the_published_limits(gait_data, recorded):
         assert found.model.mass == pytest.approx(carried, rel=0.005)
     else:
         assert found.model.mass == pytest.approx(walk.model.mass, rel=0.01)
+
+
+def test_one_percent_of_the_mass_is_one_standard_deviation(walk):
+    """Scales and force plates disagree by 1 %; each segment's share is known to 2 %."""
+    frames = len(walk.time)
+    problem = _problem(
+        walk.model, walk.time, walk.positions, np.zeros((frames, 3, 2, 3)), markers_on(LEGS),
+        np.ones(frames, dtype=bool), ReductionSettings(),
+    )  # fmt: skip
+    heavier_by_one_percent = np.append(np.full(len(MASS_GROUPS), np.log(1.01)), np.zeros(3))
+    error, _ = _total_mass_error(problem, heavier_by_one_percent)
+    assert error == pytest.approx(1.0)
+    np.testing.assert_allclose(problem.body_sigma, [0.02] * len(MASS_GROUPS) + [0.01] * 3)

@@ -83,3 +83,22 @@ def test_the_arm_is_that_of_the_part_of_the_cycle_in_which_the_foot_is_loaded():
     """12 to 52 % of it, both included; a larger plantarflexion moment is further ahead."""
     percent = np.arange(101.0)
     np.testing.assert_allclose(pressure_arm(-GRAVITY * percent, np.ones(101)), np.arange(12, 53))
+
+
+@pytest.mark.parametrize(("side", "ahead"), [("right", 0.010), ("left", -0.010)])
+def test_measures_are_in_the_units_that_they_say(side, ahead):
+    """80 % of the weight 50 mm ahead of the ankle, then 10 mm further or nearer, and 3 % more."""
+    end, force = f"_{side[0]}", np.full(101, 0.8)
+    recorded, walked = (
+        Curves(
+            {},
+            {f"ankle_angle{end}": -GRAVITY * 0.8 * arm * np.ones(101)},
+            {f"vertical{end}": force + more},
+        )
+        for arm, more in ((0.05, 0.0), (0.05 + ahead, 0.0))
+    )
+    found = {(name, of): value for name, of, value in side_values(walked, recorded)}
+    assert found["pressure_arm_rmse", side] == pytest.approx(10.0)  # mm
+    walked.forces[f"vertical{end}"] += 0.03
+    found = {(name, of): value for name, of, value in side_values(walked, recorded)}
+    assert found["loading_peak_error", side] == pytest.approx(3.0)  # % of body weight

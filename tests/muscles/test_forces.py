@@ -15,10 +15,17 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
 from gaitval.musculature import CRITERIA, share
 from gaitval.musculature.bands import Spreads, draw
-from gaitval.musculature.contact import ASIDE, PLATEAUS
+from gaitval.musculature.contact import ASIDE, PLATEAUS, contact
 from gaitval.musculature.curves import tendon_strain
-from gaitval.musculature.mapping import knee_aside, leg_loads, sizes, tibia_axes
-from gaitval.musculature.paths import COORDINATES, JOINTS, KNEE, MUSCLES, geometry, table
+from gaitval.musculature.mapping import (
+    BoneSizes,
+    LegLoads,
+    knee_aside,
+    leg_loads,
+    sizes,
+    tibia_axes,
+)
+from gaitval.musculature.paths import COORDINATES, JOINTS, KNEE, MUSCLES, Geometry, geometry, table
 
 
 @pytest.fixture(scope="module")
@@ -362,3 +369,22 @@ def test_weights_of_contact_are_drawn_only_where_the_cost_is_in_doubt(found):
 
 def test_every_muscle_is_called_by_its_name_in_words():
     assert tuple(MUSCLES) == table().names
+
+
+def test_a_moment_that_tilts_the_knee_shifts_the_load_by_its_arm_of_40_millimetres():
+    """1000 N and 4 Nm that lifts the inner side, without muscles: 500 N each, and 100 N over."""
+    force, moment = np.zeros((2, 1, 4, 3))
+    knee = JOINTS.index("knee")
+    force[0, knee, 1], moment[0, knee, 0] = -1000.0, 4.0
+    nothing = np.zeros((1, 6))
+    loads = LegLoads(
+        nothing, nothing, np.zeros((1, 6, 3)), np.zeros(3), force, moment, np.zeros(1), 0.0
+    )
+    paths = Geometry(
+        np.zeros((1, 40, 4)), np.zeros((1, 40, 6, 4)), np.zeros((1, 40, 4, 3)),
+        np.zeros((1, 40, 3)), np.zeros((1, 6), dtype=bool),
+    )  # fmt: skip
+    found = contact(loads, paths, np.zeros((1, 40)), BoneSizes(np.ones(4)))
+    assert found.compression[0] == pytest.approx(1000.0)
+    assert found.medial[0] == pytest.approx(400.0)
+    assert found.lateral[0] == pytest.approx(600.0)

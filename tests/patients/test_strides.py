@@ -187,3 +187,13 @@ def test_the_sample_has_a_healthy_one_a_stiff_knee_and_a_crouch(tmp_path):
     assert 25.0 < bent["V2", "l"][1] < 35.0
     person, _ = person_of("V2", read_people(tmp_path / "people.csv"))
     assert person.affected == {"": "left"}
+
+
+def test_every_percent_is_read_where_it_stands(tmp_path):
+    """0 % and 100 % are two strides' landings, so they need not be the same."""
+    rows = stride_rows("5", "g", "P")
+    (row,) = (each for each in rows if each[3:5] == ["L", "knee_2"])
+    row[5:] = [value + 0.04 * percent for percent, value in enumerate(row[5:])]
+    (person,) = read_strides(write_strides(tmp_path / "s.csv", rows))
+    np.testing.assert_allclose(person.angles["knee_angle_l"], row[5:], atol=1e-9)
+    assert person.angles["knee_angle_l"][100] - person.angles["knee_angle_l"][0] > 3.0

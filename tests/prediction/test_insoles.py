@@ -14,6 +14,8 @@ PERCENT = np.arange(SAMPLES) / SAMPLES
 STANCE = np.where(PERCENT < 0.62, np.sin(np.pi * PERCENT / 0.62), 0.0)
 LEFT = np.array([1.0, 0.9, 0.8, 0.9, 0.9, 0.95, 0.0])
 COUNT = len(KINETICS)
+LANDING = 0.015 / 1.96
+"""s: 95 % of landings by markers are within 15 ms."""
 
 
 @pytest.fixture
@@ -88,3 +90,18 @@ def test_bands_hold_what_they_say():
         after = with_insoles(before, seen)
         inside.append(np.abs(after.kinetics[:, -1] - truth) <= after.half_width[-1])
     assert np.mean(inside) == pytest.approx(0.9, abs=0.03)
+
+
+def test_a_landing_that_is_off_counts_by_how_fast_the_force_rises(found):
+    """A force that rises by one body weight a second is off by LANDING body weights where landings
+    are by LANDING seconds (SD), and so is the mean that both make of it.
+    """
+    rises = np.tile(np.arange(SAMPLES) / SAMPLES, (2, 1))
+    walk = InsoleForces("walk.csv", rises, 1.0, (9, 9), 1.0, 1e-9)
+    after = with_insoles(found, walk)
+    own = 0.1 / 1.6449
+    sure = own * LANDING / np.hypot(own, LANDING)
+    np.testing.assert_allclose(after.half_width[-1, 50], 1.6449 * sure, rtol=1e-4)
+    slower = with_insoles(found, walk._replace(stride_time=2.0))
+    sure = own * 0.5 * LANDING / np.hypot(own, 0.5 * LANDING)
+    np.testing.assert_allclose(slower.half_width[-1, 50], 1.6449 * sure, rtol=1e-4)

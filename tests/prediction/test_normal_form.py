@@ -90,3 +90,14 @@ def test_a_symmetric_gait_is_its_own_mirror_image_and_keeps_the_mean():
     np.testing.assert_allclose(found.angles[knees].mean(axis=0), gait.angles[knees].mean(axis=0))
     hips = [REQUIRED_MOMENTS.index(f"hip_flexion_{side}") for side in "rl"]
     np.testing.assert_array_equal(*found.moments[hips])
+
+
+@pytest.mark.parametrize("subject", SUBJECTS, ids=lambda s: s.identifier)
+def test_the_ground_pushes_either_foot_towards_the_midline(subject):
+    """In the middle of stance both feet press outwards; to the left is the midline of the right."""
+    record = subject.record()
+    gait = normal_form(record, subject.leg_length_m)
+    assert (gait.forces[:, 15:45, 1].mean(axis=1) > 0.02).all()
+    for foot, side, sign in ((0, "right", 1.0), (1, "left", -1.0)):
+        world = record.ground_reaction(side, np.array([0.3]))[0]
+        np.testing.assert_allclose(gait.forces[foot, 30], [world[0], sign * world[1], world[2]])

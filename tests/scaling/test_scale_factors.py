@@ -9,7 +9,8 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
 from gaitval.mocap.trc import read_trc
 from gaitval.scaling.joint_centres import measure
-from gaitval.scaling.scale_factors import scale_by_pairs, scale_factor
+from gaitval.scaling.scale_factors import BODY_PAIRS, _scaled, scale_by_pairs, scale_factor
+from gaitval.scaling.stature import measure_by_stature
 
 JOINTS = {
     "femur": [("L_HJC", "L.KneeJoint"), ("R_HJC", "R.KneeJoint")],
@@ -181,3 +182,19 @@ def test_heights_above_the_sole_are_those_of_the_mean_body_whatever_the_ankle_s(
         sole = [getattr(each, name)[..., 2] + each.ankle_height for each in bodies]
         np.testing.assert_allclose(sole[1], sole[0], atol=1e-12)
         assert (sole[0] > 0.0).all()
+
+
+def test_a_body_scaled_by_pairs_has_its_heel_under_the_skin():
+    """A heel's marker is 10 mm behind it, and in a foot that is twice as long the marker is twice
+    as far from the ankle.
+    """
+    generic = measure_by_stature(height_m=1.7)
+    factors = dict.fromkeys(BODY_PAIRS, 1.0) | {"foot": 2.0}
+    body = _scaled(generic, generic, factors)
+    to_skin = np.array([0.010, 0.0, 0.0])
+    expected = 2.0 * (generic.right.heel - to_skin)[:2]
+    np.testing.assert_allclose((body.right.heel - to_skin)[:2], expected)
+    np.testing.assert_allclose(
+        body.right.metatarsals[:, :2], 2.0 * generic.right.metatarsals[:, :2]
+    )
+    np.testing.assert_allclose(body.left.heel, body.right.heel)

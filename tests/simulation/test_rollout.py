@@ -116,3 +116,15 @@ def test_a_rollout_whose_time_does_not_go_on_is_refused(rollout, tmp_path, chang
     replace(rollout, time=time).save(path)
     with pytest.raises(ArtefactError, match=r"walk\.npz: time goes from .* Delete it"):
         Rollout.load(path)
+
+
+def test_wrenches_are_what_force_plates_feel(rollout):
+    """Of 10, -20 and 700 N, 0.1 m ahead and 0.05 m to the left, with a free moment of 3 Nm; a foot
+    in the air has no place."""
+    force, place = np.zeros((1, 2, 3)), np.full((1, 2, 3), np.nan)
+    force[0, 1], place[0, 1] = [10.0, -20.0, 700.0], [0.1, 0.05, 0.0]
+    found = replace(
+        rollout, ground_reaction=force, centre_of_pressure=place, free_moment=np.array([[0.0, 3.0]])
+    ).wrenches()
+    np.testing.assert_allclose(found[0, 1], [10.0, -20.0, 700.0, 35.0, -70.0, 0.5])
+    np.testing.assert_array_equal(found[0, 0], np.zeros(6))

@@ -1,6 +1,7 @@
 """The joint servos' stiffness and the tables of the reference that they follow."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -61,3 +62,17 @@ def test_what_is_asked_for_is_as_late_at_every_step(task):
             np.testing.assert_allclose(late, expected, atol=2e-4)
     # and it is not what nobody would notice
     assert np.abs(table - usual).max() > 2e-3
+
+
+def test_what_is_asked_for_is_two_milliseconds_late():
+    """At the default's step of 2 ms the tables are the reference's own; at 1 ms, and at 4, they are
+    that much later and earlier."""
+    assert Configuration().environment.physics_step == 0.002
+    phase = np.arange(200) / 200
+    wave = np.cos(2 * np.pi * phase)[:, None] * np.ones(31)
+    for step, late in ((0.002, 0.0), (0.001, 0.001), (0.004, -0.002)):
+        reference = SimpleNamespace(
+            positions=wave, velocities=wave, moments=wave[:, 6:], stride_time=1.1
+        )
+        found = reference_tables(reference, 1.0, step).positions[:-1, 0]
+        np.testing.assert_allclose(found, np.cos(2 * np.pi * (phase - late / 1.1)), atol=1e-12)

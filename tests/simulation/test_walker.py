@@ -550,3 +550,17 @@ def test_means_over_an_action_are_those_of_its_steps(task):
     np.testing.assert_allclose(
         walker.mean_square_moments, (recording.moments**2).mean(axis=0), atol=1e-7
     )
+
+
+def test_a_reset_forgets_what_the_last_walk_carried(task):
+    walker = Walker(task)
+    walker.set_parameters(nominal_parameters())
+    reference = task.reference
+    start = reference.positions[0], reference.velocities[0], float(reference.phase[0])
+    walker.reset(*start)
+    walker.step(np.full(25, 0.1), NO_FORCE)
+    of_action = ("mean_ground_reaction", "mean_moments", "mean_square_moments", "offset")
+    assert all(np.abs(getattr(walker, name)).max() > 0.0 for name in of_action)
+    walker.reset(*start)
+    for name in of_action:
+        np.testing.assert_array_equal(getattr(walker, name), 0.0, err_msg=name)
