@@ -168,8 +168,8 @@ METABOLIC_MUSCLES: Final = Quantity(
     title="Metabolic rate, from muscles",
     axis="metabolic rate",
     unit="W/kg",
-    note="Heat and work of the muscles of a leg, by three published models. The body’s rate is "
-    f"that of two such legs. {_LEFT_OUT}",
+    note="Heat and work of the muscles of both legs, by three published models. The table has the "
+    f"whole body. {_LEFT_OUT}",
     needs=("angles", "moments"),
     curves=dict(TITLES),
     of_muscles=muscle_rates,
@@ -182,12 +182,14 @@ METABOLIC_MUSCLES: Final = Quantity(
             "W/kg",
             2,
             tuple((model, "gross", name) for name, model in TITLES.items()),
+            of_body=True,
         ),
         FigureTable(
             "Gross metabolic cost, from muscles",
             "J/kg/m",
             2,
             ((TITLES[CENTRAL], "per_metre", CENTRAL),),
+            of_body=True,
         ),
     ),
 )
@@ -197,11 +199,12 @@ METABOLIC_JOINTS: Final = Quantity(
     title="Metabolic rate, from joints",
     axis="metabolic rate",
     unit="W/kg",
-    note="Heat by the moments of hip, knee and ankle of a leg, and work by their positive power, "
-    "less what comes back of the negative, with efficiencies of 0.25 and 1.2. The body’s rate is "
-    "that of two such legs. Its other two numbers were found so that other people’s level walking "
-    "costs what a published equation says. Beside a walk, hip moments are about the walker’s own "
-    f"hip centres, those of the record too. {_LEFT_OUT}",
+    note="Metabolic rate = heat in proportion to the sagittal moments of hip, knee and ankle + "
+    "(positive power − what returns of the negative) / 0.25 + the rest of the negative / 1.2. The "
+    "table has the whole body. Heat and what returns were found so that other people’s level "
+    "walking costs what a published equation says. For this rate alone, hip moments of the walk "
+    "and of the record are about the walker’s hip centres. "
+    f"{_LEFT_OUT}",
     needs=("angles", "moments"),
     curves={"leg": "Metabolic rate of a leg, from joints"},
     of_curves=joint_rates,
@@ -214,8 +217,15 @@ METABOLIC_JOINTS: Final = Quantity(
             "W/kg",
             2,
             (("Gross", "gross", _BODY), ("Net", "net", _BODY)),
+            of_body=True,
         ),
-        FigureTable("Metabolic cost, from joints", "J/kg/m", 2, (("Gross", "per_metre", _BODY),)),
+        FigureTable(
+            "Metabolic cost, from joints",
+            "J/kg/m",
+            2,
+            (("Gross", "per_metre", _BODY),),
+            of_body=True,
+        ),
     ),
     of_time=_over_time,
     time_unit="W",

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from gaitval.arrays import Array
-from gaitval.coordinates import ACTUATED
+from gaitval.coordinates import ACTUATED, SIDES
 from gaitval.gait.cycle_curves import Curves
 from gaitval.musculature.gait import MuscleGait
 from gaitval.prediction.known import RecordedQuantity
@@ -87,6 +87,8 @@ class FigureTable(NamedTuple):
     ----------
     rows : label, and kind and name (without side) of the figure.
     missing : what stands where a curve does not have the figure.
+    of_body : whether the figures of a side are the whole body's, if both legs were like that one:
+        the mean of both is shown, because two numbers would be added up.
     """
 
     title: str
@@ -94,6 +96,19 @@ class FigureTable(NamedTuple):
     digits: int
     rows: tuple[tuple[str, str, str], ...]
     missing: str = ""
+    of_body: bool = False
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What there is a figure of: both sides, or the body."""
+        return ("body",) if self.of_body else SIDES
+
+    def figure(self, figures: Figures, kind: str, name: str, column: str) -> float | None:
+        """That of a row in one of the `columns`; None where it is not known."""
+        sides = SIDES if self.of_body else (column,)
+        values = [figures.get(kind, {}).get(f"{name}_{side[0]}") for side in sides]
+        known = [value for value in values if value is not None]
+        return sum(known) / len(known) if known else None
 
 
 @dataclass(frozen=True)

@@ -114,29 +114,27 @@ def in_halves(tables: Sequence[_Row]) -> tuple[Sequence[_Row], Sequence[_Row]]:
 
 
 def tables_of(quantity: Quantity, recorded: Found | None, walked: Found | None) -> list[_Row]:
-    """The tables of figures of a `quantity`: title, unit, what stands for a missing figure, and
-    rows by side of what was `recorded` and `walked`.
+    """The tables of figures of a `quantity`: title, unit, what stands for a missing figure, columns
+    (the sides, or the body), and rows by column of what was `recorded` and `walked`.
     """
-
-    def value(found: Found | None, kind: str, name: str) -> float | None:
-        return None if found is None else found.figures.get(kind, {}).get(name)
-
+    figures = [{} if found is None else found.figures for found in (recorded, walked)]
     return [
         {
             "title": table.title,
             "unit": table.unit,
             "missing": table.missing,
+            "columns": table.columns,
             "rows": [
                 {
                     "name": label,
                     "unit": table.unit,
                     "digits": table.digits,
                     "sides": {
-                        side: {
-                            "recorded": value(recorded, kind, f"{name}_{side[0]}"),
-                            "walked": value(walked, kind, f"{name}_{side[0]}"),
+                        column: {
+                            "recorded": table.figure(figures[0], kind, name, column),
+                            "walked": table.figure(figures[1], kind, name, column),
                         }
-                        for side in SIDES
+                        for column in table.columns
                     },
                 }
                 for label, kind, name in table.rows

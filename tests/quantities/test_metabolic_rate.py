@@ -108,3 +108,13 @@ def test_files_have_the_cost_of_a_metre():
 def test_people_who_were_measured_need_what_is_expected_of_their_speed(speed, measured):
     """Means of 13 or 22 adults of Slade et al. (2021), Nat Commun 12:4312, W/kg."""
     assert expected_rate(speed) == pytest.approx(measured, rel=0.08)
+
+
+def test_pages_have_one_rate_of_the_body_which_is_the_mean_of_what_each_leg_says():
+    """Two rates of a body side by side would be added up."""
+    (table, _) = METABOLIC_JOINTS.tables
+    figures = {"gross": {"body_r": 4.0, "body_l": 3.8}, "net": {"body_r": 2.8}}
+    assert table.columns == ("body",)
+    assert table.figure(figures, "gross", "body", "body") == pytest.approx(3.9)
+    assert table.figure(figures, "net", "body", "body") == pytest.approx(2.8)
+    assert table.figure({}, "gross", "body", "body") is None

@@ -10,6 +10,7 @@ from gaitval.coordinates import SIDES
 from gaitval.metrics.shown_quantities import quantities_of_record, quantities_of_walk
 from gaitval.number_text import number
 from gaitval.quantities import QUANTITIES, Found, Quantity
+from gaitval.quantities.quantity import FigureTable
 
 FIGURE_COLUMNS: Final = (
     "walk", "subject", "quantity", "figure", "of", "side", "unit", "recorded", "simulated", "before"
@@ -57,9 +58,8 @@ def figure_tables(walks: Sequence[WalkQuantities], *, most: int) -> list[dict[st
                 rows = [
                     {"name": label, "side": side, "values": values}
                     for label, kind, name in table.rows
-                    for side in SIDES
-                    for key in (f"{name}_{side[0]}",)
-                    for values in ([_cell(each, quantity, kind, key, table.digits)
+                    for side in table.columns
+                    for values in ([_cell(each, quantity, table, (kind, name, side))
                                     for each in some],)
                     if any(values)
                 ]  # fmt: skip
@@ -70,18 +70,18 @@ def figure_tables(walks: Sequence[WalkQuantities], *, most: int) -> list[dict[st
     return tables
 
 
-def _figure(found: Mapping[str, Found], quantity: Quantity, kind: str, key: str) -> float | None:
-    own = found.get(quantity.name)
-    return None if own is None else own.figures.get(kind, {}).get(key)
-
-
-def _cell(walk: WalkQuantities, quantity: Quantity, kind: str, key: str, digits: int) -> str:
-    """Empty where neither is known."""
-    beside = walk.before or walk.recorded
-    values = [_figure(found, quantity, kind, key) for found in (walk.walked, beside)]
+def _cell(
+    walk: WalkQuantities, quantity: Quantity, table: FigureTable, place: tuple[str, str, str]
+) -> str:
+    """Of a kind, name and column; empty where neither is known."""
+    both = (walk.walked, walk.before or walk.recorded)
+    values = [
+        table.figure(found[quantity.name].figures, *place) if quantity.name in found else None
+        for found in both
+    ]
     if values == [None, None]:
         return ""
-    now, other = (number(value, digits) for value in values)
+    now, other = (number(value, table.digits) for value in values)
     return f"{now} ({other})"
 
 
