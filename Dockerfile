@@ -1,7 +1,7 @@
 # gaitval in a container. The context is a checkout; nothing but its packages is fetched.
 #
-#   docker build --tag gaitval .                                        checks and judges (docs/how-to/systems.md: how large)
-#   docker build --tag gaitval --build-arg EXTRAS=[study] .             all that a subject's study needs
+#   docker build --tag gaitval .                                        all but training (docs/how-to/systems.md: how large)
+#   docker build --tag gaitval --build-arg EXTRAS=[study] .             with training
 #   docker run --rm --volume "$PWD:/work" gaitval check --quick --baseline S05
 FROM python:3.13-slim
 ARG EXTRAS=""

@@ -7,7 +7,7 @@ from typing import Final
 
 from gaitval.errors import ConfigurationError
 
-EXTRAS: Final = ("pages", "walk", "study", "data", "tables", "pytest", "cohort")
+EXTRAS: Final = ("study", "cohort")
 """Extras of who uses gaitval, each after those that it asks for: the first that has a library is
 named. Those of pyproject.toml (tested); in the metadata each lists the libraries of the others too.
 """

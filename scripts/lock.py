@@ -1,6 +1,6 @@
 """Writes the exact files of the application: every package, its version and SHA-256.
 
-    pip install --dry-run --ignore-installed --report REPORT -c constraints.txt '.[study,data]'
+    pip install --dry-run --ignore-installed --report REPORT -c constraints.txt '.[study]'
     python scripts/lock.py REPORT
 
 pip says which file it would take of each package, with the hash that the index states; this keeps

@@ -19,8 +19,8 @@ from lock import FOLDER, ROOT, canonical, locked
 from packaging.requirements import Requirement
 
 NAME = "gaitval"
-EXTRAS = frozenset({"data", "study"})
-"""Of the application: what a study needs, and the downloads of published data."""
+EXTRAS = frozenset({"study"})
+"""Of the application: what training needs, too."""
 VENDOR = ROOT / "gaitval" / "reporting" / "vendor"
 _TEXT = 80
 """Longest licence that is a name; some packages state the whole text."""

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitval.missing_extras import need
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
@@ -66,8 +65,6 @@ def check(
     if device_results.is_result(Path(baseline)):
         _check_result(Path(baseline), junit, json)
         return
-    if not quick:
-        need("mujoco")  # the second engine: before minutes of walking
     folder = find_baseline(baseline)
     stored = stored_metrics(folder / METRICS)
     display.messages.print(f"Baseline: {folder}", soft_wrap=True)

@@ -15,7 +15,7 @@ CurveFilesArgument = Annotated[
     list[Path] | None,
     typer.Argument(
         metavar="FILE...",
-        help="Mean curves of one trial: CSV, Parquet, or WBDS ang.txt and knt.txt. With "
+        help="Mean curves of one trial: CSV, or WBDS ang.txt and knt.txt. With "
         "--template, the CSV file to write (means.csv).",
     ),
 ]

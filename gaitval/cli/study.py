@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, get_args
 
@@ -262,9 +261,6 @@ def subject_command(
     identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
     Exit code 1 if angles, moments or forces were recorded on neither side, so not judged.
     """
-    lacking = [name for name in ("torch", "mujoco", "weasyprint") if find_spec(name) is None]
-    if lacking not in ([], ["torch"]):
-        need(*lacking)  # before any work
     from gaitval.apps.devices.of_subject import afterwards
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.run import run_subject
@@ -278,7 +274,7 @@ def subject_command(
             out = Path("reports") / f"{load_subject(subject).identifier}-{use}"
     with _opened(subject, out, config, settings, keep_settings=False, devices=devices) as run:
         if scratch or run.configuration.training.samples != "auto":
-            need(*lacking)  # the others do without torch, unless the walker falls with them
+            need("torch")  # the others do without, unless the walker falls with them
         device_study = afterwards(run.subject)
         run_subject(run, scratch=scratch, start=start, force=force, afterwards=device_study)
     from gaitval.metrics.results import read_metrics  # a second, in which a run has begun

@@ -33,7 +33,8 @@ SAME_PERCENT: Final = 0.01
 FEWEST_ROWS: Final = 51
 """Of a cycle; between rows farther apart than 2 % a curve has more than can be filled in."""
 
-_NO_TABLES: Final = (".toml", ".c3d", ".trc", ".mot", ".sto", ".osim", ".json", ".xlsx")
+_NO_TABLES: Final = (".toml", ".c3d", ".trc", ".mot", ".sto", ".osim", ".json", ".xlsx",
+                     ".parquet")  # fmt: skip
 _PERCENT: Final = ("percent", "%", "cycle", "gait_cycle", "percent_cycle", "cycle_percent",
                    "percent_gait_cycle", "gait_cycle_percent")  # fmt: skip
 """Names of a column that says where in the cycle a row lies."""
@@ -81,11 +82,11 @@ def read_columns(path: Path, angle_unit: AngleUnit) -> CurveColumns:
     """
     if path.suffix.lower() in _NO_TABLES:
         raise RecordError(
-            f"{path}: a {path.suffix} file is no table of mean curves. Give CSV or Parquet, or "
+            f"{path}: a {path.suffix} file is no table of mean curves. Give CSV, or "
             "WBDS's ang.txt and knt.txt; `gaitval curves --template` writes a CSV to fill in."
         )
     try:
-        table = _parquet(path) if path.suffix.lower() in (".parquet", ".pq") else _csv(path)
+        table = _csv(path)
     except RecordError:
         raise
     except Exception as error:  # the readers have no common error
@@ -241,8 +242,8 @@ def _of_cycle(
     )
 
 
-def _another_length(path: Path, table: pd.DataFrame | int) -> str:
-    rows = table if isinstance(table, int) else len(table)
+def _another_length(path: Path, table: pd.DataFrame) -> str:
+    rows = len(table)
     if rows == 0:
         return f"{path}: has a header and no rows. Give the curves, 101 rows."
     return (
@@ -262,14 +263,6 @@ def _no_curves(path: Path, names: Sequence[str]) -> str:
         "and coordinate: angle_hip_flexion_r, moment_knee_angle_l, force_up_r. `gaitval curves "
         "--template` writes a file with all of them."
     )
-
-
-def _parquet(path: Path) -> pd.DataFrame:
-    """The table of a file; one that is too long for a cycle is not read."""
-    rows = file_gate.parquet_rows(path, RecordError, largest=file_gate.VALUES)
-    if rows != SAMPLES:
-        raise RecordError(_another_length(path, rows))
-    return pd.read_parquet(path)
 
 
 def _csv(path: Path) -> pd.DataFrame:
@@ -294,8 +287,6 @@ def _csv(path: Path) -> pd.DataFrame:
 
 def _unread(path: Path, error: Exception) -> str:
     """Why a file is no table of curves, for whoever exported it."""
-    if path.suffix.lower() in (".parquet", ".pq"):
-        return "cannot be read as Parquet; it is damaged, or something else. Export it again."
     if isinstance(error, UnicodeDecodeError):
         return "cannot be read as CSV: it is not UTF-8 text. Export it as CSV in UTF-8."
     why = f" ({error})" if isinstance(error, csv.Error) else ""

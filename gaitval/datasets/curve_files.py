@@ -1,4 +1,4 @@
-"""A subject from anyone's mean curves: CSV, Parquet, or the text files of WBDS.
+"""A subject from anyone's mean curves: CSV, or the text files of WBDS.
 
 A table has 101 rows, 0 to 100 % of each side's own gait cycle, and a column for each curve, named
 by its kind and the coordinate: `angle_hip_flexion_r`, `moment_knee_angle_l`, `force_up_r`. The

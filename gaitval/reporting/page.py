@@ -17,7 +17,6 @@ from gaitval.artefacts import versions, write_text
 from gaitval.build_info import now, source_commit
 from gaitval.configuration import ReportSettings
 from gaitval.conventions import beside, convention_of
-from gaitval.missing_extras import need
 from gaitval.number_text import degree_signs, number, rough, signed, unit_sign, unit_text
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import FONT
@@ -115,7 +114,6 @@ def write_page(
     beside : templates of further pages of the same values, by the name of their HTML: what is for
         a screen alone, because few people read it.
     """
-    need("weasyprint")  # before any work
     page, values = _prepared(template, context, scripts)
     draws: Mapping[str, Draw] = context.get("drawings", {})
     values["drawings"] = _drawings(draws)

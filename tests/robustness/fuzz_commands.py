@@ -310,11 +310,6 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "curves_csv": Kind(
             seeds("curves.csv"), {"curves.csv": text}, lambda f: _curves(f, "curves.csv")
         ),
-        "curves_parquet": Kind(
-            seeds("curves.parquet"),
-            {"curves.parquet": m.BYTES},
-            lambda f: _curves(f, "curves.parquet"),
-        ),
         "judged_model": judge("model.osim", xml),
         "judged_motion": judge("ik.mot", storage),
         "judged_moments": judge("id.sto", storage),
@@ -370,7 +365,6 @@ def _write_curves(folder: Path) -> None:
             columns[f"force_{name}_{side[0]}"] = force[:, axis]
     table = pd.DataFrame({"percent": 100 * phase, **columns})
     table.to_csv(folder / "curves.csv", index=False)
-    table.to_parquet(folder / "curves.parquet")
 
 
 def write_judged(folder: Path) -> None:

@@ -176,7 +176,7 @@ def test_installs_what_is_asked_for_and_nothing_twice(commands, tmp_path, enviro
         assert done.returncode == 0, done.stderr
         return installed(environment)
 
-    assert after() == {"study", "walk", "pages"}
+    assert after() == {"study"}
     assert after() is None
     more = after("test", "peers")
     assert more is not None

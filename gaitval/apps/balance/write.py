@@ -5,24 +5,17 @@ from typing import Any, Final
 
 from gaitval.apps.balance.compared import MEASURED, Pushes
 from gaitval.apps.balance.experiment import TestedWalker
+from gaitval.apps.balance.figures import DrawnSteps
 from gaitval.apps.balance.study import Recoveries
 from gaitval.artefacts import write_json
-from gaitval.missing_extras import raise_named
+from gaitval.reporting.page import write_page
 
 NAME: Final = "perturb"
 
 
 def write_recoveries(found: Recoveries, walker: TestedWalker, folder: Path) -> None:
-    """Write `perturb.json`, `.html` and `.pdf` of what was `found` of a `walker` into `folder`.
-    Raises ConfigurationError, when the first is written, without the libraries that make pages.
-    """
+    """Write `perturb.json`, `.html` and `.pdf` of what was `found` of a `walker` into `folder`."""
     write_json(folder / f"{NAME}.json", found.result.as_dict())
-    try:
-        from gaitval.apps.balance.figures import DrawnSteps
-        from gaitval.reporting.page import write_page
-    except ModuleNotFoundError as error:
-        raise_named(error)
-        raise
     result = found.result
     drawn = None
     if found.walks:

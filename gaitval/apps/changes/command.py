@@ -42,19 +42,14 @@ def change(
     """
     from gaitval.apps.changes.change import CHANGED, change_between, headline, sentence
     from gaitval.apps.changes.visits import read_visit
-    from gaitval.apps.changes.write import NAME, result_of, write_change
-    from gaitval.errors import ConfigurationError
+    from gaitval.apps.changes.write import NAME, write_change
     from gaitval.folder_lock import locked
 
     found = change_between(
         read_visit(before, walk=walks), read_visit(after, walk=walks), same_person=same_person
     )
     with locked(out):
-        try:
-            result, page = write_change(found, out), f"Page: {out / NAME}.html"
-        except ConfigurationError as error:
-            result = result_of(found)
-            page = f"Written: {out / NAME}.json. No page: {error}"
+        result = write_change(found, out)
     for line in (result.speed, headline(found), *result.notes):
         if line:
             display.plain(line)
@@ -67,4 +62,4 @@ def change(
         display.plain(f"{line}.")
     if len(said) > SHOWN:
         display.plain(f"And {len(said) - SHOWN} more changes, on the page.")
-    display.plain(page)
+    display.plain(f"Page: {out / NAME}.html")

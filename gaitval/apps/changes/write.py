@@ -6,6 +6,7 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.apps.changes.change import Change, CurveChange, sentence
+from gaitval.apps.changes.page import write_change_page
 from gaitval.apps.changes.results import CHANGE_VERSION, ChangeResult
 from gaitval.apps.changes.visits import PARAMETERS, Visit
 from gaitval.artefacts import versions, write_json, write_text
@@ -13,7 +14,6 @@ from gaitval.coordinates import SIDES
 from gaitval.metrics.curve_statistics import ALPHA
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
 from gaitval.metrics.typed import tidy
-from gaitval.missing_extras import raise_named
 from gaitval.text_tables import csv_text
 
 NAME: Final = "change"
@@ -21,18 +21,12 @@ NAME: Final = "change"
 
 def write_change(found: Change, folder: Path) -> ChangeResult:
     """Write `change.json`, `.csv`, `_curves.csv`, `.html` and `.pdf` of what was `found` into
-    `folder`; returns what is in the first. Raises ConfigurationError, when the tables are written,
-    without the libraries that make pages.
+    `folder`; returns what is in the first.
     """
     result = result_of(found)
     write_json(folder / f"{NAME}.json", result.as_dict())
     write_text(folder / f"{NAME}.csv", _findings_table(found, result))
     write_text(folder / f"{NAME}_curves.csv", _curves_table(result))
-    try:
-        from gaitval.apps.changes.page import write_change_page
-    except ModuleNotFoundError as error:
-        raise_named(error)
-        raise
     write_change_page(found, result, folder)
     return result
 

@@ -103,7 +103,7 @@ def judge(
     """
     from gaitval.apps.judge.judge import judge as judged
     from gaitval.apps.judge.request import JudgeRequest
-    from gaitval.apps.judge.write import write_what_can_be
+    from gaitval.apps.judge.write import NAME, write_judgement
     from gaitval.folder_lock import locked
 
     request = JudgeRequest(
@@ -114,8 +114,8 @@ def judge(
     )  # fmt: skip
     found = judged(request)
     with locked(out):  # or the page of one and the numbers of another could lie side by side
-        result, page = write_what_can_be(found, out)
-    _say(result, model.name, page)
+        result = write_judgement(found, out)
+    _say(result, model.name, f"Page: {out / NAME}.html")
     if result.undecided or (strict and not result.passed):
         raise typer.Exit(1)
 

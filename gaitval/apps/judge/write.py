@@ -1,4 +1,4 @@
-"""Write a judgement: `judge.json`, and by `judge_page` its page."""
+"""Write a judgement: `judge.json` and a page."""
 
 from pathlib import Path
 from typing import Any, Final
@@ -8,15 +8,14 @@ import numpy as np
 from gaitval.apps.judge.body import segment_shares
 from gaitval.apps.judge.gait import valid, weight_ratio
 from gaitval.apps.judge.judge import Judgement, floor_leg
+from gaitval.apps.judge.judge_page import write_judge_page
 from gaitval.apps.judge.markers import by_marker
 from gaitval.apps.judge.moments import speed_group
 from gaitval.apps.judge.muscles import JudgedMuscles
 from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
 from gaitval.artefacts import file_hash, versions, write_json
 from gaitval.coordinates import SIDES
-from gaitval.errors import ConfigurationError
 from gaitval.metrics.typed import tidy
-from gaitval.missing_extras import raise_named
 
 NAME: Final = "judge"
 
@@ -25,33 +24,11 @@ def write_judgement(found: Judgement, folder: Path) -> JudgeResult:
     """Write `judge.json`, `judge.html` and `judge.pdf` of what was `found` into `folder`; returns
     what is in the first.
 
-    Equal inputs give equal bytes of JSON and, but for the minute on the page, of HTML. Raises
-    ConfigurationError, when the first is written, without the libraries that make pages.
+    Equal inputs give equal bytes of JSON and, but for the minute on the page, of HTML.
     """
-    result = write_result(found, folder)
-    try:
-        from gaitval.apps.judge.judge_page import write_judge_page
-    except ModuleNotFoundError as error:
-        raise_named(error)
-        raise
-    write_judge_page(found, result, folder)
-    return result
-
-
-def write_what_can_be(found: Judgement, folder: Path) -> tuple[JudgeResult, str]:
-    """As `write_judgement`, but without the page where its libraries are missing; also returns what
-    to say of the page.
-    """
-    try:
-        return write_judgement(found, folder), f"Page: {folder / NAME}.html"
-    except ConfigurationError as error:
-        return result_of(found), f"Written: {folder / NAME}.json. No page: {error}"
-
-
-def write_result(found: Judgement, folder: Path) -> JudgeResult:
-    """Write `judge.json` of what was `found` into `folder`; returns what is in it."""
     result = result_of(found)
     write_json(folder / f"{NAME}.json", result.as_dict())
+    write_judge_page(found, result, folder)
     return result
 
 
