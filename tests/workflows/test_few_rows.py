@@ -10,12 +10,10 @@ from pathlib import Path
 import fuzz_cases
 import fuzz_commands
 import numpy as np
-import pandas as pd
 import pytest
 from fuzz_commands import command
 
 from gaitval.apps.patients.people import read_people
-from gaitval.datasets.wbds_archive import Holdings, person_values
 from gaitval.errors import GaitvalError
 from gaitval.gait.electromyograms import read_electromyograms
 from gaitval.gait.insoles import read_insoles
@@ -166,19 +164,6 @@ def people(folder: Path, rows: int) -> None:
     assert len(read_people(folder / "few.csv")) == rows
 
 
-def workbook(folder: Path, rows: int) -> None:
-    """The archive's table of people."""
-    path = folder / "few.xlsx"
-    pd.DataFrame({"Subject": range(1, rows + 1)}).to_excel(path, index=False)
-    person_values(Holdings(folder, {}, {}, {"info": path}), "WBDS09")
-
-
-def curves(folder: Path, rows: int) -> None:
-    table = pd.read_parquet(folder / "curves.parquet").head(rows)
-    table.to_parquet(folder / "few.parquet")
-    fuzz_commands._curves(folder, "few.parquet")
-
-
 def wbds(name: str, folder: Path, rows: int) -> None:
     (folder / name).write_text(
         "%Cycle\tRHipAngleX\n" + "".join(f"{i}\t1\n" for i in range(rows)), encoding="utf-8"
@@ -224,8 +209,6 @@ MORE: dict[str, Callable[[Path, int], None]] = {
     "walking C3D": partial(c3d, "--trial"),
     "strides": strides,
     "people, CSV": people,
-    "people, XLSX": workbook,
-    "curves, Parquet": curves,
     "WBDS angles": partial(wbds, "fewang.txt"),
     "WBDS moments": partial(wbds, "fewknt.txt"),
     "session": session,
