@@ -17,7 +17,7 @@ from experiments.shipped import parser_of, ship
 from gaitval.arrays import Array
 from gaitval.gait.healthy_controls import PROFILE_ANGLES
 from gaitval.metrics.single_case import FILE as NAME
-from gaitval.metrics.single_case import group_of, left_out_scores
+from gaitval.metrics.single_case import group_of, modified_t
 from gaitval.text_tables import csv_text
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / NAME
@@ -32,6 +32,17 @@ HEADER = """\
 # https://doi.org/10.6084/m9.figshare.5722711. Licence of the data and of this file: CC BY 4.0,
 # https://creativecommons.org/licenses/by/4.0/. Its authors do not endorse this project.
 """
+
+
+def left_out_scores(curves: Array) -> Array:
+    """(people,) largest |t| of each of the people of `curves` (people, sides, curves, points)
+    against the others.
+    """
+    found = np.empty(len(curves))
+    for i, person in enumerate(curves):
+        others = np.delete(curves, i, axis=0)
+        found[i] = np.abs(modified_t(person, *group_of(others), len(others))).max()
+    return found
 
 
 def curves_of(data: Path, group: str = "control") -> Array:

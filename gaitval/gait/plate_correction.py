@@ -3,7 +3,7 @@
 Two faults of plates show in a mean gait cycle. The mean vertical force of both feet is not one body
 weight, which it is in every periodic motion: the plates' calibration, or the body mass, is off. And
 the centre of pressure of a plate is too far forward or back, which changes the sagittal moments of
-its leg by the vertical force times that distance (`gaitval.reference.plates` finds it).
+its leg by the vertical force times that distance (`experiments/plate_corrections.py` finds it).
 """
 
 from collections.abc import Mapping
@@ -58,7 +58,7 @@ class PlateCorrection(StoredPart):
 
 def corrected(record: GaitRecord, plates: PlateCorrection) -> GaitRecord:
     """A new `record`, without the faults of its `plates`, such as those of
-    `gaitval.reference.plates`; angles and events stay.
+    `experiments/plate_corrections.py`; angles and events stay.
 
     Forces are multiplied by the scale. So are the moments of a loaded leg (those of a swinging leg
     come from its inertia; that of a loaded one adds a few hundredths Nm/kg, of which the scale's

@@ -220,12 +220,6 @@ def bands_text(found: Bands) -> str:
     )
 
 
-def measurement_of(found: Import) -> Measurement | None:
-    """The whole of what `measured` found; None before it has looked."""
-    assert found.measurement is None or isinstance(found.measurement, Measurement)
-    return found.measurement
-
-
 def _of_places(found: Import) -> list[QualityFlag]:
     """What the walk says of the places of the markers: of the knees', else of all that are in
     standing, too.

@@ -85,17 +85,6 @@ def group_of(curves: Array) -> tuple[Array, Array]:
     return mean, np.sqrt(curves.var(axis=0, ddof=1).mean(axis=0))
 
 
-def left_out_scores(curves: Array) -> Array:
-    """(people,) largest |t| of each of the people of `curves` (people, sides, curves, points)
-    against the others.
-    """
-    found = np.empty(len(curves))
-    for i, person in enumerate(curves):
-        others = np.delete(curves, i, axis=0)
-        found[i] = np.abs(modified_t(person, *group_of(others), len(others))).max()
-    return found
-
-
 def compare_with_group(angles: Mapping[str, Array]) -> CaseResult | None:
     """A person's mean `angles` (101,) deg, by name of `PROFILE_ANGLES` with `_r` or `_l`, against
     the 42 healthy adults. Curves that are missing are left out, and the

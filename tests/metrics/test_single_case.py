@@ -7,7 +7,6 @@ from gaitval.metrics.single_case import (
     RANK,
     compare_with_group,
     group_of,
-    left_out_scores,
     load_cases,
     modified_t,
 )
@@ -31,7 +30,7 @@ def test_healthy_adults_are_out_as_often_as_said(gait_data):
     alarms = 0
     for i, person in enumerate(curves):
         rest = np.delete(curves, i, axis=0)
-        threshold = np.sort(left_out_scores(rest))[-RANK]
+        threshold = np.sort(healthy_cases.left_out_scores(rest))[-RANK]
         alarms += np.abs(modified_t(person, *group_of(rest), 41)).max() > threshold
     assert 100 * alarms / 42 == pytest.approx(5.0, abs=1.5)
 

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
-from gaitval.gait.plate_correction import PlateCorrection, corrected
-from gaitval.reference.plates import (
+from experiments.plate_corrections import (
     CLEAR,
     SCALE_SD,
     SHIFT_SD,
@@ -14,6 +12,8 @@ from gaitval.reference.plates import (
     plate_corrections,
     plate_evidence,
 )
+from gaitval.datasets.subject_file import load_subject
+from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.scaling.scaling import scale_subject
 
 

@@ -227,7 +227,7 @@ READ = {
 def files(sources: dict[str, fuzz_cases.Kind]) -> dict[str, bytes]:
     return {
         name: content
-        for kind in ("trc", "judged_motion", "curves_parquet")
+        for kind in ("trc", "judged_motion")
         for name, content in sources[kind].seeds.items()
         if kind == "trc" or name != "walk.trc"
     }

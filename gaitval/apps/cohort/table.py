@@ -68,11 +68,6 @@ def read_table(path: Path) -> tuple[Study, ...]:
     return studies
 
 
-def _is_filled(cell: object) -> bool:
-    """A spreadsheet writes rows of empty cells, too."""
-    return bool(str(cell or "").strip())
-
-
 def _study(path: Path, line: int, row: Mapping[str, str]) -> Study:
     if None in row or None in row.values():
         raise ConfigurationError(

@@ -15,8 +15,6 @@ from gaitval.errors import RecordError
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.metrics.cycles import cut, find_cycles, step_of, walking_speed
 from gaitval.model.tree import ROOT_DOFS
-from gaitval.musculature.metabolics import REST
-from gaitval.quantities.metabolic_rate import leg_rate
 
 JOINTS: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 """Joints that are shown and compared."""
@@ -58,10 +56,6 @@ class WalkCurves:
     work: Mapping[tuple[str, Side], float]
     negative_work: Mapping[tuple[str, Side], float]
     device_work: Mapping[tuple[str, Side], float]
-
-    def mean_of_sides(self, curves: Mapping[tuple[str, Side], Array], joint: str) -> Array:
-        """(101,) of a joint, both sides' mean."""
-        return np.asarray((curves[joint, "right"] + curves[joint, "left"]) / 2.0, dtype=float)
 
 
 def walk_curves(
@@ -133,16 +127,3 @@ def walk_curves(
         device_work=of_devices,
         **found,
     )
-
-
-def joints_rate(curves: WalkCurves) -> float:
-    """W/kg, gross, of a walk by the model of the joints, from its mean `curves`."""
-    rate = REST
-    for side in SIDES:
-        size = sum(float(np.abs(curves.own[joint, side][:-1]).mean()) for joint in JOINTS)
-        positive, negative = (
-            sum(work[joint, side] for joint in JOINTS) / curves.stride_time[side]
-            for work in (curves.work, curves.negative_work)
-        )
-        rate += float(leg_rate(*np.array([[size], [positive], [negative]]))[0])
-    return rate
