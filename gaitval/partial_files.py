@@ -15,6 +15,8 @@ from typing import Final
 PARTIAL: Final = ".partial-"
 """First letters of the name of a file that is still being written (`artefacts.replacing`), or of a
 temporary folder (`artefacts.scratch`)."""
+OF_SOCKETS: Final = "gaitval-workers-"
+"""Of the folder, among the system's temporary files, of the socket of the server of workers."""
 _LEVELS: Final = 3
 """Levels of folders that gaitval makes below a run folder."""
 
@@ -98,6 +100,14 @@ def _remove(left: Path) -> None:
         left.unlink(missing_ok=True)
 
 
+def hold(folder: str) -> None:
+    """Lock `folder` until this process ends, so that no other takes it for abandoned."""
+    with suppress(ImportError, OSError):
+        import fcntl
+
+        fcntl.flock(os.open(folder, os.O_RDONLY), fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
 @atexit.register
 def _remove_socket() -> None:
     """The folder of the socket of the server of workers: `multiprocessing` removes it in the parent
@@ -105,5 +115,5 @@ def _remove_socket() -> None:
     """
     server = getattr(sys.modules.get("multiprocessing.forkserver"), "_forkserver", None)
     address = getattr(server, "_forkserver_address", None)
-    if isinstance(address, str) and (folder := Path(address).parent).name.startswith("pymp-"):
+    if isinstance(address, str) and (folder := Path(address).parent).name.startswith(OF_SOCKETS):
         shutil.rmtree(folder, ignore_errors=True)
