@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import pickle
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 from _pytest.assertion.rewrite import AssertionRewritingHook
-from starting_order import place
 
 # The libraries are imported where they are used: the process that only hands out the tests loads
 # this file too, and no worker starts before it has.
@@ -84,27 +82,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         )
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Generator[None, object, object]:
-    """Nothing of what is loaded for all tests is garbage: looking for some again and again took a
-    fifth of the time of loading it, in every worker."""
-    gc.disable()
-    try:
-        return (yield)
-    finally:
-        gc.freeze()
-        gc.enable()
-
-
-@pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The long files first, so that no worker is left alone with one at the end; within a file, and
-    among the others, the order is the random one that the plug-in made before."""
-    tests = Path(__file__).parent
-    # Benchmarks are collected with this hook, too, where both are asked for.
-    items.sort(key=lambda item: place(item.path, tests) if tests in item.path.parents else -1)
-
-
 @pytest.fixture(scope="session", autouse=True)
 def _server_of_workers() -> None:
     """The server that forks worker processes has the environment of its start for as long as the
@@ -112,50 +89,6 @@ def _server_of_workers() -> None:
     from gaitval.policy.workers import ready_to_start
 
     ready_to_start()
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _pdf_alone_where_asked() -> Iterator[None]:
-    """The PDF beside a page is an empty one, but in tests of the PDF (`whole_pdf`), in which a page
-    of every kind is laid out, and in programs that tests start. Where GAITVAL_WHOLE_PAGES is set,
-    every page of every test is laid out, which takes minutes."""
-    from html_page import only_html, whole_pages
-
-    with pytest.MonkeyPatch.context() as patch:
-        if not whole_pages():
-            only_html(patch)
-        yield
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _words_alone(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Without the slow tests, pages of whole commands come without figures: their tests read words
-    and numbers, and those of `tests/reporting` look at the figures. With them, as in CI, everything
-    is drawn, for a recording that lacks something may have no curve where a figure wants one; but
-    it is painted only where GAITVAL_WHOLE_PAGES is set, since that is half of the time of an
-    import."""
-    from html_page import only_quick_tests, reads_words, unpainted, whole_pages, without_figures
-
-    with pytest.MonkeyPatch.context() as patch:
-        if reads_words(request.path):
-            if only_quick_tests(request.config):
-                without_figures(patch)
-            if not whole_pages():  # some pages draw their figures themselves
-                unpainted(patch)
-        yield
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _c3d_once(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Without the slow tests, equal C3D files are read once, but in tests of reading them. With
-    them, as in CI, each is read each time."""
-    from c3d_once import read_once
-    from html_page import only_quick_tests
-
-    with pytest.MonkeyPatch.context() as patch:
-        if only_quick_tests(request.config) and request.path.parent.name != "mocap":
-            read_once(patch)
-        yield
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -174,18 +107,14 @@ def _few_bands(request: pytest.FixtureRequest) -> Iterator[None]:
 def _fitted_once(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[None]:
-    """Equal references are fitted once, and equal moments shared to muscles, but in tests of these
-    and in programs that tests start; and in tests of drafts, equal markers are matched once.
+    """Equal references are fitted once, but in tests of the fit and in programs that tests start:
+    studies of the same few people and settings would else spend most of their time on it.
     """
-    from fitted_once import fit_once, match_once, share_once
+    from fitted_once import fit_once
 
     with pytest.MonkeyPatch.context() as patch:
         if request.path.parent.name != "reference":
             fit_once(patch, shared_folder(tmp_path_factory) / "fitted")
-        if request.path.parent.name != "muscles":
-            share_once(patch)
-        if request.path.parent.name == "markers":
-            match_once(patch, shared_folder(tmp_path_factory) / "matched")
         yield
 
 

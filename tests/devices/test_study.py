@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from html_page import only_html, whole_pdf, without_figures
+from html_page import only_html, without_figures
 from made_curves import made_curves
 from seen_figures import figure_of, legend, lines
 
@@ -115,8 +115,7 @@ def test_lines_are_told_apart_without_colour():
 
 @pytest.mark.slow
 def test_the_report_has_all(who, found, tmp_path):
-    with whole_pdf():
-        write_report(tmp_path, who, load_devices("ankle_spring"), found, None)
+    write_report(tmp_path, who, load_devices("ankle_spring"), found, None)
     page = (tmp_path / "device.html").read_text(encoding="utf-8")
     assert "Nobody knows which" in page
     assert "by two assumptions" in page  # nothing was learned

@@ -9,7 +9,6 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
-from html_page import pdf_in_ci
 from typer.testing import CliRunner
 from verdict_words import headline, rows_of, says
 
@@ -458,9 +457,8 @@ def test_the_shipped_bands_are_those_of_the_raw_data(gait_data):
 # ---- Files, page and command. ----
 
 
-def test_the_files_follow_the_schema_and_the_page_says_the_verdict(request, sound, tmp_path):
-    with pdf_in_ci(request.config):
-        result = write_judgement(sound, tmp_path)
+def test_the_files_follow_the_schema_and_the_page_says_the_verdict(sound, tmp_path):
+    result = write_judgement(sound, tmp_path)
     assert result.passed
     stored = json.loads((tmp_path / "judge.json").read_text())
     schema = json.loads(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from html_page import Page, only_html, pdf_in_ci, unpainted, without_figures
+from html_page import Page, only_html, without_figures
 from matplotlib.colors import to_hex
 from seen_figures import figure_of, forward, lines
 from verdict_words import plain, rows_of
@@ -54,12 +54,11 @@ def changed(walk: StoredWalk, **by: float) -> StoredWalk:
 
 
 @pytest.fixture(scope="module")
-def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("comparison")
     walks = [changed(walk("S05", "new"), epsilon=0.5), changed(walk("S02", "new"), epsilon=-0.1)]
     versions = matched([walk("S02", "old"), walk("S05", "old"), walk("S03", "old")], walks)
-    with pdf_in_ci(request.config):
-        write_comparison(found, "comparison", walks, versions)
+    write_comparison(found, "comparison", walks, versions)
     return found
 
 
@@ -223,7 +222,6 @@ def test_a_walk_that_fell_at_once_has_dashes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
-    unpainted(monkeypatch)
     found = walk("S05")
     values = found.metrics.as_dict()
     walked = values["walks"][values["final"]]
@@ -248,7 +246,6 @@ def test_a_row_of_measures_has_the_decimals_of_its_unit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
-    unpainted(monkeypatch)
     found = walk("S05")
     write_comparison(tmp_path, "c", [found, walk("S06")], None)
     page = (tmp_path / "c.html").read_text(encoding="utf-8")
@@ -265,7 +262,6 @@ def test_many_walks_are_shared_out_over_tables(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
-    unpainted(monkeypatch)
     walks = [walk("S05", f"run{number}") for number in range(SUBJECTS + 1)]
     write_comparison(tmp_path, "c", walks, None)
     page = Page((tmp_path / "c.html").read_text(encoding="utf-8"))
@@ -290,7 +286,6 @@ def test_a_limit_with_another_verdict_is_listed(
 ) -> None:
     """Even where its value moved by less than the margin of its measure."""
     only_html(monkeypatch)
-    unpainted(monkeypatch)
     now = judged_otherwise(walk("S05", "new"), "phase 0.5", 71.4)
     versions = matched([walk("S05", "old")], [now])
     assert not versions.lost()
@@ -324,7 +319,6 @@ def test_who_walked_twice_counts_once_in_the_mean(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
-    unpainted(monkeypatch)
     walks = [walk("S05", "one"), walk("S05", "two"), walk("S02")]
     write_comparison(tmp_path, "c", walks, None)
     text = " ".join(Page((tmp_path / "c.html").read_text(encoding="utf-8")).text.split())

@@ -2,7 +2,7 @@
 
 import re
 
-from html_page import Page, whole_pdf
+from html_page import Page
 
 from gaitval.reporting.contents import FEWEST, PLACE, with_contents
 from gaitval.reporting.page import _resource
@@ -52,8 +52,7 @@ def test_the_pages_listed_are_those_of_the_headings(tmp_path) -> None:
         page = with_contents(f"<html>{head}<body>{pages}{PLACE}{headings}</body>")
         own = tmp_path / str(length)
         own.mkdir()
-        with whole_pdf():
-            printed = lay_out(page, "a4", own)
+        printed = lay_out(page, "a4", own)
         listed = {
             box.element.get("href")[1:]: int(box.text.strip(". "))
             for page in printed.pages

@@ -9,7 +9,7 @@ from pathlib import Path
 import pikepdf
 import pytest
 from colour_vision import DEFICIENCIES, contrast, difference
-from html_page import only_html, pdf_in_ci
+from html_page import only_html
 from page_in_browser import chromium, opened, overflow, violations
 from recording_summary import sample
 
@@ -25,11 +25,9 @@ SMALLEST_PRINT = 7.0
 
 
 @pytest.fixture(scope="module")
-def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """With a PDF where the slow tests run, which look at it."""
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("reader")
-    with pdf_in_ci(request.config):
-        write_recording_report(made, sample(), ReportSettings(paper="letter"))
+    write_recording_report(made, sample(), ReportSettings(paper="letter"))
     return made
 
 

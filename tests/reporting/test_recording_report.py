@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from html_page import Page, an_hour_later, only_html, whole_pdf, without_figures
+from html_page import Page, an_hour_later, only_html, without_figures
 from recording_summary import ANGLES, curves, sample
 from seen_figures import bands, figure_of, lines
 from verdict_words import headline, rows_of, says
@@ -46,8 +46,7 @@ OF_MUSCLES = {name for name, each in BY_NAME.items() if each.of_muscles is not N
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("import")
-    with whole_pdf():
-        write_recording_report(made, sample())
+    write_recording_report(made, sample())
     return made
 
 
@@ -228,8 +227,7 @@ def test_text_from_outside_stays_text(
         only_html(monkeypatch)
         write_recording_report(tmp_path, summary)
     else:
-        with whole_pdf():
-            write_recording_report(tmp_path, summary)
+        write_recording_report(tmp_path, summary)
     page = page_of(tmp_path)
     assert page.open == []
     assert "img" not in page.tags
@@ -302,8 +300,7 @@ def test_equal_summaries_give_equal_bytes_an_hour_later(
         only_html(monkeypatch)
         write_recording_report(tmp_path, sample())
     else:
-        with whole_pdf():
-            write_recording_report(tmp_path, sample())
+        write_recording_report(tmp_path, sample())
     for name in ("recording.html", "recording.pdf")[: 1 + (layout == "pdf")]:
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
     assert "SOURCE_DATE_EPOCH" not in os.environ

@@ -14,8 +14,6 @@ from html_page import (
     an_hour_later,
     both_pages,
     only_html,
-    pdf_in_ci,
-    whole_pdf,
     without_figures,
 )
 from report_run import build_run
@@ -42,12 +40,10 @@ HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }}
 
 
 @pytest.fixture(scope="module")
-def run_folder(request, tmp_path_factory):
-    """With a PDF where the slow tests run, which look at it."""
+def run_folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     build_run(folder)
-    with pdf_in_ci(request.config):
-        write_report(folder)
+    write_report(folder)
     return folder
 
 
@@ -433,8 +429,7 @@ def test_an_equal_run_gives_equal_bytes_an_hour_later(run_folder, tmp_path, monk
     provenance = read_json(tmp_path / "provenance.json")
     provenance["stages"]["report"] = {"seconds": 12.3}
     write_json(tmp_path / "provenance.json", provenance)
-    with whole_pdf():
-        write_report(tmp_path)
+    write_report(tmp_path)
     for name in ("report.html", "report-details.html", "report.pdf"):
         assert (tmp_path / name).read_bytes() == (run_folder / name).read_bytes()
 
@@ -456,8 +451,7 @@ def test_nothing_is_written_outside_the_run_where_a_kill_would_leave_it(tmp_path
         seen.extend([*temporary.iterdir(), *run.glob(f"{PARTIAL}*/*")])
 
     monkeypatch.setattr(weasyprint.Document, "write_pdf", watched)
-    with whole_pdf():
-        write_report(run)
+    write_report(run)
     assert (run / "report.pdf").stat().st_size > 50_000
     assert len(seen) == 5, "the faces of the fonts, in a folder of ours"
     assert not list(temporary.iterdir())

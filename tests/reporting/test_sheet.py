@@ -11,7 +11,7 @@ from typing import Any
 
 import pikepdf
 import pytest
-from html_page import only_html, whole_pdf, without_figures
+from html_page import only_html, without_figures
 from report_run import build_run
 from verdict_words import headline, rows_of, says
 
@@ -70,8 +70,7 @@ class Sheet(HTMLParser):
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("sheet")
     build_run(made)
-    with whole_pdf():
-        write_report(made)
+    write_report(made)
     return made
 
 
@@ -306,8 +305,7 @@ def test_the_sheet_is_one_page_on_every_paper(
 ) -> None:
     """With no text below eight points; the report has ten pages at most, none of them empty."""
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
-    with whole_pdf():
-        write_report(tmp_path, [f"report.paper={paper}"])
+    write_report(tmp_path, [f"report.paper={paper}"])
     with pikepdf.open(tmp_path / "report.pdf") as document:
         first, second = document.pages[:2]
         edges = [float(edge) for edge in first.mediabox]

@@ -1,7 +1,6 @@
-"""References that tests fit again and again, moments that they share to muscles, and markers that
-they match to a body, are worked out once in a session of tests.
+"""References that tests fit again and again are fitted once in a session of tests.
 
-Each takes about a second or more, and most runs of a test are of the same few people and settings.
+Each takes seconds, and most studies of a test are of the same few people and settings.
 """
 
 import hashlib
@@ -12,9 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.musculature import gait
 from gaitval.reference import dynamic_fit
-from gaitval.scaling.markers import draft
 
 
 def fit_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
@@ -22,32 +19,6 @@ def fit_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     workers share. What differs in anything, or fails, is worked out."""
     folder.mkdir(exist_ok=True)
     monkeypatch.setattr(dynamic_fit, "fitted", _remembering(dynamic_fit.fitted, folder))
-
-
-def match_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
-    """The same of matching markers by their places, which most drafts of a test file have alike."""
-    folder.mkdir(exist_ok=True)
-    monkeypatch.setattr(draft, "matched", _remembering(draft.matched, folder))
-
-
-KEPT = 6
-"""Of what is shared to muscles, in the memory of a worker: 9 MB for a leg of a walk."""
-
-
-def share_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same of muscles, which are more than half of the time of comparing a walk; only the last
-    few, for most are those of the test before."""
-    share, last = gait.share, dict[str, bytes]()
-
-    def known(*given: object, **named: object) -> object:
-        key = _key(given, named)
-        if key not in last:
-            last[key] = pickle.dumps(share(*given, **named))
-            if len(last) > KEPT:
-                del last[next(iter(last))]
-        return pickle.loads(last[key])
-
-    monkeypatch.setattr(gait, "share", known)
 
 
 def _key(given: tuple[object, ...], named: dict[str, object]) -> str:

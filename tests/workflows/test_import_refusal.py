@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from html_page import pdf_in_ci
 from made_up_session import CONTRADICTED, MadeUpSession, made_up_session
 from typer.testing import CliRunner
 
@@ -162,9 +161,7 @@ def test_what_cannot_become_a_subject_is_written_all_the_same(session, tmp_path)
     assert (tmp_path / "out" / "subject.toml").exists()
 
 
-def test_a_refusal_before_the_body_leaves_a_page_and_the_way_on(
-    request, session, tmp_path, monkeypatch
-):
+def test_a_refusal_before_the_body_leaves_a_page_and_the_way_on(session, tmp_path, monkeypatch):
     text = io.StringIO()
     monkeypatch.setattr(display, "messages", display.Terminal(file=text, width=200))
     wanted = session.request
@@ -174,8 +171,7 @@ def test_a_refusal_before_the_body_leaves_a_page_and_the_way_on(
         "--out", str(tmp_path / "out"),
     ]  # fmt: skip
     monkeypatch.setattr("sys.argv", ["gaitval", *command])
-    with pdf_in_ci(request.config):
-        found = CliRunner().invoke(cli.app, command)
+    found = CliRunner().invoke(cli.app, command)
     assert found.exit_code == 2
     message = text.getvalue()
     assert "no force plates in the trial" in message

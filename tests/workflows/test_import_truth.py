@@ -14,7 +14,6 @@ The known walk has content up to 7.3 Hz. Three settings of the processing:
 """
 
 import hashlib
-import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -24,7 +23,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from html_page import whole_pages
 from made_up_session import MARKER_RATE, MadeUpSession, made_up_session
 from standing_person import PERSON
 
@@ -300,32 +298,11 @@ def hashes(folder: Path) -> dict[str, str]:
     }
 
 
-UNDRAWN = """
-import pytest
-from html_page import only_html, without_figures
-
-from gaitval.cli import main
-
-with pytest.MonkeyPatch.context() as patch:
-    only_html(patch)
-    without_figures(patch)
-    main()
-"""
-"""The command, whose page has no figures and no PDF."""
-
-
 @pytest.fixture(scope="module")
 def from_the_command_line(sessions, tmp_path_factory) -> Path:
-    """Its page is not drawn, which takes longer than the import; other programs that tests start
-    draw theirs (`test_optional_libraries.py`)."""
     out: Path = tmp_path_factory.mktemp("import") / "made-up"
-    support = Path(__file__).parents[1] / "support"
     done = subprocess.run(
-        [
-            *(sys.executable, *(("-P", "-m", "gaitval") if whole_pages() else ("-c", UNDRAWN))),
-            *command(sessions[0.003], out),
-        ],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(support), *sys.path])},
+        [sys.executable, "-P", "-m", "gaitval", *command(sessions[0.003], out)],
         capture_output=True,
         text=True,
     )
