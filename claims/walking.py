@@ -153,7 +153,7 @@ def _child(person: "Subject", random: "Generator") -> "Subject":
     """A child of a drawn age and size who walks as the `person` does at the same dimensionless
     speed, with the same share of leg in stature.
     """
-    from gaitval.apps.virtual.person import on_legs
+    from gaitval.identification.virtual_person import on_legs
 
     years, median, spread, skew, index, scatter = GROWTH[person.sex][random.integers(6)]
     height = 0.01 * median * (1.0 + spread * random.standard_normal())
@@ -174,8 +174,8 @@ def _stranger(row: Mapping[str, str], gait: str) -> "Subject":
     """Somebody of the body of a `row` of ANSUR II (mm, hectograms) who walks as one of the ten does
     at the same dimensionless speed; only stature, leg and mass are known of the body.
     """
-    from gaitval.apps.virtual.person import on_legs
     from gaitval.datasets.subject_file import load_subject
+    from gaitval.identification.virtual_person import on_legs
 
     leg, person = float(row["trochanterionheight"]) / 1000.0, load_subject(gait).by_stature()
     return on_legs(person, leg, leg / person.leg_length_m).model_copy(

@@ -26,7 +26,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval.apps.virtual.person import drawn_parameters, of_another_size
 from gaitval.arrays import Array
 from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import Configuration, load_configuration
@@ -34,6 +33,7 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.identification.prior import prior_sd
+from gaitval.identification.virtual_person import drawn_parameters, of_another_size
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import TrainingProgress, policy_of, run_training
 from gaitval.prediction.known import known_record
@@ -50,7 +50,7 @@ SPEEDS: Final = (0.75, 1.0, 1.25)
 VIRTUAL: Final = len(SPEEDS)
 """Virtual people around each subject, at a speed between the slowest and the fastest."""
 VIRTUAL_SEED: Final = 2026
-"""Of the bodies and speeds of virtual people. Those that `gaitval virtual` makes are others."""
+"""Of the bodies and speeds of virtual people."""
 
 PUSHES: Final = (
     "environment.push_probability=0.9",

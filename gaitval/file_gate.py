@@ -186,16 +186,3 @@ def check_unpacked(sizes: Iterable[int], path: Path, refusal: Refusal) -> None:
             f"{path}: unpacks to more than {UNPACKED:,} bytes, which no file of this kind needs. "
             "Give another."
         )
-
-
-def parquet_rows(path: Path, refusal: Refusal, *, largest: int) -> int:
-    """Rows of a Parquet file, whose few bytes may say that they unpack to any number. `path`,
-    `refusal` and `largest` are those of `passed`, as which it raises, also if it unpacks to too
-    much; OSError or ValueError, pyarrow's own, if it is not Parquet.
-    """
-    from pyarrow import parquet  # type: ignore[import-untyped]
-
-    about = parquet.read_metadata(passed(path, refusal, largest=largest))
-    groups = (about.row_group(i).total_byte_size for i in range(about.num_row_groups))
-    check_unpacked(groups, path, refusal)
-    return int(about.num_rows)

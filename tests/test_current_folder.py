@@ -26,7 +26,6 @@ RUNS: dict[str, list[str]] = {
     "subjects": ["subjects"],
     "data": ["data", "list"],
     "curves": ["curves", "--template", "out/own.csv"],
-    "events": ["events", str(SAMPLES / "walking.c3d"), "--out", "out/e.svg"],
     "markers": ["markers", str(SAMPLES / "walking.c3d"), "--out", "out/set.toml"],
     "stage": ["stage", "scale", "5", "--out", "out/S05"],
     "judge": ["judge", "out/none.osim", "--out", "out/judged"],
@@ -34,7 +33,7 @@ RUNS: dict[str, list[str]] = {
     "import": ["import", *RECORDED, "--out", "out/sample"],
 }
 """A run of a command, where one is cheap; of the others, the help and all that they import."""
-SLOW = {"check", "import", "markers", "judge", "events", "stage"}
+SLOW = {"check", "import", "markers", "judge", "stage"}
 EVERYTHING = """
 import importlib, pkgutil, sys
 from typer.testing import CliRunner

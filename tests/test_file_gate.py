@@ -17,7 +17,6 @@ from gaitval.apps.patients.strides import read_strides
 from gaitval.artefacts import copy_file, file_hash, read_arrays, read_json, read_toml, write_arrays
 from gaitval.configuration import load_configuration
 from gaitval.datasets.curve_files import read_mean_curves
-from gaitval.datasets.locohub import read_locohub_trials
 from gaitval.datasets.subject_file import load_subject
 from gaitval.datasets.wbds import read_angles
 from gaitval.errors import ArtefactError, GaitvalError, RecordError
@@ -70,7 +69,6 @@ READERS = {
     "a.forces": lambda path: read_motion_analysis_forces(path, NOBODY),
     "bioware.txt": lambda path: read_kistler_text(path, NOBODY),
     "sessionMetadata.yaml": lambda path: opencap_sessions(path.parent),
-    "a_phase.parquet": read_locohub_trials,
     "a.mot": read_storage,
     "a.sto": read_storage,
     "a.urdf": read_urdf,

@@ -106,10 +106,10 @@ def test_another_distribution_adds_a_command_and_a_reader(tmp_path: Path) -> Non
     message = gaitval("hello")
     assert (message.returncode, message.stdout) == (0, "hello of another\n"), message.stderr
     assert "hello" in gaitval("--help").stdout
-    read = gaitval("events", "a.xyz")
+    read = gaitval("markers", "a.xyz")
     assert read.returncode == 2
     assert "read by another" in read.stderr
-    failed = gaitval("events", "a.abc")
+    failed = gaitval("markers", "a.abc")
     assert failed.returncode == 2
     assert "pip uninstall other" in failed.stderr.replace("\n", " ")
 

@@ -7,8 +7,7 @@ from gaitval.terminal.app import Added
 
 _NAMES: Final = (
     *("body", "change", "check", "cohort", "compare", "curves", "data", "device", "estimate"),
-    *("events", "export", "judge", "locohub", "markers", "muscles"),
-    *("patients", "perturb", "predict", "screen", "virtual"),
+    *("export", "judge", "markers", "muscles", "patients", "perturb", "predict"),
 )
 
 
@@ -32,14 +31,10 @@ def _load(name: str) -> Added:
             from gaitval.apps.devices.command import device as found
         case "estimate":
             from gaitval.cli.estimate import estimate as found
-        case "events":
-            from gaitval.cli.events import events as found
         case "export":
             from gaitval.apps.export.command import export as found
         case "judge":
             from gaitval.apps.judge.command import judge as found
-        case "locohub":
-            from gaitval.cli.locohub import locohub as found
         case "markers":
             from gaitval.cli.markers import markers as found
         case "muscles":
@@ -50,10 +45,6 @@ def _load(name: str) -> Added:
             from gaitval.apps.balance.command import perturb as found
         case "predict":
             from gaitval.cli.predict import predict as found
-        case "screen":
-            from gaitval.apps.virtual.screen_command import screen as found
-        case "virtual":
-            from gaitval.apps.virtual.command import virtual as found
         case _:
             raise KeyError(name)
     return found

@@ -199,7 +199,7 @@ def _of_cycle(
     """The columns at 0, 1, … 100 % of the cycle, and a sentence if they had other rows."""
     place, rows = _place(table), len(table)
     if not rows:
-        raise RecordError(_another_length(path, table))
+        raise RecordError(_another_length(path, rows))
     percent = None
     if place is not None:
         percent = pd.to_numeric(table[place], errors="coerce").to_numpy(dtype=float)
@@ -207,7 +207,7 @@ def _of_cycle(
             percent = 100.0 * percent
     if percent is None:
         if rows != SAMPLES:
-            raise RecordError(_another_length(path, table))
+            raise RecordError(_another_length(path, rows))
         return columns, []
     if rows == SAMPLES and (np.abs(percent - np.arange(SAMPLES)) < SAME_PERCENT).all():
         return columns, []
@@ -242,8 +242,7 @@ def _of_cycle(
     )
 
 
-def _another_length(path: Path, table: pd.DataFrame) -> str:
-    rows = len(table)
+def _another_length(path: Path, rows: int) -> str:
     if rows == 0:
         return f"{path}: has a header and no rows. Give the curves, 101 rows."
     return (

@@ -46,8 +46,8 @@ def copy_sample(folder: Path) -> list[Path]:
 
 
 def import_line(folder: Path, about: dict[str, Any]) -> str:
-    """The command that imports the recording in `folder` of `gaitval virtual --c3d`, or the sample;
-    `about` is what its `truth.json` holds.
+    """The command that imports the sample's recording in `folder`; `about` is what its `truth.json`
+    holds.
     """
     static, trial = (quote(str(folder / f"{name}.c3d")) for name in ("standing", "walking"))
     files = f"--static {static} --trial {trial}"

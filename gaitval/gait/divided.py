@@ -33,7 +33,7 @@ heel's that in front begins, over the distance of these markers."""
 HEEL: Final = 0.25
 LATE: Final = 2.0
 """Power of the time in double support with which the foot behind rolls; 1 / it in front. These
-three and the height were chosen on four people of `gaitval virtual --c3d`."""
+three and the height were chosen on four virtual people."""
 HEIGHT: Final = 1.3
 """Of the place in which the forces meet, over that of the pelvis's markers, above the plate."""
 LEAST: Final = 0.5

@@ -110,12 +110,11 @@ def event_warnings(compared: Sequence[StoredEvents]) -> Iterator[QualityFlag]:
         if one.other_foot > one.matched:
             yield QualityFlag(
                 "events of the file", KINDS[one.kind], one.other_foot, one.matched, "events",
-                f"{one}: right and left are exchanged in the file's events or in its markers "
-                "(`gaitval events` draws them)",
+                f"{one}: right and left are exchanged in the file's events or in its markers",
             )  # fmt: skip
         elif one.matched and abs(one.mean_s) > LARGEST_MEAN_S:
             yield QualityFlag(
                 "events of the file", KINDS[one.kind], abs(one.mean_s), LARGEST_MEAN_S, "s",
                 f"{one}: at most {1000 * LARGEST_MEAN_S:.0f} ms is the difference of methods. "
-                "Those found are used; `gaitval events` draws both",
+                "Those found are used",
             )  # fmt: skip

@@ -37,7 +37,7 @@ ANKLE: Final = 0.005
 """m, of the ankle's height by malleoli (Della Croce et al. 2005, Gait Posture 21:226)."""
 KNEE: Final = 0.009
 """m, of the height of a functional knee axis: of 60 people whose skin wanders by 5 mm on the thigh
-and 3 mm on the shank in the rhythm of bending (`gaitval.apps.virtual.range_of_motion`), 8.6 mm."""
+and 3 mm on the shank in the rhythm of bending, 8.6 mm."""
 _MEASURED: Final = ("hip_x", "hip_y", "hip_z")
 
 

@@ -12,7 +12,7 @@ has an SD of 1: what a method gets wrong on everybody may be as large as what it
 Nobody corrects themselves: the offset of a built-in person is that of the nine others. It was
 estimated of people who were scaled by markers in one laboratory (Fukuchi et al. 2018, PeerJ
 6:e4640, CC BY 4.0), and is used in others, where what of it is that laboratory's is wrong. The
-people that `gaitval virtual` makes of the model itself have none.
+virtual people that are made of the model itself have none.
 """
 
 from collections.abc import Sequence

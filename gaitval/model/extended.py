@@ -1,9 +1,8 @@
 """Parameters beside the 14 of mu that a walk depends on and that a record can determine: the
 contact with the ground, where the sole ends, and a leg that is longer than the other.
 
-`gaitval screen` says for a record which of them matter, and virtual people have their own. Left out
-after screening, because a record leaves 0.9 of their prior SD: the height of the sole and the
-trunk's share of the mass. Passive joint stiffness is left out because recorded moments are net
+Left out after a screening by Morris's method, because a record leaves 0.9 of their prior SD: the
+height of the sole and the trunk's share of the mass. Passive joint stiffness is left out because recorded moments are net
 moments.
 """
 

@@ -39,8 +39,8 @@ the settings of its run folder; `subject` starts from the defaults.
 
 Exit codes: 0 done, also where a limit failed that a page shows; 1 a limit failed (validate,
 check, compare --strict, judge --strict), what decides could not be judged (any of these, subject,
-import, cohort); 2 the input cannot be used, in import, locohub and cohort that of one person; 70 a
-fault of gaitval, 130 interrupted.
+import, cohort); 2 the input cannot be used, in import and cohort that of one person; 70 a fault of
+gaitval, 130 interrupted.
 """
 
 

@@ -390,7 +390,7 @@ def test_what_is_said_of_insoles_that_are_not_given_is_refused(plain_messages: i
 
 
 def test_a_value_without_an_option_where_none_must_be_there_is_told_so() -> None:
-    result = gaitval("virtual", "somebody")
+    result = gaitval("subjects", "somebody")
     assert result.exit_code == 2
     said = " ".join(result.stderr.replace("│", "").split())
     assert "somebody has no option" in said

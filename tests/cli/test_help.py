@@ -76,7 +76,6 @@ def test_every_example_is_understood(name: str, line: str) -> None:
     config = values.get("config")
     load_configuration(config, settings=values.get("settings") or ())
     subject = values.get("subject")
-    # LocoHub's option of this name has people of a data set
     if isinstance(subject, str) and not subject.endswith(".toml"):
         load_subject(subject)
     made_before = ("reports/pat", "reports/S05-hip_exo")  # of a patient, and of a device

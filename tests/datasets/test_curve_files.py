@@ -74,10 +74,7 @@ def test_the_curves_of_every_built_in_person_are_read_as_they_were(subject, tmp_
 
 @pytest.mark.parametrize(
     "name",
-    [
-        *("curves.csv", "semicolon.csv", "tab.csv"),
-        *("semicolon-comma.csv", "tab-comma-unicode.csv"),
-    ],
+    ["curves.csv", "semicolon.csv", "tab.csv", "semicolon-comma.csv", "tab-comma-unicode.csv"],
 )
 def test_every_kind_of_csv_gives_the_same_curves(good, tmp_path, name):
     found = read_mean_curves([written(tmp_path, good, name)])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from simulation_fixtures import changed
 
-from gaitval.apps.virtual.person import virtual_person
 from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.constants import GRAVITY
@@ -16,6 +15,7 @@ from gaitval.identification.body_fit import NUISANCES, BodyFit, angle_sd
 from gaitval.identification.combinations import combinations, judged_combinations
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.unidentified import unidentified
+from gaitval.identification.virtual_person import virtual_person
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.prediction.population import noise_of_expected

@@ -7,10 +7,8 @@ import pytest
 from opensim_motion import read_motion
 
 from gaitval.apps.export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
-from gaitval.apps.export.locohub import locohub_frame, write_locohub
 from gaitval.apps.export.opensim_folder import foot_forces, write_opensim
 from gaitval.apps.export.walked import ExportedWalk
-from gaitval.datasets.locohub import POINTS, read_locohub_trials
 from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.reading import read_recording
@@ -64,31 +62,3 @@ def test_opensim(walked: ExportedWalk, tmp_path: Path) -> None:
         assert relative(plate.force, force) < EQUAL
         assert relative(plate.centre_of_pressure[on], point[on] @ turn) < EQUAL
         assert relative(plate.free_moment[on], forces.free_moment[:count, side][on] @ turn) < 1e-5
-
-
-def test_locohub(walked: ExportedWalk, tmp_path: Path) -> None:
-    """The mean over each foot's own cycles, in our names and signs."""
-    (path,) = write_locohub(tmp_path, walked)
-    (trial,) = read_locohub_trials(path)
-    assert trial.sides_given
-    assert trial.count == walked.cycles.count("right") + walked.cycles.count("left")
-    curves, frame = trial.curves(), locohub_frame(walked)
-    for side in ("right", "left"):
-        own = frame[frame["task_info"].str.contains(f"ipsi_side:{side}")]
-        for theirs, ours, sign in (
-            ("hip_flexion_angle_ipsi_rad", "angle_hip_flexion", 1.0),
-            ("hip_adduction_angle_ipsi_rad", "angle_hip_adduction", 1.0),
-            ("knee_flexion_angle_ipsi_rad", "angle_knee_angle", 1.0),
-            ("ankle_dorsiflexion_angle_ipsi_rad", "angle_ankle_angle", 1.0),
-            ("knee_flexion_moment_ipsi_Nm_kg", "moment_knee_angle", 1.0),
-            ("grf_vertical_ipsi_BW", "force_up", 1.0),
-            ("grf_lateral_ipsi_BW", "force_left", -1.0),
-            ("pelvis_frontal_angle_rad", "angle_pelvis_list", 1.0 if side == "right" else -1.0),
-        ):
-            mean = own[theirs].to_numpy().reshape(-1, POINTS).mean(axis=0)
-            assert relative(sign * curves[f"{ours}_{side[0]}"], mean) < EQUAL, theirs
-    strides = np.concatenate(
-        [walked.cycles.ends[side] - walked.cycles.starts[side] for side in ("right", "left")]
-    )
-    step = float(walked.walk.time[1] - walked.walk.time[0])
-    assert trial.stride_time() == pytest.approx(step * strides.mean(), rel=5e-3)

@@ -30,7 +30,6 @@ from format_files import (
 )
 from fuzz_cases import BASELINE, PER_FRAME, RATE, SECONDS, Kind, Result, SilentNonsense, as_subject
 from known_walk import known_walk
-from locohub_files import data_set
 from made_up_session import made_up_session
 
 from gaitval.apps.cohort.table import read_table
@@ -168,12 +167,6 @@ def _session_folder(name: str, folder: Path) -> Result:
     return Result()
 
 
-def _locohub(folder: Path) -> Result:
-    command("locohub", folder / "a_phase.parquet", "--fill-missing", "--out", folder / "out")
-    looked_over(folder / "out")
-    return Result()
-
-
 def npz_member(data: bytes, random: m.Random) -> bytes:
     """An array is missing, has another header, or holds what is no number; or a member is another
     file.
@@ -299,7 +292,6 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "kistler_places": trial_of("v.trc", "k.txt", "k.plates.toml", "k.plates.toml"),
         "opencap": program("OC/sessionMetadata.yaml", "OC/MarkerData/walk1.trc"),
         "pose2sim": program("P00/Config.toml", pose),
-        "locohub": Kind(seeds("a_phase.parquet"), {"a_phase.parquet": m.BYTES}, _locohub),
         "session": Kind(
             seeds("session.toml", *trial),
             {"session.toml": toml},
@@ -352,7 +344,6 @@ def _write_formats(folder: Path) -> None:
     (folder / "P00" / "P00_T01_Walk").rename(folder / "P00" / "T01_Walk")
     few = folder / "P00" / "T01_Walk" / "pose-3d"
     (few / "P00_T01_Walk_0-100_filt_butterworth_LSTM.trc").rename(few / "T01_Walk_0-100.trc")
-    data_set(folder / "a_phase.parquet", "right", "left")
 
 
 def _write_curves(folder: Path) -> None:

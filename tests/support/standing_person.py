@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
-
-from gaitval.apps.virtual.standing import (
+from standing_landmarks import (
     ANKLE_WIDTH,
     ELBOW_WIDTH,
     KNEE_WIDTH,
@@ -15,6 +14,7 @@ from gaitval.apps.virtual.standing import (
     landmarks_on,
     standing_pose,
 )
+
 from gaitval.datasets.subject_file import load_subject
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames

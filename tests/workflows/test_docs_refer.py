@@ -40,7 +40,7 @@ PACKAGE = [*(ROOT / "gaitval").rglob("*.py")]
 OURS = [*PAGES, *SOURCES, ROOT / "Makefile", ROOT / "pyproject.toml"]
 OTHERS = (
     *("gaitval/baselines/", "gaitval/models/", "scripts/validate_fukuchi", "scripts/research/"),
-    *("docs/reference/biomechanical_standard.md", "src/locohub/"),
+    *("docs/reference/biomechanical_standard.md"),
 )
 """Paths that only a built wheel has, and those in the repositories of others."""
 NAMES = {path.name for folder in FOLDERS for path in (ROOT / folder).rglob("*")}

@@ -1,1 +1,1 @@
-"""The walk and the person in other tools' formats: MuJoCo, Gymnasium, OpenSim, C3D, LocoHub."""
+"""The walk and the person in other tools' formats: MuJoCo, Gymnasium, OpenSim, C3D."""

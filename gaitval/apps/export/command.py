@@ -22,7 +22,7 @@ def export(
         typer.Option(
             "--to",
             metavar="FORMAT",
-            help="mujoco, urdf, gymnasium, opensim, locohub or c3d.",
+            help="mujoco, urdf, gymnasium, opensim or c3d.",
         ),
     ],
     out: Annotated[

@@ -8,7 +8,6 @@ from typing import Final
 
 from gaitval.any_case import as_known
 from gaitval.apps.export.c3d_file import write_c3d_file
-from gaitval.apps.export.locohub import write_locohub
 from gaitval.apps.export.mujoco_folder import write_mujoco
 from gaitval.apps.export.opensim_folder import write_opensim
 from gaitval.apps.export.urdf_folder import write_urdf_folder
@@ -37,7 +36,6 @@ FORMATS: Final[dict[str, _Writer]] = {
     "gymnasium": write_training,
     "opensim": write_opensim,
     "c3d": write_c3d_file,
-    "locohub": write_locohub,
 }
 
 

@@ -5,7 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitval.apps.virtual.person import (
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import load_subject, parse_subject
+from gaitval.gait.cycle_curves import PELVIS_ANGLES, recorded_curves
+from gaitval.gait.record import RECORDED_ANGLES
+from gaitval.identification.prior import prior_sd
+from gaitval.identification.virtual_person import (
     BUILD_SD,
     STATURE_SD,
     drawn_parameters,
@@ -13,11 +18,6 @@ from gaitval.apps.virtual.person import (
     virtual_person,
     with_errors,
 )
-from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject, parse_subject
-from gaitval.gait.cycle_curves import PELVIS_ANGLES, recorded_curves
-from gaitval.gait.record import RECORDED_ANGLES
-from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.prediction.speed_line import dimensionless_speed

@@ -1,25 +1,18 @@
-"""What each parameter does to a walk, and the extended ones."""
-
-from dataclasses import replace
-from pathlib import Path
+"""The extended parameters, of sole, feet and legs."""
 
 import numpy as np
 import pytest
 
-from gaitval.apps.virtual.screen_command import _shown
-from gaitval.apps.virtual.screening import KINDS, NAMES, UNITS, Screened, effects_of, table
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.prior import prior_sd
 from gaitval.model.extended import EXTENDED, extended_body
-from gaitval.model.parameters import PARAMETERS, nominal_parameters
-from gaitval.policy.storage import load_start
+from gaitval.model.parameters import nominal_parameters
 from gaitval.reference.dynamic_fit import Solution, weighted_laws
 from gaitval.scaling.scaling import scale_subject
 
 CONFIGURATION = load_configuration()
-GENERAL = Path(__file__).parents[2] / "reports" / "general"
 INDEX = {each.name: index for index, each in enumerate(EXTENDED)}
 
 
@@ -107,40 +100,3 @@ def test_a_posterior_is_in_the_units_of_its_parameters(fit):
     np.testing.assert_allclose(found.extended_sd, 0.3 * sizes)
     np.testing.assert_allclose(found.extended_mean, sizes * common[-len(EXTENDED) :])
     assert found.log_posterior == -5.0
-
-
-@pytest.mark.slow  # a whole walk for each parameter
-def test_effects_of_a_walk(task):
-    """Longer legs change it, and by more the larger the step; the same seed gives the same."""
-    policy = load_start(GENERAL, CONFIGURATION.environment)
-    subject = load_subject("S05")
-    task = replace(task, configuration=CONFIGURATION)
-    sd = np.array([*prior_sd(subject), *(each.prior_sd for each in EXTENDED)])
-    seen = []
-    small, again = (
-        effects_of(task, policy, size * sd, trajectories=1, on_progress=lambda *at: seen.append(at))
-        for size in (0.25, 0.25)
-    )
-    for name, one, other in zip(NAMES, small, again, strict=True):
-        np.testing.assert_array_equal(one, other, err_msg=name)
-        assert one.shape == (1, len(KINDS))
-    thigh = small[PARAMETERS.index("thigh_length")][0]
-    assert 0.02 < thigh[0] < 1.0  # degrees
-    assert seen[-1] == (len(NAMES) + 1, len(NAMES) + 1)
-
-
-def test_the_table_has_a_row_for_each_parameter_and_says_when_all_fell():
-    some = Screened("thigh_length", 0.04, np.array([[1.0, 0.1, 2.0], [3.0, 0.3, 4.0]]), 0.6)
-    none = Screened("friction", 0.1, np.zeros((0, 3)), 1.0)
-    once = Screened("hip_x", 0.008, np.array([[1.0, 0.1, 2.0]]), 0.9)
-    header, first, second, third = table([some, none, once])
-    assert len(header) == len(first) == 11
-    sd = "1.41"  # of two, their difference over the root of two
-    assert first == ["thigh_length", "0.04", "1", "2", "2", sd, "0.2", "0.141", "3", sd, "0.6"]
-    assert second[3:-1] == ["0"] + ["nan"] * 6
-    assert third[1:4] == ["0.008", "m", "1"]
-    assert third[4:-1] == ["1", "nan", "0.1", "nan", "2", "nan"]  # no spread of one
-    assert _shown(third)[1:4] == ["0.008 m", "1", "1"]
-    assert _shown(first)[1:4] == ["0.04", "2", "2 ± 1.4"]
-    assert _shown(second)[3] == "falls"
-    assert set(UNITS) == set(NAMES)

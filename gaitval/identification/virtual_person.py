@@ -9,12 +9,12 @@ as in `configuration.NoiseSettings`, and become an ordinary subject, which knows
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.configuration import Configuration, ContactSettings, NoiseSettings
+from gaitval.configuration import Configuration, NoiseSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.datasets.gait_values import gait_values
@@ -30,13 +30,12 @@ from gaitval.identification.body_fit import angle_sd
 from gaitval.identification.prior import prior_sd
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles, walking_speed
-from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.reference.dynamic_fit import INFERENCE, Accuracy, fitted
-from gaitval.reference.motion import ReferenceMotion, build_reference
+from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
@@ -73,16 +72,6 @@ _PERCENT: Final = np.linspace(0.0, 1.0, SAMPLES)
 
 class VirtualError(GaitvalError):
     """A virtual person does not walk."""
-
-
-class Another(Protocol):
-    """What a virtual person's body and motion are beside the parameters mu."""
-
-    def body(self, model: BodyModel, contact: ContactSettings) -> tuple[BodyModel, ContactSettings]:
-        """Another body on another ground, from those of the scaling with mu."""
-
-    def motion(self, reference: ReferenceMotion, model: BodyModel) -> ReferenceMotion:
-        """Another motion, of this body, that the fit of the reference begins with."""
 
 
 @dataclass(frozen=True)
@@ -172,8 +161,6 @@ def walked(
     policy: Policy,
     configuration: Configuration,
     random: np.random.Generator,
-    *,
-    another: Another | None = None,
 ) -> tuple[WalkingTask, Rollout]:
     """The walk of a body that is `truth` away from a person's, near a reference made for it.
 
@@ -185,7 +172,6 @@ def walked(
     policy : that walks it.
     configuration : settings of contact, simulation and validation.
     random : generator, from which the lean of the trunk is drawn.
-    another : what makes body, contact and initial motion others than those of the scaling.
 
     Returns
     -------
@@ -198,12 +184,7 @@ def walked(
     scaled = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     body = apply_parameters(scaled, truth)
     record, contact = person.record(), configuration.contact
-    if another is not None:
-        body, contact = another.body(body, contact)
-        configuration = configuration.model_copy(update={"contact": contact})
     initial = build_reference(record, body, contact)
-    if another is not None:
-        initial = another.motion(initial, body)
     accuracy = Accuracy(
         record=_OWN_KINETICS,
         convention=INFERENCE.convention._replace(lean=_FIXED),

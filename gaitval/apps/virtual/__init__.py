@@ -1,1 +1,0 @@
-"""Virtual people: bodies whose parameters are known, walked and measured like real ones."""
