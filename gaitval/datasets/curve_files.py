@@ -171,19 +171,6 @@ def _untold(names: Sequence[str]) -> list[str]:
     return [f"these curves do not show whether the sign is right of {listed}. Look it up."]
 
 
-def curve_problems(
-    degrees: Mapping[str, Array], moments: Mapping[str, Array], forces: Mapping[str, Array]
-) -> list[str]:
-    """What cannot be a gait's in curves (101,) by their names without the kind: a sentence for each
-    sign, unit or side that is wrong. Angles in degrees, moments in Nm/kg, forces in body weights.
-    """
-    return (
-        [*_angle_problems(degrees, "deg"), *_kinetic_problems(moments, forces)]
-        or _jumps({"angle": degrees, "moment": moments, "force": forces})
-        or list(signs(degrees, moments, forces).wrong)
-    )
-
-
 def _is_wbds(path: Path) -> bool:
     try:
         header = file_gate.read_text(path, RecordError, largest=file_gate.VALUES).partition("\n")[0]

@@ -2,8 +2,8 @@
 contact with the ground, where the sole ends, and a leg that is longer than the other.
 
 Left out after a screening by Morris's method, because a record leaves 0.9 of their prior SD: the
-height of the sole and the trunk's share of the mass. Passive joint stiffness is left out because recorded moments are net
-moments.
+height of the sole and the trunk's share of the mass. Passive joint stiffness is left out because
+recorded moments are net moments.
 """
 
 from dataclasses import dataclass, replace
