@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Makes the virtual environment of this checkout, with the exact versions of constraints.txt.
+# Makes the virtual environment of this checkout, with the exact versions of constraints.txt, and
+# where locks/ knows this system and Python with every file of the main job checked by its hash.
 # Does nothing when it is up to date; repairs it when an earlier call was interrupted.
 # Runs in bash 3.2 and later (macOS has 3.2).
 #
@@ -16,7 +17,7 @@ bin=$venv/bin
 [ "${OS:-}" != Windows_NT ] || bin=$venv/Scripts
 stamp=$venv/.gaitval-installed       # holds the checksum of what was installed, and its extras
 unfinished=$venv/.gaitval-unfinished # is there while an installation runs
-wanted=$(cat pyproject.toml constraints.txt scripts/setup.sh | cksum)
+wanted=$(cat pyproject.toml constraints.txt locks/*.txt scripts/setup.sh scripts/hashed.py | cksum)
 candidates=${PYTHON:-python3 python3.13 python3.12 python3.14 python3.11 python}
 extras="study $*"
 newline=$'\n'
@@ -217,6 +218,8 @@ touch "$unfinished"
 # Where Python may not keep that (PYTHONDONTWRITEBYTECODE), pip compiles, or each start would.
 compile=--no-compile
 [ -z "${PYTHONDONTWRITEBYTECODE:-}" ] || compile=--compile
+"$bin/python" -P scripts/hashed.py "$compile" ||
+    stop "pip failed, or a file is not the one of locks/. Its message is above."
 "$bin/python" -m pip install --disable-pip-version-check "$compile" \
     -c constraints.txt -e ".[${asked//$newline/,}]" ||
     stop "pip failed. Its message is above; the same command starts over."

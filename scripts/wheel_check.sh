@@ -24,6 +24,7 @@ bin() { # the folder of an environment's commands; Windows has another name for 
 
 "${PYTHON:-python3}" -m venv "$temporary/venv"
 commands=$(bin "$temporary/venv")
+"$commands/python" -P scripts/hashed.py --quiet
 "$commands/python" -m pip install --quiet --disable-pip-version-check \
     -c constraints.txt "$(echo "$temporary"/dist/*.whl)[study]"
 

@@ -1,5 +1,6 @@
 """Set-up finds a Python that fits, or stops with the line to run. Nothing is installed here."""
 
+import hashlib
 import json
 import os
 import re
@@ -7,8 +8,10 @@ import shutil
 import stat
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
+import hashed
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -154,6 +157,7 @@ case "$*" in
     "-m pip --version" | "-c " | *"import dartpy"*) exit 0 ;;
     *'version("torch")'*) [ ! -e {report} ]; exit ;;
     *--dry-run*) exec cat {report} ;;
+    *hashed.py*) [ ! -e {tmp_path}/other_files ]; exit ;;
     "-m pip install"*) echo "$*" >>{calls}; [ ! -e {tmp_path}/broken ]; exit ;;
     *) exec {sys.executable} "$@" ;;
 esac""",
@@ -202,6 +206,43 @@ def test_what_was_interrupted_is_made_anew(commands, tmp_path, environment):
     assert "pip failed" in done.stderr
     again = set_up(commands, tmp_path)
     assert f"-m venv --clear {tmp_path}/venv" in again.stdout
+
+
+def test_files_of_another_hash_end_it(commands, tmp_path, environment):
+    (tmp_path / "other_files").touch()
+    done = set_up(commands, tmp_path)
+    assert done.returncode == 2
+    assert "a file is not the one of locks/" in done.stderr
+    assert installed(environment) is None
+
+
+def test_a_file_that_is_not_the_locks_is_not_installed(tmp_path, monkeypatch):
+    """The real pip, with a lock that says another hash of a package that lies here."""
+    package = tmp_path / "six-1.0-py3-none-any.whl"
+    with zipfile.ZipFile(package, "w") as file:
+        file.writestr("six.py", "")
+        file.writestr(
+            "six-1.0.dist-info/METADATA", "Metadata-Version: 2.1\nName: six\nVersion: 1.0\n"
+        )
+        file.writestr("six-1.0.dist-info/WHEEL", "Wheel-Version: 1.0\nTag: py3-none-any\n")
+        file.writestr("six-1.0.dist-info/RECORD", "")
+    own = hashlib.sha256(package.read_bytes()).hexdigest()
+    monkeypatch.setattr(hashed, "FOLDER", tmp_path)
+    options = ["--no-index", "--find-links", str(tmp_path), "--target", str(tmp_path / "there")]
+    monkeypatch.setattr(sys, "argv", ["hashed.py", "--quiet", *options])
+    torch = "torch==2.0+cpu \\\n    --hash=sha256:" + "0" * 64 + "\n"
+    for digest, installs in (("0" * 64, False), (own, True)):
+        hashed.lock().write_text(f"{torch}six==1.0 \\\n    --hash=sha256:{digest}\n")
+        with pytest.raises(SystemExit) as ended:
+            hashed.main()
+        assert (ended.value.code == 0) == installs
+        assert (tmp_path / "there" / "six.py").exists() == installs
+
+
+def test_without_a_lock_nothing_is_installed(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(hashed, "FOLDER", tmp_path)
+    hashed.main()
+    assert "versions are checked, not files" in capsys.readouterr().out
 
 
 @pytest.mark.skipif(Path("/dev/nvidia0").exists(), reason="a graphics card")
