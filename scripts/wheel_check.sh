@@ -5,6 +5,7 @@
 #   bash scripts/wheel_check.sh [--set section.key=value ...]    (settings go to `gaitval subject`)
 #
 # Environment: PYTHON  the Python to make the environments with (default: python3)
+#              DIST    a folder of the checkout to keep sdist and wheel in (default: they are removed)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -20,13 +21,15 @@ bin() { # the folder of an environment's commands; Windows has another name for 
 "${PYTHON:-python3}" -m venv "$temporary/build"
 "$(bin "$temporary/build")/python" -m pip install --quiet --disable-pip-version-check \
     -c constraints.txt build
-"$(bin "$temporary/build")/python" -m build --outdir "$temporary/dist" . # the wheel is the sdist's
+dist=${DIST:+$checkout/$DIST}
+dist=${dist:-$temporary/dist}
+"$(bin "$temporary/build")/python" -m build --outdir "$dist" . # the wheel is the sdist's
 
 "${PYTHON:-python3}" -m venv "$temporary/venv"
 commands=$(bin "$temporary/venv")
 "$commands/python" -P scripts/hashed.py --quiet
 "$commands/python" -m pip install --quiet --disable-pip-version-check \
-    -c constraints.txt "$(echo "$temporary"/dist/*.whl)[study]"
+    -c constraints.txt "$(echo "$dist"/*.whl)[study]"
 
 mkdir "$temporary/empty"
 cd "$temporary/empty"
@@ -54,4 +57,4 @@ for name in metrics.json report.html report-details.html report.pdf; do
         exit 1
     fi
 done
-echo "wheel_check: $(basename "$temporary"/dist/*.whl) did the main job in an empty folder"
+echo "wheel_check: $(basename "$dist"/*.whl) did the main job in an empty folder"

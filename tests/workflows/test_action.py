@@ -10,6 +10,7 @@ from pathlib import Path
 import action_check
 import action_try
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -53,12 +54,37 @@ def test_every_input_is_used_and_every_name_in_an_expression_is_known(definition
         action_try.value_of(expression.strip(), runner.context())  # refuses unknown names
 
 
-def test_actions_of_others_are_pinned_by_commit(definition):
+WORKFLOWS = sorted((ROOT / ".github/workflows").glob("*.yml"))
+
+
+@pytest.mark.parametrize(
+    "path", [ROOT / "action.yml", *WORKFLOWS, ROOT / "docs/tutorials/ci.md"], ids=lambda p: p.name
+)
+def test_actions_of_others_are_pinned_by_commit(path):
     """A tag can be moved to other code."""
-    used = [step["uses"] for step in definition["runs"]["steps"] if "uses" in step]
-    assert len(used) == 2
-    for one in used:
+    used = re.findall(r"^ *-? *uses: (\S+)", path.read_text(encoding="utf-8"), re.MULTILINE)
+    others = [one for one in used if one != "./.gaitval"]  # a checkout of ours
+    assert others
+    for one in others:
         assert re.fullmatch(r"actions/[\w-]+@[0-9a-f]{40}", one), one
+
+
+def test_the_job_that_signs_and_tags_a_release_runs_nothing_of_the_repository():
+    jobs = yaml.safe_load((ROOT / ".github/workflows/release.yml").read_text())["jobs"]
+    assert "permissions" not in jobs["build"]
+    publish = jobs["publish"]
+    assert publish["permissions"] == {
+        "contents": "write", "id-token": "write", "attestations": "write"
+    }  # fmt: skip
+    names = [step["uses"].partition("@")[0] for step in publish["steps"] if "uses" in step]
+    assert names == ["actions/download-artifact", "actions/attest-build-provenance"]
+    for step in [*publish["steps"], *jobs["build"]["steps"]]:
+        assert "${{" not in step.get("run", "")
+
+
+def test_newer_versions_of_everything_are_proposed():
+    updates = yaml.safe_load((ROOT / ".github/dependabot.yml").read_text())["updates"]
+    assert {each["package-ecosystem"] for each in updates} == {"pip", "github-actions", "docker"}
 
 
 def test_no_input_is_pasted_into_a_command(definition):
