@@ -3,8 +3,14 @@
 Cycles change sets (a permutation test); each time the largest |t| of all that is looked at in all
 curves is kept. What is looked at differs where its |t| is above what only a share `ALPHA` of the
 relabellings exceed anywhere, so the probability of calling even one curve of the person different
-by chance is `ALPHA` at most, if cycles of one session are exchangeable: a walk that drifts within
-its session, as on a treadmill that a person is still getting used to, is not.
+by chance is `ALPHA` at most, if what changes sets is exchangeable.
+
+Strides are not: one that is long is followed by long ones (Hausdorff et al. 1995, J Appl Physiol
+78:349; Dingwell and Cusumano 2010, Gait Posture 32:348). So their correlation with the next one is
+estimated, one number of all curves of both sessions, and what changes sets is what each stride
+brings new: the stride less the part of the one before that lasts, which has the same mean and, in
+a first-order autoregression, is independent from stride to stride (Cochrane and Orcutt 1949, J Am
+Stat Assoc 44:32).
 
 Looked at are each point, the mean over the cycle, and between them changes as wide as `WIDTHS`
 wherever they may be. Strides differ mostly slowly over the cycle (the whole curve a little higher,
@@ -32,6 +38,8 @@ from itertools import combinations
 from typing import Final, NamedTuple
 
 import numpy as np
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from gaitval.arrays import Array
 from gaitval.metrics.curve_statistics import ALPHA, Peaks, beyond, regions_of
@@ -46,6 +54,12 @@ WIDTHS: Final = (10.0, 20.0, 40.0)
 which curves below 10 Hz do not make narrower than 5 %, and the mean over the cycle."""
 _STEP: Final = 2
 """Points between two places at which one is looked for."""
+
+MOST_CORRELATED: Final = 0.9
+"""Above it so few strides say nothing of their mean; convention."""
+
+_ROUNDING: Final = 1e-9
+"""Share of the largest value below which strides do not differ."""
 
 _TOGETHER: Final = 50
 """Permutations worked out at a time, so that some MB suffice."""
@@ -80,11 +94,78 @@ class FamilyTest:
         p below `ALPHA`: then nothing can be found.
     permutations : relabellings that were compared, the data as they are among them; 0 without a
         threshold.
+    correlation : of a stride with the next one, 0 to `MOST_CORRELATED`.
     """
 
     curves: Mapping[str, CurveDifference]
     threshold: float | None
     permutations: int
+    correlation: float
+
+
+def stride_correlation(sessions: Sequence[Mapping[str, Array]]) -> float:
+    """Correlation of a stride with the next one, of all curves of all `sessions` together: (N, n)
+    strides in the order in which they were walked, by curve.
+
+    Deviations are from the mean of few strides, which makes their correlation smaller than that of
+    the strides. So it is what would make the products of neighbours over the squares as large, on
+    the average of curves of as many independent numbers as these. At least 0, as strides that
+    alternate tell more of their mean, not less; at most `MOST_CORRELATED`.
+    """
+    many = [each for curves in sessions for each in curves.values() if len(each) > 2]
+    own = [values - values.mean(axis=0) for values in many]
+    moving = [each for each, values in zip(own, many, strict=True)
+              if np.abs(each).max() > _ROUNDING * np.abs(values).max()]  # fmt: skip
+    if not moving:
+        return 0.0
+    seen = np.mean([np.sum(each[1:] * each[:-1]) / np.sum(each**2) for each in moving])
+    sizes = [len(each) for each in moving]
+    numbers = float(np.mean([_independent_numbers(each) for each in moving]))
+
+    def missed(correlation: float) -> float:
+        expected = {n: _expected_ratio(n, numbers, correlation) for n in set(sizes)}
+        return float(np.mean([expected[n] for n in sizes]) - seen)
+
+    if missed(0.0) >= 0.0:
+        return 0.0
+    if missed(MOST_CORRELATED) <= 0.0:
+        return MOST_CORRELATED
+    return float(brentq(missed, 0.0, MOST_CORRELATED, xtol=1e-6))
+
+
+def _independent_numbers(deviations: Array) -> float:
+    """Of how many independent numbers of one size curves with these `deviations` (N, n) seem to be;
+    less than N.
+    """
+    products = deviations @ deviations.T
+    return float(np.trace(products) ** 2 / np.sum(products**2))
+
+
+def _expected_ratio(count: int, numbers: float, correlation: float) -> float:
+    """Expected value of products of neighbours over squares, both summed over so many `numbers`, of
+    deviations from the mean of `count` values of a first-order autoregression: that of a ratio of
+    quadratic forms of normal values (Magnus 1986, Ann Econ Stat 4:95).
+    """
+    apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    own = np.linalg.cholesky(correlation**apart)
+    own -= own.mean(axis=0)
+    size, turn = np.linalg.eigh(own.T @ own)
+    products = np.einsum("ji,jk,ki->i", turn, own[1:].T @ own[:-1], turn)
+
+    def share(at: float) -> float:
+        grown = 1.0 + 2.0 * at * size
+        return float(numbers * np.sum(products / grown) * np.prod(grown) ** (-0.5 * numbers))
+
+    return float(quad(share, 0.0, np.inf)[0])
+
+
+def new_in_strides(strides: Array, correlation: float) -> Array:
+    """(N - 1, n) what each of (N, n) `strides` brings new, about the same mean as theirs; the
+    strides themselves if they do not hang together.
+    """
+    if correlation == 0.0:
+        return strides
+    return np.asarray((strides[1:] - correlation * strides[:-1]) / (1.0 - correlation))
 
 
 def differing_curves(
@@ -95,16 +176,21 @@ def differing_curves(
 ) -> FamilyTest:
     """Where curves of two sets of cycles differ, with one probability of a false alarm for all.
 
-    `before` and `after` hold (N, n) cycles of each curve, by names that end in `_r` or `_l`; a
-    curve that one of them lacks, or has fewer than 2 cycles of, is not tested. Curves of one side
-    with as many cycles in both sets are taken to be of the same cycles. The random relabellings
-    are the same in every call.
+    `before` and `after` hold (N, n) cycles of each curve in the order in which they were walked, by
+    names that end in `_r` or `_l`; a curve that one of them lacks, or has fewer than 3 cycles of,
+    is not tested. Curves of one side with as many cycles in both sets are taken to be of the same
+    cycles. The random relabellings are the same in every call.
     """
+    both = sorted(before.keys() & after.keys())
+    known = [name for name in both if min(len(before[name]), len(after[name])) > 2]
+    correlation = stride_correlation([{name: s[name] for name in known} for s in (before, after)])
+    before, after = (
+        {name: new_in_strides(s[name], correlation) for name in known} for s in (before, after)
+    )
     groups: dict[tuple[str, int, int], list[str]] = {}
-    for name in sorted(before.keys() & after.keys()):
-        sizes = len(before[name]), len(after[name])
-        if min(sizes) >= 2:
-            groups.setdefault((name[-1], *sizes), []).append(name)
+    for name in known:
+        key = name[-1], len(before[name]), len(after[name])
+        groups.setdefault(key, []).append(name)
     labels = {key: _labels(*key[1:], permutations) for key in groups}
     cycles = {n: np.concatenate([before[n], after[n]]) for names in groups.values() for n in names}
     filters = _filters(cycles)
@@ -145,6 +231,7 @@ def differing_curves(
         },
         threshold,
         count,
+        correlation,
     )
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from smooth_curves import smooth_curves
 
-from gaitval.metrics.cycle_changes import differing_curves
+from gaitval.metrics.cycle_changes import differing_curves, new_in_strides, stride_correlation
 
 NAMES = tuple(f"angles/{joint}_{side}" for joint in ("hip", "knee", "ankle") for side in "rl")
 
@@ -26,6 +26,57 @@ def test_a_person_is_called_changed_by_chance_as_often_as_said():
         found = differing_curves(cycles(7, 2 * seed), cycles(7, 2 * seed + 1), permutations=100)
         wrong += any(each.regions for each in found.curves.values())
     assert wrong / 100 <= 0.115
+
+
+def persistent(count: int, seed: int, correlation: float) -> dict[str, np.ndarray]:
+    """`cycles` with that correlation of each with the next, the first as varied as the rest."""
+    found = cycles(count, seed)
+    for strides in found.values():
+        for i in range(1, count):
+            new = np.sqrt(1.0 - correlation**2) * strides[i]
+            strides[i] = correlation * strides[i - 1] + new
+    return found
+
+
+def false_alarms(pairs: int, count: int, correlation: float) -> float:
+    """Share of pairs of sessions without a change in which any curve is called changed."""
+    wrong = 0
+    for seed in range(pairs):
+        sessions = (persistent(count, 2 * seed + 500 + i, correlation) for i in (0, 1))
+        found = differing_curves(*sessions, permutations=60)
+        wrong += any(each.regions for each in found.curves.values())
+    return wrong / pairs
+
+
+def test_strides_that_hang_together_are_no_change():
+    """Of 60 pairs 5 % may be called changed, ± 3 SD. A test of independent strides calls 55 %."""
+    assert false_alarms(60, 10, 0.4) <= 0.135
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [6, 10, 20])
+@pytest.mark.parametrize("correlation", [0.0, 0.2, 0.4])
+def test_false_alarms_are_five_in_a_hundred_however_strides_hang_together(count, correlation):
+    """5 ± 2 %, and 2 SD of 400 pairs."""
+    assert false_alarms(400, count, correlation) == pytest.approx(0.05, abs=0.02 + 0.022)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.2, 0.4])
+def test_the_correlation_of_strides_is_found(correlation):
+    """Of 10 strides their own mean takes away 0.1 and a third of it; the estimate gives it back."""
+    found = [
+        stride_correlation([persistent(10, 2 * seed + i, correlation) for i in (0, 1)])
+        for seed in range(40)
+    ]
+    assert np.mean(found) == pytest.approx(correlation, abs=0.06)
+
+
+def test_what_strides_bring_new_keeps_their_mean_and_forgets_the_stride_before():
+    """Each is half of the one before and 3 more: all about 6, and new are only the steps."""
+    strides = np.array([[6.0], [8.0], [5.0]])
+    np.testing.assert_allclose(new_in_strides(strides, 0.5), [[10.0], [2.0]])
+    np.testing.assert_allclose(new_in_strides(np.full((4, 2), 6.0), 0.5), 6.0)
+    assert new_in_strides(strides, 0.0) is strides
 
 
 def test_the_curve_that_changed_is_found_and_no_other():

@@ -22,7 +22,7 @@ from gaitval.gait.healthy_controls import load_controls
 from gaitval.gait.mean_curves import STANCE_THRESHOLD
 from gaitval.measurement.sources import NINETY
 from gaitval.metrics.curve_statistics import ALPHA
-from gaitval.metrics.cycle_changes import FamilyTest, differing_curves
+from gaitval.metrics.cycle_changes import FamilyTest, differing_curves, new_in_strides
 from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.norms import norms_at
 from gaitval.metrics.statistics_results import GaitProfile
@@ -168,9 +168,12 @@ def change_between(before: Visit, after: Visit, *, same_person: bool = False) ->
     at_once = None if same_markers else _at_once(before, after, names)
     by_speed = _by_speed(before, after)
     curves = {
-        name: _curve(name, before, after, known, at_once, by_speed, same_markers=same_markers)
+        name: _curve(
+            name, before, after, known, at_once, by_speed, same_markers=same_markers,
+            correlation=test.correlation,
+        )
         for name in names
-    }
+    }  # fmt: skip
     return Change(
         before,
         after,
@@ -276,8 +279,8 @@ def _notes(
         counts = _counts(before), _counts(after)
         found.append(
             f"Cycles are not tested: {counts[0]} before and {counts[1]} after. The test exchanges "
-            "cycles between the sessions and needs four a side in each"
-            f"{_kept_none(before, after)}."
+            "cycles between the sessions and needs four a side in each, five where strides hang "
+            f"together{_kept_none(before, after)}."
         )
     if not same_markers and not (before.again and after.again):
         found.append(
@@ -349,11 +352,12 @@ def _curve(
     by_speed: Mapping[str, Array],
     *,
     same_markers: bool,
+    correlation: float,
 ) -> CurveChange:
     first, second = before.curves[name], after.curves[name]
     half = limit = None
     if same_markers:
-        half = _of_cycles(before, after, name)
+        half = _of_cycles(before, after, name, correlation)
     elif name in before.again and name in after.again:
         half = np.hypot(before.again[name], after.again[name])
         limit = None if at_once is None else half * at_once / NINETY
@@ -389,13 +393,16 @@ def _curve(
     )
 
 
-def _of_cycles(before: Visit, after: Visit, name: str) -> Array | None:
-    """Half of the band of 90 % of a difference of means, by the cycles alone."""
-    errors = [
-        visit.cycles[name].var(axis=0, ddof=1) / len(visit.cycles[name])
+def _of_cycles(before: Visit, after: Visit, name: str, correlation: float) -> Array | None:
+    """Half of the band of 90 % of a difference of means, by the cycles alone, which have that
+    `correlation` with the next one.
+    """
+    new = [
+        new_in_strides(visit.cycles[name], correlation)
         for visit in (before, after)
-        if len(visit.cycles.get(name, ())) > 1
+        if name in visit.cycles
     ]
+    errors = [each.var(axis=0, ddof=1) / len(each) for each in new if len(each) > 1]
     return None if len(errors) < 2 else np.asarray(NINETY * np.sqrt(sum(errors)))
 
 

@@ -7,7 +7,7 @@ from pydantic import Field
 from gaitval.metrics.statistics_results import GaitProfile
 from gaitval.metrics.typed import Count, Flag, Number, Result, Sha256, Share, Size
 
-CHANGE_VERSION: Final = 1
+CHANGE_VERSION: Final = 2
 """Of `change.json`."""
 
 _Figure = Number | None
@@ -88,7 +88,7 @@ class ChangedProfile(Result):
 class ChangeResult(Result):
     """What changed between two sessions of one person."""
 
-    schema_version: Literal[1]
+    schema_version: Literal[2]
     versions: dict[str, str]
     before: SessionResult
     after: SessionResult
@@ -100,6 +100,8 @@ class ChangeResult(Result):
     threshold: _Figure
     """|t| above which a point of any curve differs; null where nothing was tested."""
     permutations: Count
+    stride_correlation: Share | None
+    """Of a stride with the next one, which the test allows for; null where nothing was tested."""
     at_once: _Figure
     """Standard deviations of re-measuring that hold all curves with 95 %."""
     curves: dict[str, ChangedCurve]

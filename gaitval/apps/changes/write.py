@@ -44,6 +44,7 @@ def result_of(found: Change) -> ChangeResult:
         "alpha": ALPHA,
         "threshold": None if found.test is None else found.test.threshold,
         "permutations": 0 if found.test is None else found.test.permutations,
+        "stride_correlation": None if found.test is None else found.test.correlation,
         "at_once": found.at_once,
         "curves": {name: _curve(curve, found) for name, curve in found.curves.items()},
         "parameters": _parameters(found),
