@@ -106,13 +106,15 @@ def _repository(folder: Path, marks: Path) -> None:
 
     git("init", "-q")
     (folder / "walk.csv").write_text("a\n")
-    git("add", "walk.csv")
+    (folder / "walk.txt").write_text("a\n")
+    git("add", "walk.csv", "walk.txt")
     git("-c", "user.name=a", "-c", "user.email=a", "commit", "-qm", "a")
-    (folder / ".gitattributes").write_text("*.csv filter=evil\n")
-    (folder / "walk.csv").write_text("b\n")
+    (folder / ".gitattributes").write_text("*.csv filter=evil\n*.txt filter=a=b\n")
+    for name in ("walk.csv", "walk.txt"):
+        (folder / name).write_text("b\n")
     programs = {
         name: marks / f"git-{name}"
-        for name in ("fsmonitor", "clean", "process", "hook", "pager", "gpg", "ssh")
+        for name in ("fsmonitor", "clean", "process", "hook", "pager", "gpg", "ssh", "equals")
     }
     for name, mark in programs.items():
         _program(folder / ".git" / "run" / name, mark)
@@ -126,6 +128,7 @@ def _repository(folder: Path, marks: Path) -> None:
         "filter.evil.clean": run / "clean",
         "filter.evil.process": run / "process",
         "filter.evil.required": "true",
+        "filter.a=b.clean": run / "equals",
         "core.pager": run / "pager",
         "gpg.program": run / "gpg",
         "log.showSignature": "true",
