@@ -388,3 +388,7 @@ def test_a_moment_that_tilts_the_knee_shifts_the_load_by_its_arm_of_40_millimetr
     assert found.compression[0] == pytest.approx(1000.0)
     assert found.medial[0] == pytest.approx(400.0)
     assert found.lateral[0] == pytest.approx(600.0)
+    # 100 N outwards act 19 mm above the plateaus: 1.9 Nm, or 47.5 N at 40 mm
+    force[0, knee, 2] = 100.0
+    pushed = contact(loads, paths, np.zeros((1, 40)), BoneSizes(np.ones(4)))
+    assert pushed.lateral[0] == pytest.approx(647.5)

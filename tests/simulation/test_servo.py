@@ -4,6 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED
@@ -47,6 +48,16 @@ def test_what_is_fed_forward_is_what_muscles_give(task):
         wave = np.cos(2 * np.pi * harmonic * phase) * np.ones(task.reference.moments.shape[1])
         tables = reference_tables(replace(task.reference, moments=wave), 0.5)
         np.testing.assert_allclose(tables.moments[:-1], 0.5 * share * wave, atol=1e-6)
+
+
+def test_half_of_a_moment_at_ten_hertz_is_fed_forward_and_gains_are_of_seventy_kilograms():
+    wave = np.cos(2 * np.pi * 10 * np.arange(200) / 200)[:, None] * np.ones(31)
+    second = SimpleNamespace(positions=wave, velocities=wave, moments=wave[:, 6:], stride_time=1.0)
+    np.testing.assert_allclose(
+        reference_tables(second, 1.0).moments[:-1], 0.5 * wave[:, 6:], atol=1e-12
+    )
+    servo = Configuration().servo
+    assert servo_stiffness(servo, 70.0)[0] == pytest.approx(servo.hip)
 
 
 def test_what_is_asked_for_is_as_late_at_every_step(task):
