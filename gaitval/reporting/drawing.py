@@ -106,7 +106,9 @@ def legend_above(
     the `figure`, in smaller letters than of this `size`, points.
     """
     place: Any = "outside upper center" if figure.get_layout_engine() else "upper center"
-    legend = figure.legend(handles=list(keys), loc=place, ncols=columns, fontsize=size)
+    legend = figure.legend(
+        handles=list(keys), loc=place, ncols=columns, fontsize=size, borderaxespad=0.2
+    )
     part = figure.bbox.width / legend.get_window_extent().width
     if part < 1.0:
         legend.remove()

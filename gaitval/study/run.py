@@ -194,6 +194,8 @@ def _loading() -> Iterator[None]:
 
 def load_report() -> None:
     """Load what a report needs."""
+    import weasyprint  # noqa: F401
+
     from gaitval.reporting import report  # noqa: F401
 
 
