@@ -80,7 +80,7 @@ def test_both_reports_are_there_where_a_device_fails(
     assert "1 of 1 figures of devices moved by more than their margin" in message.getvalue()
     assert (tmp_path / "out" / "devices.html").is_file()
     assert (tmp_path / "out" / "comparison.html").is_file()
-    assert "0 of 149 measures got worse" in done.output
+    assert "0 of 159 measures got worse" in done.output
 
 
 @pytest.mark.slow

@@ -17,7 +17,6 @@ from typing import Any
 
 import pytest
 from simulation_fixtures import random_policy
-from stage_order import STAGES
 
 from gaitval.apps.regression.baseline import (
     WALKING,
@@ -26,6 +25,7 @@ from gaitval.apps.regression.baseline import (
 )
 from gaitval.apps.regression.seal import SEAL, read_seal
 from gaitval.artefacts import read_json, write_json, write_text
+from gaitval.cli.study import STAGE_NAMES
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
@@ -50,6 +50,9 @@ from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run
 from gaitval.study.stage_versions import STAGE_VERSIONS
 from gaitval.study.stored_policy import stored_baseline
 from gaitval.study.walking_stages import push_stage, simulate_stage
+
+STAGES = (*STAGE_NAMES, "report")
+"""Those that a command runs alone, in their order."""
 
 FOUND = {
     "names": PARAMETERS,
