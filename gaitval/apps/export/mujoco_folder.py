@@ -175,10 +175,8 @@ def _limbs(root: ElementTree.Element, model: BodyModel) -> None:
 
 
 def _drawn(body: ElementTree.Element, name: str, **shape: str) -> None:
-    ElementTree.SubElement(
-        body, "geom", name=name, contype="0", conaffinity="0", group="1", rgba="0.85 0.75 0.6 1",
-        **shape,
-    )  # fmt: skip
+    looks = {"contype": "0", "conaffinity": "0", "group": "1", "rgba": "0.85 0.75 0.6 1"}
+    ElementTree.SubElement(body, "geom", {"name": name, **looks, **shape})
 
 
 def _text(numbers: Iterable[float]) -> str:
