@@ -7,11 +7,9 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-import fuzz_cases
-import fuzz_commands
 import numpy as np
 import pytest
-from fuzz_commands import command
+from readable_files import _PERSON, Kind, _curves, command, kinds
 
 from gaitval.apps.patients.people import read_people
 from gaitval.errors import GaitvalError
@@ -70,9 +68,8 @@ def cut(path: Path, rows: int, how: Callable[[str, int], str] = shortened) -> No
 
 
 @pytest.fixture(scope="module")
-def sources(tmp_path_factory: pytest.TempPathFactory) -> dict[str, fuzz_cases.Kind]:
-    first = fuzz_cases.kinds(tmp_path_factory.mktemp("first"))
-    return first | fuzz_commands.kinds(tmp_path_factory.mktemp("further"))
+def sources(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Kind]:
+    return kinds(tmp_path_factory.mktemp("files"))
 
 
 TABLES = {
@@ -91,7 +88,7 @@ READ_ALONE = ("opencap", "training_log")
 @pytest.mark.parametrize("rows", [0, 1, 2])
 @pytest.mark.parametrize("kind", TABLES)
 def test_a_table_of_few_rows_is_refused_or_taken_in_words(
-    tmp_path: Path, sources: dict[str, fuzz_cases.Kind], kind: str, rows: int
+    tmp_path: Path, sources: dict[str, Kind], kind: str, rows: int
 ) -> None:
     made = sources[kind]
     for name, content in made.seeds.items():
@@ -149,7 +146,7 @@ def c3d(option: str, folder: Path, rows: int) -> None:
         path.write_bytes(path.read_bytes()[:-512])
     given = {"--static": folder / "stand.c3d", "--trial": folder / "walk.trc", option: path}
     words = [word for name, file in given.items() for word in (name, file)]
-    command("import", *words, *fuzz_commands._PERSON, "--out", folder / "out")
+    command("import", *words, *_PERSON, "--out", folder / "out")
 
 
 def strides(folder: Path, rows: int) -> None:
@@ -168,7 +165,7 @@ def wbds(name: str, folder: Path, rows: int) -> None:
     (folder / name).write_text(
         "%Cycle\tRHipAngleX\n" + "".join(f"{i}\t1\n" for i in range(rows)), encoding="utf-8"
     )
-    fuzz_commands._curves(folder, name)
+    _curves(folder, name)
 
 
 def session(folder: Path, rows: int) -> None:
@@ -224,7 +221,7 @@ READ = {
 
 
 @pytest.fixture(scope="module")
-def files(sources: dict[str, fuzz_cases.Kind]) -> dict[str, bytes]:
+def files(sources: dict[str, Kind]) -> dict[str, bytes]:
     return {
         name: content
         for kind in ("trc", "judged_motion")
