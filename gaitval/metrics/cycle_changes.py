@@ -10,7 +10,8 @@ Strides are not: one that is long is followed by long ones (Hausdorff et al. 199
 estimated, one number of all curves of both sessions, and what changes sets is what each stride
 brings new: the stride less the part of the one before that lasts, which has the same mean and, in
 a first-order autoregression, is independent from stride to stride (Cochrane and Orcutt 1949, J Am
-Stat Assoc 44:32).
+Stat Assoc 44:32). Strides with a longer memory, or curves of which some last and some do not, are
+called changed more often than `ALPHA` (docs/how-to/change.md has how often).
 
 Looked at are each point, the mean over the cycle, and between them changes as wide as `WIDTHS`
 wherever they may be. Strides differ mostly slowly over the cycle (the whole curve a little higher,
