@@ -3,7 +3,8 @@
 numba and matplotlib read a file of settings there when they are imported. An archive of recordings
 may hold such a file, hidden, and it could name the folder that compiled code is taken from. And
 WeasyPrint asks the linker where its libraries are (`ctypes.util`), where the system's list does not
-have them; a linker script in the current folder could answer with one that is there. When gaitval,
+have them; a linker script in the current folder could answer with one that is there. And glfw,
+which MuJoCo brings, asks another Python for the versions of its libraries. When gaitval,
 or what it imports, is what imports these libraries, they see nothing of it. A program that imports
 them before gaitval, for itself, is left alone.
 """
@@ -52,7 +53,21 @@ def without_linker() -> Iterator[None]:
             setattr(util, name, function)
 
 
+@contextmanager
+def safe_processes() -> Iterator[None]:
+    """While the block runs, a Python that is started takes no modules from the current folder."""
+    before = os.environ.get("PYTHONSAFEPATH")
+    os.environ["PYTHONSAFEPATH"] = "1"
+    try:
+        yield
+    finally:
+        del os.environ["PYTHONSAFEPATH"]
+        if before is not None:
+            os.environ["PYTHONSAFEPATH"] = before
+
+
 IMPORTED: Final[dict[str, Callable[[], AbstractContextManager[None]]]] = {
+    "glfw": safe_processes,
     "matplotlib": partial(unseen, "matplotlibrc"),
     "numba": partial(unseen, ".numba_config.yaml"),
     "weasyprint": without_linker,

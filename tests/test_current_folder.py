@@ -107,6 +107,15 @@ def test_the_folder_is_hostile(place):
         assert {"git-fsmonitor", "git-process"} & ran
 
 
+def test_a_python_that_a_library_starts_takes_nothing_from_it(place):
+    """glfw asks one for the versions of its libraries."""
+    bare = started(place, sys.executable, "-P", "-c", "import glfw")
+    assert "ctypes.py" in bare.ran
+    ours = started(place, sys.executable, "-P", "-c", "import gaitval.apps.export.formats")
+    assert ours.done.returncode == 0, ours.done.stderr
+    assert not ours.ran
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(
     not shutil.which("gcc") or not shutil.which("objdump"), reason="nobody to ask for a library"

@@ -126,8 +126,9 @@ def fresh_processes() -> Iterator[None]:
 def new_workers(count: int) -> ProcessPoolExecutor:
     """`count` processes, in which linear algebra has one thread each."""
     workers = ProcessPoolExecutor(count, mp_context=ready_to_start(), initializer=begin_as_worker)
+    # All start with the first task, here, because they need this environment; one that started when
+    # the others are busy would have another, and run the user's script.
+    workers._safe_to_dynamically_spawn_children = False  # type: ignore[attr-defined]
     with fresh_processes():
-        # The environment is read when a process starts, so they start here.
-        for _ in range(count):  # each starts one, because none of them is idle yet
-            workers.submit(os.getpid)
+        workers.submit(os.getpid)
     return workers

@@ -278,3 +278,11 @@ def test_what_processes_leave_that_were_killed_together_goes_with_the_next(begun
     environment = os.environ | {"TMPDIR": str(begun.temporary)}
     subprocess.run([sys.executable, str(script)], env=environment, check=True)
     assert [str(each) for each in begun.temporary.glob(f"{OF_SOCKETS}*")] == [in_use]
+
+
+def test_all_workers_start_at_once():
+    """One that starts later would run the user's script, and look for modules beside it."""
+    with keeping_workers(3):
+        workers = kept_workers()
+        assert len(workers._processes) == 3
+        assert list(workers.map(math.sqrt, [4.0] * 9)) == [2.0] * 9
