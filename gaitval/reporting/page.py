@@ -21,7 +21,7 @@ from gaitval.number_text import degree_signs, number, rough, signed, unit_sign, 
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import FONT
 from gaitval.reporting.figure_data import write_tables
-from gaitval.reporting.printer import write_pdf
+from gaitval.reporting.printer import print_page
 from gaitval.text_tables import shown
 
 Draw = Callable[[], str]
@@ -124,7 +124,7 @@ def write_page(
         own["drawings"] = values["drawings"]
         write_text(folder / f"{other}.html", _html(second, own, "screen"))
     paper = (settings or ReportSettings()).paper
-    write_pdf(folder / f"{name}.pdf", _html(page, values, "print"), paper)
+    print_page(folder / f"{name}.pdf", _html(page, values, "print"), paper)
 
 
 def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> Path:

@@ -26,7 +26,7 @@ PDF_VARIANT: Final = "pdf/a-2a"
 _FONT_SCHEME: Final = "gaitval-font:"
 
 
-def write_pdf(path: Path, page: str, paper: str) -> None:
+def print_page(path: Path, page: str, paper: str) -> None:
     """Write a `page` of HTML as PDF to `path` on sheets of a size, whole or not at all."""
     with scratch(workplace(path)) as own, replacing(path) as temporary, _fixed_clock():
         lay_out(page, paper, own).write_pdf(temporary, pdf_variant=PDF_VARIANT)
