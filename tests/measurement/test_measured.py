@@ -56,7 +56,7 @@ def imported(sample, kept, monkeypatch):
         return kept[name]
 
     def worked_out(name, read, **options):
-        fault = next(each for each in faults(("1", "2")) if each.name == name) if name else None
+        fault = faults()[name] if name else None
         changed = fault.change(read) if fault else read
         monkeypatch.setattr(importing, "read_session", lambda *_: changed)
         mass = request.mass * (fault.mass if fault else 1.0)
@@ -322,9 +322,7 @@ def test_plates_that_are_turned_as_one_block_are_turned_back_as_one(sample, numb
     """To one side and to the other."""
     _, session = sample
     (walk,) = session.walking
-    fault = [each for each in faults(("1", "2")) if each.name.startswith("all plates rotated")][
-        number
-    ]
+    fault = faults()["all plates rotated 4°"]
     assert fault.size is not None
     (wrong,) = fault.change(session).walking
     found = correct.without_faults(wrong, {"rotation all": fault.size})

@@ -6,13 +6,12 @@ is planted in the forces acts on whatever the file gives: force with moment, or 
 pressure.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
-from typing import Final
+from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import butter, sosfilt
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
@@ -23,186 +22,41 @@ from gaitval.session.read import SessionRecordings
 _Planted = Callable[[SessionRecordings], SessionRecordings]
 
 
-@dataclass(frozen=True)
-class Fault:
-    """A planted fault.
-
-    Attributes
-    ----------
-    name : what is done.
-    causes : names of the right cause, as the warnings call it.
-    change : what it does to a session.
-    mass : factor of the mass that is given with it.
-    size : of the parameter, in the units of `gaitval.measurement.expected.USUAL`.
-    plate : number of the plate; None of all.
+class Fault(NamedTuple):
+    """A planted fault: what it does to a session, the factor of the mass that is given with it, and
+    its size, in the units of `gaitval.measurement.expected.USUAL`.
     """
 
-    name: str
-    causes: tuple[str, ...]
     change: _Planted
     mass: float = 1.0
     size: float = 0.0
-    plate: int | None = None
 
 
-def unchanged(session: SessionRecordings) -> SessionRecordings:
-    """The session as it was."""
-    return session
+def _tilted(recording: Recording) -> Recording:
+    return recording.turned(Rotation.from_rotvec([np.radians(2.5), 0.0, 0.0]).as_matrix())
 
 
-@dataclass(frozen=True)
-class Sizes:
-    """What is planted: of a plate, (size, plate) or (size, axis, plate), plate 0 the first and -1
-    the last; of all plates and of the laboratory, (size, axis).
-    """
-
-    delays_ms: Sequence[float] = (-50, -30, 20, 25, 35, 50)
-    masses: Sequence[float] = (0.90, 0.92, 1.08, 1.10)
-    rotations: Sequence[tuple[float, int]] = ((5, 0), (-6, -1), (8, 0))
-    gains: Sequence[tuple[float, int]] = ((0.10, 0), (-0.10, -1), (0.08, -1))
-    places_mm: Sequence[tuple[float, int, int]] = (
-        (25, 0, 0),
-        (-30, 0, -1),
-        (25, 1, -1),
-        (-25, 1, 0),
-        (40, 0, 0),
-    )
-    crossed: Sequence[tuple[float, int, int]] = (
-        (0.05, 0, 0),
-        (-0.05, 0, -1),
-        (0.05, 1, -1),
-        (-0.06, 1, 0),
-    )
-    places_of_all_mm: Sequence[tuple[float, int]] = ((30, 0), (-30, 0), (25, 1))
-    turns_of_all: Sequence[float] = (4, -5)
-    slow_forces_hz: Sequence[float] = (4, 5)
-    causal_hz: float = 8
-    slow_markers_hz: float = 3.0
-    wands: Sequence[float] = (1.02, 0.975)
-    rates: Sequence[float] = (1.10, 0.90, 1.06)
-    tilts: Sequence[tuple[float, int]] = ((2, 1), (-2, 0), (2.5, 0))
-
-
-def faults(plates: Sequence[str], sizes: Sizes = Sizes()) -> tuple[Fault, ...]:
-    """The list, for a session whose `plates` have these names. All plates of one are that one."""
-    every = "all" if len(plates) > 1 else plates[0]
-    return (
-        *(
-            Fault(
-                f"forces {abs(ms):g} ms {'late' if ms > 0 else 'early'}",
-                ("delay",),
-                _walks(partial(_delayed, seconds=ms / 1000)),
-                size=ms / 1000,
-            )
-            for ms in sizes.delays_ms
+def faults() -> dict[str, Fault]:
+    """By what is done."""
+    turn = float(np.radians(4.0))
+    return {
+        "forces 35 ms late": Fault(_walks(partial(_delayed, seconds=0.035)), size=0.035),
+        "mass +10 %": Fault(lambda session: session, mass=1.1, size=0.1),
+        "plate 1 40 mm forward": Fault(_all(partial(moved, plate=0, axis=0, metres=0.04))),
+        "plate 2 gain -10 %": Fault(_all(partial(gained, plate=1, gain=-0.1))),
+        "plate 1 rotated 8°": Fault(
+            _all(partial(_on_plate, number=0, change=partial(_rotated, angle=np.radians(8.0))))
         ),
-        *(
-            Fault(f"mass {100 * (f - 1):+.0f} %", ("mass",), unchanged, mass=f, size=f - 1)
-            for f in sizes.masses
+        "plate 2 cross-talk +5 % sideways": Fault(
+            _all(partial(_on_plate, number=1, change=partial(_crossed, axis=1, share=0.05)))
         ),
-        *_of_a_plate(plates, sizes),
-        *_of_all_plates(every, sizes),
-        *_of_filters(sizes),
-        *_of_laboratory(sizes),
-    )
-
-
-def _of_a_plate(plates: Sequence[str], sizes: Sizes) -> Iterator[Fault]:
-    """One plate that is turned, scaled, moved, or shows vertical forces along an axis."""
-
-    def fault(
-        place: int, words: str, kind: str, size: float, change: Callable[..., Recording]
-    ) -> Fault:
-        number = place % len(plates)
-        name = plates[number]
-        everywhere = _all(partial(change, plate=number))
-        return Fault(
-            f"plate {name} {words}", (f"{kind} {name}",), everywhere, size=size, plate=number
-        )
-
-    for degrees, p in sizes.rotations:
-        angle = float(np.radians(degrees))
-        yield fault(p, f"rotated {degrees:g}°", "rotation", angle, partial(rotated, angle=angle))
-    for gain, p in sizes.gains:
-        yield fault(p, f"gain {100 * gain:+.0f} %", "gain", gain, partial(gained, gain=gain))
-    for mm, axis, p in sizes.places_mm:
-        words = f"{mm:g} mm {'forward' if axis == 0 else 'left'}"
-        change = partial(moved, axis=axis, metres=mm / 1000)
-        yield fault(p, words, "place", mm / 1000, change)
-    for share, axis, p in sizes.crossed:
-        words = f"cross-talk {100 * share:+.0f} % {'fore-aft' if axis == 0 else 'sideways'}"
-        yield fault(p, words, "cross-talk", share, partial(crossed, axis=axis, share=share))
-
-
-def _of_all_plates(every: str, sizes: Sizes) -> Iterator[Fault]:
-    """All plates moved or turned together, beside the cameras; `every` is what they are called."""
-    for mm, axis in sizes.places_of_all_mm:
-        metres = mm / 1000
-        yield Fault(
-            f"all plates {mm:g} mm {'forward' if axis == 0 else 'left'}",
-            (f"place {every}",),
-            _all(partial(_on_all, change=partial(_moved, axis=axis, metres=metres))),
-            size=metres,
-        )
-    for degrees in sizes.turns_of_all:
-        angle = float(np.radians(degrees))
-        yield Fault(
-            f"all plates rotated {degrees:g}° beside the cameras",
-            (f"rotation {every}",),
-            _all(partial(_turned_about_origin, angle=angle)),
-            size=angle,
-        )
-
-
-def _of_filters(sizes: Sizes) -> Iterator[Fault]:
-    """Forces or markers that were low-passed before they were stored."""
-    for hertz in sizes.slow_forces_hz:
-        yield Fault(
-            f"forces low-passed at {hertz:g} Hz",
-            ("forces low-passed",),
-            _walks(partial(_filtered, hertz=hertz)),
-            size=hertz,
-        )
-    yield Fault(
-        f"forces low-passed at {sizes.causal_hz:g} Hz, forwards only",
-        ("delay", "forces low-passed"),
-        _walks(partial(_filtered, hertz=sizes.causal_hz, causal=True)),
-        size=sizes.causal_hz,
-    )
-    slow = sizes.slow_markers_hz
-    yield Fault(
-        f"markers low-passed at {slow:g} Hz",
-        ("markers low-passed",),
-        _walks(lambda r: replace(r, markers=_slow(r.markers, r.marker_rate, slow))),
-        size=slow,
-    )
-
-
-def _of_laboratory(sizes: Sizes) -> Iterator[Fault]:
-    """A wrong wand, a wrong clock, and a vertical that is not."""
-
-    def longer(recording: Recording, factor: float) -> Recording:
-        return replace(recording, markers=recording.markers * factor)
-
-    def faster(recording: Recording, factor: float) -> Recording:
-        rates = recording.marker_rate * factor, recording.force_rate * factor
-        return replace(recording, marker_rate=rates[0], force_rate=rates[1])
-
-    for factor in sizes.wands:
-        name = f"wand {100 * (factor - 1):+.1f} %"
-        yield Fault(name, ("scale",), _all(partial(longer, factor=factor)), size=factor - 1)
-    for factor in sizes.rates:
-        name = f"rate of both {100 * (factor - 1):+.0f} %"
-        yield Fault(name, ("rate",), _walks(partial(faster, factor=factor)), size=factor - 1)
-    for degrees, axis in sizes.tilts:
-        angle = float(np.radians(degrees))
-        turn = Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix()
-        name = f"laboratory tilted {degrees:g}° about {'xy'[axis]}"
-        yield Fault(name, ("tilt",), _all(partial(_turned, turn=turn)), size=angle)
-
-
-def _turned(recording: Recording, turn: Array) -> Recording:
-    return recording.turned(turn)
+        "forces low-passed at 5 Hz": Fault(_walks(partial(_filtered, hertz=5.0))),
+        "all plates 30 mm forward": Fault(
+            _all(partial(_on_all, change=partial(_moved, axis=0, metres=0.03)))
+        ),
+        "all plates rotated 4°": Fault(_all(partial(_turned_about_origin, angle=turn)), size=turn),
+        "laboratory tilted 2.5° about x": Fault(_all(_tilted)),
+    }
 
 
 def moved(recording: Recording, plate: int, axis: int, metres: float) -> Recording:
@@ -210,21 +64,11 @@ def moved(recording: Recording, plate: int, axis: int, metres: float) -> Recordi
     return _on_plate(recording, plate, lambda one: _moved(one, axis, metres))
 
 
-def crossed(recording: Recording, plate: int, axis: int, share: float) -> Recording:
-    """A recording of which one plate shows a share of the vertical force along an axis, too."""
-    return _on_plate(recording, plate, lambda one: _crossed(one, axis, share))
-
-
 def gained(recording: Recording, plate: int, gain: float) -> Recording:
     """A recording of which one plate shows more force, by this share."""
     return _on_plate(
         recording, plate, lambda one: _wrench(one, lambda f, m: (f * (1 + gain), m * (1 + gain)))
     )
-
-
-def rotated(recording: Recording, plate: int, angle: float) -> Recording:
-    """A recording of which one plate is turned, rad."""
-    return _on_plate(recording, plate, lambda one: _rotated(one, angle))
 
 
 def _walks(change: Callable[[Recording], Recording]) -> _Planted:
@@ -350,51 +194,8 @@ def _crossed(plate: Plate, axis: int, share: float) -> Plate:
     return _wrench(plate, change)
 
 
-def _slow(values: Array, rate: float, hertz: float) -> Array:
-    return low_pass(values, rate=rate, cutoff_hz=hertz)
-
-
-def _filtered(recording: Recording, hertz: float, *, causal: bool = False) -> Recording:
-    rate = recording.force_rate
-
+def _filtered(recording: Recording, hertz: float) -> Recording:
     def slow(values: Array) -> Array:
-        if causal:
-            return np.asarray(sosfilt(butter(2, hertz, fs=rate, output="sos"), values, axis=0))
-        return _slow(values, rate, hertz)
+        return low_pass(values, rate=recording.force_rate, cutoff_hz=hertz)
 
-    def change(plate: Plate) -> Plate:
-        found = _wrench(plate, lambda f, m: (slow(f), slow(m)))
-        if plate.moment is not None:
-            return found
-        # a file with centres of pressure only is made of filtered channels with a threshold
-        moment = slow(
-            np.cross(np.nan_to_num(plate.centre_of_pressure), plate.force) + plate.free_moment
-        )
-        force = slow(plate.force)
-        on = force[:, 2] > 10.0
-        height = np.nanmedian(plate.centre_of_pressure[:, 2])
-        vertical = np.where(on, force[:, 2], np.nan)
-        pressure = np.stack(
-            [
-                (height * force[:, 0] - moment[:, 1]) / vertical,
-                (height * force[:, 1] + moment[:, 0]) / vertical,
-                np.where(on, height, np.nan),
-            ],
-            axis=1,
-        )
-        free = np.zeros_like(force)
-        free[:, 2] = np.where(
-            on, moment[:, 2] - np.cross(np.nan_to_num(pressure), force)[:, 2], 0.0
-        )
-        return replace(
-            plate,
-            force=np.where(on[:, None], force, 0.0),
-            centre_of_pressure=pressure,
-            free_moment=free,
-        )
-
-    return _on_all(recording, change)
-
-
-SIZES: Final = {"angle": 2.0, "moment": 0.1, "force": 3.0, "speed": 2.0}
-"""Errors from which on a fault counts: degrees, Nm/kg, % of the body's weight, %."""
+    return _on_all(recording, lambda one: _wrench(one, lambda f, m: (slow(f), slow(m))))
