@@ -9,7 +9,7 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.model.urdf import read_urdf, write_urdf
-from gaitval.reporting.printer import write_pdf
+from gaitval.reporting.printer import print_page
 from gaitval.scaling.scaling import scale_subject
 
 pytestmark = pytest.mark.skipif(
@@ -33,7 +33,7 @@ def test_a_model_is_written_there(folder: Path) -> None:
 
 
 def test_a_page_is_printed_there(folder: Path) -> None:
-    write_pdf(folder / "page.pdf", "<p>a</p>", "a4")
+    print_page(folder / "page.pdf", "<p>a</p>", "a4")
     assert (folder / "page.pdf").read_bytes().startswith(b"%PDF")
     assert [each.name for each in folder.iterdir()] == ["page.pdf"]
 
