@@ -49,10 +49,13 @@ def test_a_folder_that_tells_two_trials_apart(tmp_path: Path, worked: list[objec
     assert not worked
 
 
-@pytest.mark.parametrize("option", ["--person", "--laboratory", "--citation", "--licence"])
-def test_a_text_that_no_page_can_show(tmp_path: Path, worked: list[object], option: str) -> None:
-    path = tmp_path / "walk.trc"
+@pytest.mark.parametrize("key", ["person", "laboratory", "citation", "licence"])
+def test_a_text_that_no_page_can_show(tmp_path: Path, worked: list[object], key: str) -> None:
+    path, session = tmp_path / "walk.trc", tmp_path / "session.toml"
     path.touch()
-    message = refused("--trial", str(path), "--out", str(tmp_path / "out"), option, "a\x1bb")
-    assert "the files or options say" in message
+    about = 'name = "P01"\nsex = "F"\nmass = 60\nheight = 1.7\ntrials = ["walk.trc"]'
+    session.write_text(f'[[people]]\n{about}\n{key} = "a\\u001bb"\n', encoding="utf-8")
+    done = CliRunner().invoke(app, ["import", str(session), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2, done.output
+    assert "the files or options say" in " ".join(done.output.split())
     assert not worked
