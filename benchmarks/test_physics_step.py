@@ -23,11 +23,11 @@ import numpy as np
 import pytest
 from speed_ratio import speed_ratio
 
-from gaitval.compiled import njit
+from gaitval._internal.numba.compiled import njit
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject_file import load_subject
-from gaitval.lanes import WIDTH
 from gaitval.model.urdf import write_urdf
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.mujoco_body import MujocoBody

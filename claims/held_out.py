@@ -13,7 +13,7 @@ import numpy as np
 import claims
 from claims import ROOT, Claim
 from claims.marked_table import with_table
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves

@@ -7,6 +7,7 @@ import numpy as np
 
 import claims
 from claims import Claim
+from gaitval._internal.io.text_tables import shipped_table
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
@@ -15,7 +16,6 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.model.tree import Tree, empty_frames, forward, velocities
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import Trajectory, Walker, WalkingTask
-from gaitval.text_tables import shipped_table
 
 FINEST, STEPS = 0.125e-3, (1e-3, 2e-3)
 """s; what the others are compared with, and these."""

@@ -90,7 +90,7 @@ def strangers(given: claims.Given) -> Claim:
     """Adults of ANSUR II and children of the WHO's growth reference, each with the gait of one of
     the ten, walked at some speed without own training: how many walk from every start.
     """
-    from gaitval.artefacts import read_json, write_json
+    from gaitval._internal.io.artefacts import read_json, write_json
 
     table = adults(given.data)
     store = given.work / f"strangers-{gaitval.__version__}.json"

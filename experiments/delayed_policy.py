@@ -30,10 +30,10 @@ from experiments.general_policy import (
     all_tasks,
 )
 from experiments.general_policy import TARGET as GENERAL
-from gaitval.artefacts import value_hash, write_json
+from gaitval._internal.io.artefacts import value_hash, write_json
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.configuration import EnvironmentSettings, load_configuration
 from gaitval.datasets.subject_file import BUILTIN
-from gaitval.lanes import WIDTH
 from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS, OBSERVED, is_mirrored
 from gaitval.policy.senses import windows
 from gaitval.policy.storage import NETWORK, Policy, description, load_start, save_policy

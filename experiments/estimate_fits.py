@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import gaitval.prediction
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
 from gaitval.configuration import ContactSettings, RecordSettings
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects

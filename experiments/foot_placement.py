@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 import gaitval
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
 from gaitval.metrics.pushed_steps import placed_feet
 from gaitval.metrics.walk_results import PlacedFoot
 from gaitval.reporting.balance_figure import foot_placement

@@ -26,8 +26,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import value_hash, write_json
 from gaitval.arrays import Array
-from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject

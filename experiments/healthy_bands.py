@@ -18,7 +18,7 @@ import numpy as np
 
 from experiments.gps_controls import strides
 from experiments.shipped import parser_of, ship
-from gaitval.text_tables import csv_text
+from gaitval._internal.io.text_tables import csv_text
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / "healthy_bands.csv"
 ADULTS = FILE.with_name("adult_bands.csv")

@@ -14,11 +14,11 @@ import numpy as np
 
 from experiments.gps_controls import strides
 from experiments.shipped import parser_of, ship
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.arrays import Array
 from gaitval.gait.healthy_controls import PROFILE_ANGLES
 from gaitval.metrics.single_case import FILE as NAME
 from gaitval.metrics.single_case import group_of, modified_t
-from gaitval.text_tables import csv_text
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / NAME
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from experiments.bodies import as_scaled, fit_of
-from gaitval.artefacts import read_json, versions, write_json
+from gaitval._internal.io.artefacts import read_json, versions, write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject

@@ -23,9 +23,9 @@ from typing import Any
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import copy_files, read_json, write_json, write_text
 from gaitval.apps.regression.baseline import walking_stages
 from gaitval.apps.regression.regression import LONG_MEASURES
-from gaitval.artefacts import copy_files, read_json, write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.metrics.results import (

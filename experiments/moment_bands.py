@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from gaitval.text_tables import csv_text
+from gaitval._internal.io.text_tables import csv_text
 
 OUT = Path(__file__).resolve().parent.parent / "gaitval/apps/judge/schwartz2008.csv"
 

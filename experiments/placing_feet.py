@@ -33,16 +33,16 @@ from experiments.general_policy import (
     built_in,
     virtual_task_of,
 )
+from gaitval._internal.io.artefacts import read_json, write_json
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.apps.balance.compared import Pushes
 from gaitval.apps.balance.experiment import TestedWalker, pushed, sideways_pushes
 from gaitval.apps.balance.study import FORCES, PHASES
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, SIDES
 from gaitval.datasets.subject_file import BUILTIN
-from gaitval.lanes import WIDTH
 from gaitval.metrics.balance_walk import OUTWARD
 from gaitval.metrics.push_recovery import Push
 from gaitval.metrics.pushed_steps import forces_of

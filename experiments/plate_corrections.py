@@ -25,8 +25,8 @@ from typing import NamedTuple
 import numpy as np
 
 from claims.marked_table import with_table
+from gaitval._internal.io.artefacts import write_text
 from gaitval.arrays import Array
-from gaitval.artefacts import write_text
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import BUILTIN, load_subject

@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from experiments.shipped import parser_of, ship
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.coordinates import COORDINATES
 from gaitval.gait.healthy_controls import PROFILE_ANGLES
 from gaitval.gait.record import LowPass
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.comparison import foot_progression, simulated_curves
-from gaitval.text_tables import csv_text
 
 FOLDER = Path(__file__).resolve().parent.parent / "gaitval" / "samples"
 STRIDE = 3

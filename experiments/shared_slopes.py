@@ -25,14 +25,14 @@ from safetensors.numpy import save_file
 
 from claims import DATA, ROOT
 from claims.walking import adults, drawn_stranger, task_of
-from gaitval.arrays import Array
-from gaitval.artefacts import (
+from gaitval._internal.io.artefacts import (
     read_json,
     replacing,
     versions,
     write_arrays,
     write_json,
 )
+from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.gait.sampling import SAMPLES
 from gaitval.learning_control import slopes as rules

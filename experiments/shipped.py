@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
 
 
 def parser_of(documentation: str) -> argparse.ArgumentParser:

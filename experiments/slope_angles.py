@@ -21,8 +21,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval.artefacts import write_text
-from gaitval.text_tables import csv_text
+from gaitval._internal.io.artefacts import write_text
+from gaitval._internal.io.text_tables import csv_text
 
 FILES: Final = {"thigh": "globalThighAngles", "knee": "kneeAngles", "ankle": "ankleAngles"}
 SIGN: Final = {"thigh": 1.0, "knee": -1.0, "ankle": -1.0}

@@ -22,7 +22,7 @@ import numpy as np
 from claims.walking import falls
 from experiments.general_policy import TARGET as GENERAL
 from experiments.general_policy import printed, train_general
-from gaitval.artefacts import value_hash, write_json
+from gaitval._internal.io.artefacts import value_hash, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.gait.dimensionless import speed_unit, time_unit

@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.shipped import parser_of, ship
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.apps.patients.ankle_errors import ERRORS
 from gaitval.apps.patients.cohort import found_patients
 from gaitval.apps.patients.known_record import (
@@ -48,7 +49,6 @@ from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.scaling import scale_subject
-from gaitval.text_tables import csv_text
 
 SPEEDS = ("transfemoral_amputee=0.8", "TF02=0.7")
 """m/s on the treadmill (Hood et al. 2020); TF02's fastest trial, which his stride is of, by his

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from experiments.bodies import as_scaled, fit_of
+from gaitval._internal.io.artefacts import read_json, versions, write_json
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json, versions, write_json
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.identification.body_words import sentences

@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from experiments.held_out_runs import walked
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.metrics.comparison import rms
@@ -29,7 +30,6 @@ from gaitval.metrics.typed import array, sided
 from gaitval.study.report_stages import metrics_of
 from gaitval.study.stage import Run, open_run
 from gaitval.terminal.display import live_view
-from gaitval.text_tables import csv_text
 
 ROOT = Path(__file__).resolve().parent.parent
 FILE = ROOT / "gaitval" / "metrics" / "time_step.csv"

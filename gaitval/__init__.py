@@ -18,7 +18,7 @@ if sys.argv[:1] == ["-m"] and not sys.flags.safe_path:
 
 from importlib import import_module
 
-from gaitval.current_folder import ignore as _ignore_current_folder
+from gaitval._internal.io.current_folder import ignore as _ignore_current_folder
 
 __version__ = "0.10.0"
 

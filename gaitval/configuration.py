@@ -25,8 +25,8 @@ from pydantic import (
     model_validator,
 )
 
-from gaitval.any_case import as_known, literals_of
-from gaitval.artefacts import parse_toml, read_toml
+from gaitval._internal.io.artefacts import parse_toml, read_toml
+from gaitval._internal.text.any_case import as_known, literals_of
 from gaitval.conventions import OWN, convention_of
 from gaitval.errors import ConfigurationError
 
@@ -731,6 +731,6 @@ def load_configuration(
         return Configuration.model_validate(values)
     except ValidationError as error:
         origin = " ".join([str(path)] * (path is not None) + [f"--set {s}" for s in settings])
-        from gaitval.refused_values import in_configuration
+        from gaitval._internal.text.refused_values import in_configuration
 
         raise ConfigurationError(f"{origin}: {in_configuration(error, Configuration())}") from None

@@ -23,7 +23,7 @@ import math
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from gaitval.any_case import as_known
+from gaitval._internal.text.any_case import as_known
 from gaitval.errors import ConfigurationError
 
 _Point = tuple[float, float, float]

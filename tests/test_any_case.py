@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from gaitval.any_case import as_known, literals_of
+from gaitval._internal.text.any_case import as_known, literals_of
 from gaitval.apps.export.formats import writer_of
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import ConfigurationError

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from safetensors import SafetensorError
 
-from gaitval.artefacts import (
+from gaitval._internal.io.artefacts import (
     file_hash,
     read_arrays,
     read_json,
@@ -24,7 +24,7 @@ from gaitval.artefacts import (
     write_json,
     write_text,
 )
-from gaitval.disk_errors import is_of_another
+from gaitval._internal.io.disk_errors import is_of_another
 from gaitval.errors import ArtefactError
 
 
@@ -151,7 +151,7 @@ def test_value_hash_does_not_hang_on_the_order_of_keys() -> None:
 
 
 def test_value_hash_is_the_same_in_another_process() -> None:
-    code = "from gaitval.artefacts import value_hash; print(value_hash({'a': [1.5, 'x']}))"
+    code = "from gaitval._internal.io import artefacts as a; print(a.value_hash({'a': [1.5, 'x']}))"
     other = subprocess.run(
         [sys.executable, "-c", code], check=True, capture_output=True, text=True
     ).stdout.strip()

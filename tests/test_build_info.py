@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.build_info import INSTALLED, UNREADABLE, minute_of, now, source_commit
+from gaitval._internal.io.build_info import INSTALLED, UNREADABLE, minute_of, now, source_commit
 
 
 def git(folder: Path, *arguments: str) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.cache_home import cache_home
+from gaitval._internal.numba.cache_home import cache_home
 from gaitval.errors import ConfigurationError
 
 

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import gaitval
-from gaitval.compiled import SOURCES
+from gaitval._internal.numba.compiled import SOURCES
 
 PACKAGE = Path(gaitval.__file__).parent
 
@@ -27,7 +27,7 @@ def test_all_sources_exist():
 
 FIRST = """
 import numpy as np
-from gaitval.compiled import njit
+from gaitval._internal.numba.compiled import njit
 
 @njit
 def double(x):

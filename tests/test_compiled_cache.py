@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from gaitval import cache_home, compiled, compiled_cache
-from gaitval.cache_home import own_folder
+from gaitval._internal.numba import cache_home, compiled, compiled_cache
+from gaitval._internal.numba.cache_home import own_folder
 from gaitval.errors import ConfigurationError
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="users and links as POSIX has them")
@@ -20,7 +20,7 @@ as_root = pytest.mark.skipif(
     not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can give a file to another"
 )
 SOURCE = """
-from gaitval.compiled import njit
+from gaitval._internal.numba.compiled import njit
 
 @njit
 def double(x):
@@ -289,7 +289,7 @@ ONE = """
 import sys, time
 sys.path.insert(0, {folder!r})
 from numba.core import event
-from gaitval.compiled import njit
+from gaitval._internal.numba.compiled import njit
 
 class Seen(event.Listener):
     def on_start(self, event):

@@ -14,7 +14,8 @@ import seen_of_folder
 from typer.main import get_command
 
 import gaitval.cli
-from gaitval import cli, current_folder
+from gaitval import cli
+from gaitval._internal.io import current_folder
 
 ROOT: Any = get_command(cli.app)
 SAMPLES = Path(gaitval.__file__).parent / "samples"
@@ -229,7 +230,7 @@ def test_the_pytest_plug_in_takes_nothing_from_the_folder_of_a_project(place, tm
 def test_numba_that_was_there_before_forgets_what_it_read_here(place):
     code = (
         "import numba; from numba.core import config; assert config.OPT == 1; "
-        "import gaitval.compiled; "
+        "import gaitval._internal.numba.compiled; "
         "print(int(config.OPT), repr(config.CACHE_DIR), config.DISABLE_JIT)"
     )
     found = started(place, sys.executable, "-P", "-c", code)

@@ -10,11 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import (
+    copy_file,
+    file_hash,
+    read_arrays,
+    read_json,
+    read_toml,
+    write_arrays,
+)
 from gaitval.apps.cohort.table import read_table
 from gaitval.apps.patients.people import read_people
 from gaitval.apps.patients.strides import read_strides
-from gaitval.artefacts import copy_file, file_hash, read_arrays, read_json, read_toml, write_arrays
 from gaitval.configuration import load_configuration
 from gaitval.datasets.curve_files import read_mean_curves
 from gaitval.datasets.subject_file import load_subject

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.journal import Journal
+from gaitval._internal.io.journal import Journal
 
 
 class Stopped(Exception):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gaitval.compiled import njit
-from gaitval.lanes import (
+from gaitval._internal.numba.compiled import njit
+from gaitval._internal.numba.lanes import (
     arctangent,
     everywhere,
     exponential,

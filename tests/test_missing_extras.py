@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from gaitval._internal.text.missing_extras import EXTRAS, need, raise_named
 from gaitval.errors import ConfigurationError
-from gaitval.missing_extras import EXTRAS, need, raise_named
 
 
 @pytest.mark.parametrize(

@@ -14,9 +14,9 @@ from typing import TypeGuard
 
 import pytest
 
-from gaitval.artefacts import growing, read_json, write_json
+from gaitval._internal.io.artefacts import growing, read_json, write_json
+from gaitval._internal.io.partial_files import PARTIAL
 from gaitval.errors import ArtefactError
-from gaitval.partial_files import PARTIAL
 
 ROOT = Path(__file__).parents[1]
 DOORS = {"replacing", "scratch", "growing", "own_folder", "TemporaryDirectory", "_temporary"}
@@ -35,9 +35,9 @@ OF_SECOND = {"copy", "copy2", "copyfile", "copyfileobj", "copytree", "move", "li
 """Of `shutil` and `os`."""
 SECOND_ANYWHERE = {"save_file", "dump"}
 ALLOWED = {
-    "gaitval/artefacts.py": "is the door",
-    "gaitval/partial_files.py": "is what the door is made of",
-    "gaitval/compiled_cache.py": "numba's own cache, whose key is made by a link",
+    "gaitval/_internal/io/artefacts.py": "is the door",
+    "gaitval/_internal/io/partial_files.py": "is what the door is made of",
+    "gaitval/_internal/numba/compiled_cache.py": "numba's own cache, whose key is made by a link",
     "gaitval/apps/export/walk.py": "runs without gaitval; has a `.partial-` of its own",
     "gaitval/apps/export/train.py": "runs without gaitval; has a `.partial-` of its own",
 }

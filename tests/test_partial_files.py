@@ -6,13 +6,13 @@ import sys
 import time
 from pathlib import Path
 
-from gaitval.artefacts import replacing, scratch, write_text
-from gaitval.partial_files import own_folder, remove_partial
+from gaitval._internal.io.artefacts import replacing, scratch, write_text
+from gaitval._internal.io.partial_files import own_folder, remove_partial
 
 KILLED_WHILE_WRITING = """
 import os, sys
 from pathlib import Path
-from gaitval.artefacts import replacing, scratch
+from gaitval._internal.io.artefacts import replacing, scratch
 
 folder = Path(sys.argv[1])
 with replacing(folder / "report.pdf") as temporary, scratch(folder) as own:

@@ -8,12 +8,12 @@ from xml.etree import ElementTree
 import pytest
 from motion_files import forces, trc
 
+from gaitval._internal.text.plain_numbers import plain_float, plain_int
 from gaitval.errors import GaitvalError
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.text_cells import positive
 from gaitval.mocap.trc import read_trc
 from gaitval.model.urdf import _number
-from gaitval.plain_numbers import plain_float, plain_int
 from gaitval.scaling.opensim.fields import number
 
 ONLY_PYTHON = ["1_0", "1_0.5", "1e1_0", "\u0661\u0662", "\uff11"]

@@ -1,4 +1,4 @@
-"""Every door has one reader: whatever reads a file is behind the gate (`gaitval.file_gate`)."""
+"""Every door has one reader: whatever reads a file is behind the gate (`file_gate`)."""
 
 import ast
 from pathlib import Path
@@ -10,7 +10,7 @@ from file_readers import OWN, readers, readers_in
 def test_every_reader_is_behind_the_gate():
     outside = [each for each in readers() if not each.gated]
     assert not outside, (
-        "read it by gaitval.file_gate, or say in OWN of support/file_readers.py whose it is:\n"
+        "read it by file_gate, or say in OWN of support/file_readers.py whose it is:\n"
         + "\n".join(f"{each.place} (line {each.line}): {each.call}" for each in outside)
     )
 
@@ -23,7 +23,8 @@ def test_readers_are_found():
     """Else the first test proves nothing."""
     found = {each.place for each in readers()}
     assert len(found) > 25
-    assert {"gaitval/artefacts.py:read_arrays", "gaitval/policy/storage.py:_read"} <= found
+    here = {"gaitval/_internal/io/artefacts.py:read_arrays", "gaitval/policy/storage.py:_read"}
+    assert here <= found
 
 
 NEW = (
@@ -60,10 +61,10 @@ NEW = (
 
 @pytest.mark.parametrize("call", NEW)
 def test_a_new_reader_is_found(call):
-    (found,) = readers_in(f"def f(path):\n    return {call}\n", "gaitval/display.py")
+    (found,) = readers_in(f"def f(path):\n    return {call}\n", "gaitval/_internal/text/display.py")
     assert not found.gated
-    assert found.place == "gaitval/display.py:f"
-    (found,) = readers_in(f"{call}\n", "gaitval/display.py")
+    assert found.place == "gaitval/_internal/text/display.py:f"
+    (found,) = readers_in(f"{call}\n", "gaitval/_internal/text/display.py")
     assert not found.gated, "outside of functions as well"
 
 
@@ -71,13 +72,14 @@ def test_a_new_reader_is_found(call):
                                   "file_gate.read_text(path, RecordError, largest=9)",
                                   "read_json(path)", "os.fdopen(handle, 'w')"])  # fmt: skip
 def test_what_writes_or_is_the_gate_is_none(call):
-    assert not list(readers_in(f"def f(path):\n    return {call}\n", "gaitval/display.py"))
+    text = f"def f(path):\n    return {call}\n"
+    assert not list(readers_in(text, "gaitval/_internal/text/display.py"))
 
 
 def test_the_gate_counts_for_the_file_that_it_was_given_before():
     def gated(*lines: str) -> bool:
         text = "def f(path, other):\n" + "".join(f"    {line}\n" for line in lines)
-        (found,) = readers_in(text, "gaitval/display.py")
+        (found,) = readers_in(text, "gaitval/_internal/text/display.py")
         return found.gated
 
     gate = "file_gate.passed(path, E, largest=9)"

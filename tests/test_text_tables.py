@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import jinja2
 import pytest
 
+from gaitval._internal.io.text_tables import csv_text, shown, text_table, with_unit, without_unit
 from gaitval.gait.cycles import GaitCycle
 from gaitval.importing.write import cycle_table
 from gaitval.reporting.page import _html
-from gaitval.text_tables import csv_text, shown, text_table, with_unit, without_unit
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])

@@ -22,9 +22,9 @@ import numpy as np
 from claims.marked_table import with_table
 from claims.numerics import changes_by_step
 from claims.skill_interval import skill_interval
+from gaitval._internal.text.number_text import unit_text
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.validation import EXTERNAL_LOAD
-from gaitval.number_text import unit_text
 
 ROOT = Path(__file__).parents[2]
 

@@ -24,7 +24,7 @@ PACKAGE = ROOT / "gaitval"
 CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
     "importlinter"
 ]["contracts"]
-FOLDERS = tuple(CONTRACTS[0]["layers"][:-1])
+FOLDERS = tuple(CONTRACTS[0]["layers"][:-3])
 """The folders of the package; each imports only from those that follow, and from the ground:
 modules at the top of the package, which import from no folder. The order is import-linter's.
 """

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from experiments.foot_placement import PEOPLE, people_of
+from gaitval._internal.io.artefacts import read_json
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.push_recovery import Push, Trace, trace_of, trials, without_drift

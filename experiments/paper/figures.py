@@ -29,7 +29,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from experiments.paper import claims as claims
 from experiments.paper import data as paper_data
 from experiments.paper import drawings as drawings
-from gaitval.artefacts import replacing, write_text
+from gaitval._internal.io.artefacts import replacing, write_text
 from gaitval.coordinates import COORDINATES
 from gaitval.reporting.drawing import SETTINGS, svg
 

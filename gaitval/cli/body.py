@@ -49,7 +49,7 @@ def body(
     Warns if mass, speed and lengths cannot be one person's. No policy has a part in it, and no run
     is changed. About ten seconds a trial.
     """
-    from gaitval.artefacts import write_json
+    from gaitval._internal.io.artefacts import write_json
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.identification.body_of_record import body_of_record

@@ -146,7 +146,7 @@ def curves(
 
 def _write_template(files: Sequence[Path]) -> None:
     """Write the table to fill in, and print the next step."""
-    from gaitval.artefacts import write_text
+    from gaitval._internal.io.artefacts import write_text
     from gaitval.datasets.curve_template import curve_template
     from gaitval.datasets.subject_file import load_subject
 

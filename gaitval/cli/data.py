@@ -119,7 +119,7 @@ def data_sample(
     ),
 ) -> None:
     """Copy the samples."""
-    from gaitval.artefacts import read_json
+    from gaitval._internal.io.artefacts import read_json
     from gaitval.datasets.sample import copy_sample, import_line, patients_line
 
     files = copy_sample(folder)

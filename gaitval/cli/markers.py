@@ -53,7 +53,7 @@ def markers(
     A guess below 95 % (80 % where its name says the same place), or one that its name contradicts,
     is written as a comment for you to judge.
     """
-    from gaitval.artefacts import write_text
+    from gaitval._internal.io.artefacts import write_text
     from gaitval.scaling.markers.draft import draft_markers
     from gaitval.scaling.markers.files import as_toml
     from gaitval.scaling.markers.picture import draw

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, get_args
 
 import typer
 
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
+from gaitval._internal.text.missing_extras import need
 from gaitval.errors import ArtefactError, ConfigurationError, ToleranceError
-from gaitval.missing_extras import need
 from gaitval.terminal import display
 from gaitval.terminal.app import (
     ConfigOption,

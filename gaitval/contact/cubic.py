@@ -17,10 +17,10 @@ from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit_borrowing
+from gaitval._internal.numba.lanes import everywhere, exponential, sqrt, where
 from gaitval.arrays import Array
-from gaitval.compiled import njit_borrowing
 from gaitval.configuration import ContactSettings
-from gaitval.lanes import everywhere, exponential, sqrt, where
 
 SLOWEST = 1e-12
 """m²/s², added to the square of the slip, by which friction is divided."""

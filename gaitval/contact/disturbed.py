@@ -12,8 +12,8 @@ from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit_borrowing
 from gaitval.arrays import Array
-from gaitval.compiled import njit_borrowing
 from gaitval.configuration import ContactSettings
 from gaitval.contact.law import ContactLaw, contact_law, sphere_force
 

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit, njit_borrowing
+from gaitval._internal.numba.lanes import everywhere
 from gaitval.arrays import Array
-from gaitval.compiled import njit, njit_borrowing
 from gaitval.contact.law import ContactLaw, further, sphere_force
 from gaitval.contact.law import place as place_of
-from gaitval.lanes import everywhere
 from gaitval.model.tree import (
     DOF_COUNT,
     FIRST_DOF,

@@ -12,10 +12,10 @@ from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit_borrowing
+from gaitval._internal.numba.lanes import everywhere, exponential, sqrt, where
 from gaitval.arrays import Array
-from gaitval.compiled import njit_borrowing
 from gaitval.configuration import ContactSettings
-from gaitval.lanes import everywhere, exponential, sqrt, where
 
 SMOOTHING = 1e-5
 """cf, m² and m²/s²."""

@@ -33,8 +33,8 @@ class ContactLaw(Protocol):
         self, radius: float, height: float, velocity: Array, out: Array
     ) -> tuple[float, float]:
         """Force of the ground on one sphere, into `out` (3,) N, world; compiled, for numbers and
-        for lanes (`gaitval.lanes`). `radius` and `height` of its centre above the ground are m,
-        `velocity` (3,) m/s that of its lowest point, world.
+        for lanes (`gaitval._internal.numba.lanes`). `radius` and `height` of its centre above the
+        ground are m, `velocity` (3,) m/s that of its lowest point, world.
 
         Returns slopes, Ns/m, neither negative: of the normal force in the penetration rate, at
         rest, and friction / slip. `contact.forces` makes the force implicit in the velocity with

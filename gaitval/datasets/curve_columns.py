@@ -18,12 +18,12 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import PchipInterpolator
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.text_tables import text_table, without_unit
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import SAMPLES
-from gaitval.text_tables import text_table, without_unit
 
 AngleUnit = Literal["deg", "rad"]
 

@@ -13,7 +13,8 @@ from typing import Final
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.text_tables import MISSING
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, mirrored
 from gaitval.datasets.curve_causes import SAGITTAL, advised, doubts, explained
@@ -29,7 +30,6 @@ from gaitval.gait.record import (
     REQUIRED_MOMENTS,
 )
 from gaitval.gait.sampling import SAMPLES
-from gaitval.text_tables import MISSING
 
 _AXES: Final = ("forward", "left", "up")
 _FORCES: Final = tuple(f"{axis}_{side}" for side in "rl" for axis in _AXES)

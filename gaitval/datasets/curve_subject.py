@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.datasets.curve_columns import AngleUnit
 from gaitval.datasets.curve_files import read_mean_curves
 from gaitval.datasets.gait_values import gait_values
@@ -15,7 +16,6 @@ from gaitval.datasets.subject import TAPE, Subject, make_subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.mocap.findings import passed_over
-from gaitval.plain_numbers import plain_float
 from gaitval.scaling.tape import measure_by_tape
 
 

@@ -4,11 +4,11 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
 from gaitval.gait.sampling import SAMPLES
-from gaitval.text_tables import csv_text
 
 _UNITS: Final = (
     "Mean curves for gaitval curves: replace the numbers of {name} by your own and keep the names.",

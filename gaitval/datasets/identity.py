@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal, NamedTuple
 
-from gaitval.text_tables import HIDDEN
+from gaitval._internal.io.text_tables import HIDDEN
 
 Aid = Literal["crutches", "rail", "support"]
 """What carries a part of a walking person's body: crutches, canes or a walker; the rail of a

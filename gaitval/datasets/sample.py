@@ -9,8 +9,8 @@ from pathlib import Path
 from shlex import quote
 from typing import Any, Final
 
-from gaitval import file_gate
-from gaitval.artefacts import replacing
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import replacing
 from gaitval.errors import ArchiveError
 
 SAMPLE: Final = (

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
+from gaitval._internal.text.display import Displayed
 from gaitval.coordinates import Side
 from gaitval.datasets.identity import Aid, line_of_text, same_name
 from gaitval.datasets.plausible import implausible
 from gaitval.datasets.stored_gait import Gait, StanceFraction, keys_problems
 from gaitval.datasets.subject_toml import toml_of
-from gaitval.display import Displayed
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.gait.record import FiniteNumber, GaitRecord, LowPass, Origin, StoredPart
@@ -353,8 +353,8 @@ class Subject(Displayed, StoredPart):
 
     def overview(self) -> "pd.DataFrame":
         """Build and gait, in SI units."""
+        from gaitval._internal.text.frames import value_frame
         from gaitval.coordinates import SIDES
-        from gaitval.frames import value_frame
 
         stance = {
             side: self.stance_fraction.of(side)
@@ -381,9 +381,9 @@ class Subject(Displayed, StoredPart):
         """
         from dataclasses import replace
 
+        from gaitval._internal.text.frames import curve_frame
         from gaitval.arrays import Array
         from gaitval.coordinates import SIDES
-        from gaitval.frames import curve_frame
         from gaitval.gait.cycle_curves import recorded_curves
 
         curves = recorded_curves(self.record())
@@ -412,7 +412,7 @@ def make_subject(values: Mapping[str, Any], where: str) -> Subject:
     try:
         return Subject.model_validate(_with_devices(values, where))
     except ValidationError as error:
-        from gaitval.refused_values import in_subject
+        from gaitval._internal.text.refused_values import in_subject
 
         problems = in_subject(Subject, [item for item in error.errors() if item["loc"]])
         # `_plausible` runs only if all else is well; what it found has no location.

@@ -7,7 +7,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Final
 
-from gaitval.artefacts import parse_toml, read_toml
+from gaitval._internal.io.artefacts import parse_toml, read_toml
 from gaitval.datasets.identity import with_identity
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import SubjectError

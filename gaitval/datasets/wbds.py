@@ -33,14 +33,14 @@ from typing import Final
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import STANCE_THRESHOLD
 from gaitval.gait.sampling import SAMPLES
-from gaitval.plain_numbers import plain_float
 
 _LETTER: Final[dict[Side, str]] = {"right": "R", "left": "L"}
 

@@ -11,7 +11,7 @@ from gaitval.gait.record import RECORDED_ANGLES, GaitRecord
 from gaitval.gait.sampling import SAMPLES
 
 if TYPE_CHECKING:
-    from gaitval.frames import NamedCurve
+    from gaitval._internal.text.frames import NamedCurve
 
 JOINT_ANGLES = RECORDED_ANGLES
 PELVIS_ANGLES: tuple[str, ...] = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
@@ -40,7 +40,7 @@ class Curves:
 
     def named(self) -> "list[NamedCurve]":
         """Every curve in the unit of reports: deg, Nm/kg, % of body weight."""
-        from gaitval.frames import DEGREES, FORCE, MOMENT, of_kind
+        from gaitval._internal.text.frames import DEGREES, FORCE, MOMENT, of_kind
 
         return [
             *((name, "deg", DEGREES * each) for name, each in self.angles.items()),

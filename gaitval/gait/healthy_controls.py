@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import shipped_table
 from gaitval.arrays import Array
-from gaitval.text_tables import shipped_table
 
 PROFILE_ANGLES: Final[tuple[str, ...]] = (
     "pelvis_tilt",

@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import MISSING, text_table
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
@@ -21,7 +22,6 @@ from gaitval.gait.cycles import PLAUSIBLE_STRIDE, UNUSUAL_STRIDE
 from gaitval.gait.events import foot_contacts
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.text_table import numbers_of, sample_rate, text_lines
-from gaitval.text_tables import MISSING, text_table
 
 LOADED: Final = 0.05
 """Body weights from which a foot is on the ground. Convention: insoles are not quite empty in a

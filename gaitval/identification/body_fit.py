@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from gaitval._internal.numba.one_thread import one_thread
 from gaitval.arrays import Array, Flags
 from gaitval.configuration import ContactSettings, NoiseSettings
 from gaitval.constants import GRAVITY
@@ -27,7 +28,6 @@ from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
-from gaitval.one_thread import one_thread
 from gaitval.reference.dynamic_fit import (
     INFERENCE,
     INSTANTS,

@@ -3,6 +3,7 @@
 No policy has a part in it; errors of the record are estimated with the body (`shared_errors`).
 """
 
+from gaitval._internal.numba.one_thread import one_thread
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
@@ -12,7 +13,6 @@ from gaitval.identification.pooled import pooled
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.shared_errors import Shared, identified
 from gaitval.model.body import BodyModel
-from gaitval.one_thread import one_thread
 from gaitval.reference.dynamic_fit import consistent_reference
 
 

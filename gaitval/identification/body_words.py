@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.text.number_text import number
 from gaitval.coordinates import SIDES
 from gaitval.identification.combinations import judged_combinations
 from gaitval.identification.joints import FunctionalLeg, with_joints
@@ -14,7 +15,6 @@ from gaitval.identification.shared_errors import LARGEST_DEVIANCE, Shared
 from gaitval.identification.verdicts import Judged
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
-from gaitval.number_text import number
 
 _LITTLE: Final = 0.9
 """Contraction from which on a record adds next to nothing."""

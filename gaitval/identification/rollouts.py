@@ -14,6 +14,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration, IdentificationSettings
 from gaitval.gait.cycle_curves import recorded_curves
@@ -21,7 +22,6 @@ from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.search import Searched, search
 from gaitval.identification.unidentified import bounded
-from gaitval.lanes import WIDTH
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon

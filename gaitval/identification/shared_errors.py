@@ -45,6 +45,7 @@ from typing import Final
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_triangular
 
+from gaitval._internal.numba.one_thread import one_thread
 from gaitval.arrays import Array
 from gaitval.contact.law import ContactLaw
 from gaitval.coordinates import COORDINATES
@@ -53,7 +54,6 @@ from gaitval.identification.legs import LegDifference, causes
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import COORDINATE_COUNT, Tree
-from gaitval.one_thread import one_thread
 from gaitval.reference.dynamic_fit import (
     Linearised,
     Problem,

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any, Final, get_args
 
 from gaitval import plugins
-from gaitval.artefacts import read_toml, write_text
+from gaitval._internal.io.artefacts import read_toml, write_text
+from gaitval._internal.io.folder_lock import check_links
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ConfigurationError, GaitvalError
-from gaitval.folder_lock import check_links
 from gaitval.importing.batch_person import BatchPerson, person_of
 from gaitval.importing.files import FOLDER
 from gaitval.importing.importing import Imported, import_files
@@ -24,7 +25,6 @@ from gaitval.importing.summary import limit_rows, not_judged
 from gaitval.metrics.recording_limits import State, failure
 from gaitval.session.request import Notify, silent
 from gaitval.session.trial import valid_cycles
-from gaitval.text_tables import csv_text
 
 TABLE: Final = "batch.csv"
 _OF_THE_PAGE: Final = ("What was found before this:", "Everything else was worked out:")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from gaitval._internal.io.folder_lock import locked
 from gaitval.arrays import runs
 from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import SIDES
@@ -16,7 +17,6 @@ from gaitval.errors import (
     NoCycleError,
     TrialOnlyError,
 )
-from gaitval.folder_lock import locked
 from gaitval.importing.files import SUBJECT
 from gaitval.importing.person import check_texts, check_there, person_of_session
 from gaitval.importing.write import check_folder, write_import, write_subject

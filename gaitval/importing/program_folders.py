@@ -17,10 +17,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final
 
-from gaitval import file_gate
-from gaitval.artefacts import read_toml
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import read_toml
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.errors import RecordError
-from gaitval.plain_numbers import plain_float
 
 Sessions = list[tuple[Path, list[dict[str, Any]]]]
 

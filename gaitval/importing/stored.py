@@ -8,19 +8,19 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import copy_files, read_json
+from gaitval._internal.io.text_tables import without_unit
+from gaitval._internal.text.display import Displayed
+from gaitval._internal.text.frames import DEGREES, FORCE, MOMENT, curve_frame, of_kind
 from gaitval.arrays import Array
-from gaitval.artefacts import copy_files, read_json
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
-from gaitval.display import Displayed
 from gaitval.errors import ArtefactError
-from gaitval.frames import DEGREES, FORCE, MOMENT, curve_frame, of_kind
 from gaitval.importing.files import CURVES, FOLDER, RECORD, SUBJECT
 from gaitval.inverse.scaled_markers import MarkedBody
 from gaitval.metrics.recording_limits import CONSISTENT, state_of
 from gaitval.metrics.tolerances import load_registry
-from gaitval.text_tables import without_unit
 
 KINDS: Mapping[str, tuple[str, str, float]] = {
     "angle": ("", "deg", DEGREES),

@@ -13,9 +13,10 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import read_json
+from gaitval._internal.io.text_tables import plain_cell, without_unit
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json
 from gaitval.coordinates import COORDINATES, SIDES, Side
 from gaitval.errors import ArtefactError, RecordError
 from gaitval.importing.files import FOLDER, RECORD, SUBJECT
@@ -35,7 +36,6 @@ from gaitval.opensim.coordinates import (
 )
 from gaitval.opensim.osim import BODIES
 from gaitval.session.loaded import known_spans, lost_leg
-from gaitval.text_tables import plain_cell, without_unit
 
 _LOADED = 1e-3
 """N, below which a written force is of a foot in the air."""

@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import file_hash, versions
+from gaitval._internal.io.build_info import now, source_commit
 from gaitval.arrays import Array
-from gaitval.artefacts import file_hash, versions
-from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import GaitvalError
 from gaitval.gait.agreement import residuals_known

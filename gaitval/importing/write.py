@@ -10,8 +10,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from gaitval.arrays import Array
-from gaitval.artefacts import (
+from gaitval._internal.io.artefacts import (
     replacing,
     value_hash,
     versions,
@@ -20,6 +19,8 @@ from gaitval.artefacts import (
     write_json,
     write_text,
 )
+from gaitval._internal.io.text_tables import plain_cell, with_unit
+from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
@@ -47,7 +48,6 @@ from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.trial import WalkingTrial
-from gaitval.text_tables import plain_cell, with_unit
 
 UNITS: Final = {"angle": "rad", "moment": "Nm/kg", "force": "BW"}
 """Of the columns of `CURVES` that are no quantity's, by their first word."""

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
+from gaitval._internal.numba.one_thread import one_thread
 from gaitval.apps.balance.disturb import Disturbance, Slip, StepDown, Trip, checked, usual_grounds
 from gaitval.apps.balance.stored import walker_of
 from gaitval.apps.balance.study import Recoveries, recoveries
 from gaitval.errors import ConfigurationError
 from gaitval.interface.arguments import expect, number
-from gaitval.one_thread import one_thread
 from gaitval.study.stored_policy import StoredPolicy
 
 

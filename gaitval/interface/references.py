@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
+from gaitval._internal.numba.one_thread import one_thread
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.interface.arguments import expect
-from gaitval.one_thread import one_thread
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitval._internal.io.folder_lock import locked
 from gaitval.apps.devices.of_subject import afterwards
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.folder_lock import locked
 from gaitval.interface.arguments import as_path
 from gaitval.metrics.results import METRICS, Metrics, read_metrics
 from gaitval.reporting import report

@@ -6,12 +6,13 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from gaitval._internal.numba.one_thread import one_thread
+from gaitval._internal.text.frames import NamedCurve
 from gaitval.configuration import Configuration, RecordSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_name, load_subject
 from gaitval.errors import ConfigurationError, PolicyError, RecordError
-from gaitval.frames import NamedCurve
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import LowPass, Origin
 from gaitval.interface.arguments import expect, number
@@ -19,7 +20,6 @@ from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.walk_comparison import Comparison
-from gaitval.one_thread import one_thread
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.simulated_walk import SimulatedWalk

@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import BSpline
 
+from gaitval._internal.numba.compiled import njit
 from gaitval.arrays import Array
-from gaitval.compiled import njit
 from gaitval.model.tree import COORDINATE_COUNT
 
 DEGREE = 5

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit
+from gaitval._internal.text.display import Saved
 from gaitval.arrays import Array, Flags
-from gaitval.compiled import njit
 from gaitval.coordinates import ACTUATED, SIDES, Side
-from gaitval.display import Saved
 from gaitval.errors import RecordError
 from gaitval.inverse.motion_rates import Kinematics, checked_motion, differentiate
 from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
@@ -128,7 +128,7 @@ class InverseDynamics(Saved):
         by time (s); NaN where they are not known: those of a leg where its foot's force is not
         (`leg_known`), the residuals where that of either is not.
         """
-        from gaitval.frames import MOMENT, curve_frame, of_kind
+        from gaitval._internal.text.frames import MOMENT, curve_frame, of_kind
 
         legs, both = {side[0]: self.leg_known(side) for side in SIDES}, self._known()
         residuals = (

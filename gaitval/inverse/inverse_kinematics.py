@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitval._internal.text.display import Saved
 from gaitval.arrays import Array, Flags, Index
 from gaitval.coordinates import COORDINATES, LEG, ROOT
-from gaitval.display import Saved
 from gaitval.errors import RecordError
 from gaitval.inverse.marked_body import MarkerTrial, bounds, fixed_pose, marker_trial, place
 from gaitval.inverse.marker_derivatives import evaluate, independent_coordinates, workspace
@@ -86,8 +86,8 @@ class InverseKinematics(Saved):
         """The joint angles (deg) by time (s), of the coordinates that the markers show; by
         frame where the time is not known.
         """
+        from gaitval._internal.text.frames import angle_curves, curve_frame
         from gaitval.coordinates import ACTUATED
-        from gaitval.frames import angle_curves, curve_frame
 
         ever = np.asarray(self.determined.any(axis=0))
         shown = [name for name in ACTUATED if ever[COORDINATES.index(name)]]

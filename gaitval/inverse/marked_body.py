@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit
 from gaitval.arrays import Array, Flags, Index
-from gaitval.compiled import njit
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ModelError, RecordError
 from gaitval.mocap.confused_units import REACH_M, from_middle, unit_of

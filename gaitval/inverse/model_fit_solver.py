@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit
 from gaitval.arrays import Array, Flags, Index
-from gaitval.compiled import njit
 from gaitval.coordinates import COORDINATES
 from gaitval.inverse.marked_body import place
 from gaitval.inverse.pose_solver import moved

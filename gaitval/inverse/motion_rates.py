@@ -6,11 +6,11 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
+from gaitval._internal.numba.compiled import njit, njit_borrowing
+from gaitval._internal.numba.lanes import arctangent, sine_cosine, sqrt, where
 from gaitval.arrays import Array
-from gaitval.compiled import njit, njit_borrowing
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import RecordError
-from gaitval.lanes import arctangent, sine_cosine, sqrt, where
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import COORDINATE_COUNT
 

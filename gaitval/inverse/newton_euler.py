@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit, njit_borrowing
 from gaitval.arrays import Array, Index
-from gaitval.compiled import njit, njit_borrowing
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import (
     DOF_COUNT,

@@ -6,8 +6,8 @@ factorisation (Featherstone 2008, Rigid Body Dynamics Algorithms, section 6.5).
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit
 from gaitval.arrays import Array, Flags, Index
-from gaitval.compiled import njit
 from gaitval.inverse.marked_body import MarkerTrial
 from gaitval.inverse.marker_derivatives import PARENT_COORDINATE, MarkerWorkspace, evaluate
 from gaitval.model.tree import ROOT_DOFS

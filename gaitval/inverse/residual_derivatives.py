@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit
 from gaitval.arrays import Array, Flags, Index
-from gaitval.compiled import njit
 from gaitval.coordinates import COORDINATES
 from gaitval.inverse.motion_rates import root_state
 from gaitval.inverse.newton_euler import SegmentDynamics, empty_dynamics, newton_euler

@@ -8,8 +8,8 @@ from typing import Self
 
 import numpy as np
 
-from gaitval import file_gate
-from gaitval.artefacts import read_json
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.model.markers import MARKERS, ModelMarker, numbers_of, save_markers

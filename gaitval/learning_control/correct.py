@@ -27,11 +27,11 @@ from itertools import chain
 
 import numpy as np
 
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.arrays import Array
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
-from gaitval.lanes import WIDTH
 from gaitval.learning_control.slopes import Slopes, shared_slopes
 from gaitval.learning_control.walked import (
     ACCURACY,

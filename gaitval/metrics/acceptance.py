@@ -19,6 +19,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import shipped_table
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.metrics.acceptance_results import CurveLight, CurveLights, KnownTo, Light, Reason
 from gaitval.metrics.baselines import skill
@@ -32,7 +33,6 @@ from gaitval.metrics.spread import Repeated, prediction_interval
 from gaitval.metrics.tolerances import AcceptanceState, AgainstGuess, FailedBy, Verdict, holds
 from gaitval.metrics.typed import array, number, sided
 from gaitval.metrics.walk_results import MeanCurve
-from gaitval.text_tables import shipped_table
 
 RMSE: Final[Mapping[str, Kind]] = {
     "angle_rmse": "angles",

@@ -5,12 +5,12 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import shipped_table
 from gaitval.arrays import Array
 from gaitval.datasets.plausible import ADULT
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.statistics_results import AgeGroup
-from gaitval.text_tables import shipped_table
 
 BAND: Final = 2.0
 """Standard deviations between healthy people on both sides of their mean; 95 % of them."""

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import ContactSettings
 from gaitval.errors import ArtefactError
 from gaitval.model.body import BodyModel

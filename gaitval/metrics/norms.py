@@ -10,13 +10,13 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import shipped_table
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.datasets.plausible import ADULT
 from gaitval.datasets.subject import Subject
 from gaitval.gait.dimensionless import speed_unit
 from gaitval.metrics.unrecorded import STEP_WIDTH
-from gaitval.text_tables import shipped_table
 
 SPEED, AGE = 0.4, 40.0
 """At which the means of the file stand: dimensionless, and years."""

@@ -32,10 +32,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval._internal.io.journal import Journal
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.arrays import Array
 from gaitval.configuration import PushSettings
-from gaitval.journal import Journal
-from gaitval.lanes import WIDTH
 from gaitval.metrics.walk_results import PushRecovery, PushTrace
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, record_rollout

@@ -8,10 +8,10 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.arrays import Array
 from gaitval.configuration import PushSettings
 from gaitval.coordinates import SIDES
-from gaitval.lanes import WIDTH
 from gaitval.metrics.balance_walk import BalanceWalk, walked
 from gaitval.metrics.foot_placement import TIME_FOR_A_STEP, answered, placements
 from gaitval.metrics.push_recovery import Push, without_drift

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import AliasChoices, Field, model_validator
 
-from gaitval.artefacts import read_json, write_json
+from gaitval._internal.io.artefacts import read_json, write_json
+from gaitval._internal.text.display import Displayed
 from gaitval.coordinates import SIDES
-from gaitval.display import Displayed
 from gaitval.gait.record import LowPass, Origin
 from gaitval.metrics.acceptance_results import CurveLights, KnownTo
 from gaitval.metrics.comparison import CurveError

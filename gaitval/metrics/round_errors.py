@@ -8,7 +8,7 @@ import math
 from pathlib import Path
 from typing import Final
 
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.metrics.typed import Number, Result
 
 EPSILON: Final = "epsilon.json"

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from gaitval.frames import FORCE, MOMENT, NamedCurve, of_kind, sourced_frame
+from gaitval._internal.text.frames import FORCE, MOMENT, NamedCurve, of_kind, sourced_frame
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.record_results import Kind, Kinds
 from gaitval.metrics.tolerances import Verdict

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from gaitval.artefacts import read_json, write_json
+from gaitval._internal.io.artefacts import read_json, write_json
+from gaitval._internal.text.display import Displayed
 from gaitval.coordinates import Side, split_side
-from gaitval.display import Displayed
 from gaitval.metrics.side_measures import SIDE_MEASURES
 from gaitval.metrics.typed import Count, Flag, Number, Result, Size, number
 from gaitval.quantities import QUANTITIES

@@ -11,8 +11,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit
 from gaitval.arrays import Array
-from gaitval.compiled import njit
 from gaitval.constants import GRAVITY
 from gaitval.contact.hunt_crossley import smooth_share
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, RANGES, SIDES, split_side

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import value_hash, versions
 from gaitval.arrays import Array, sample_deviation
-from gaitval.artefacts import value_hash, versions
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Final
 
+from gaitval._internal.text.number_text import unit_text
 from gaitval.coordinates import split_side
 from gaitval.metrics.origin import Origins, furthest, not_recorded
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import AcceptanceState, Verdict, load_registry
-from gaitval.number_text import unit_text
 
 SIGNS: Final[Mapping[str, str]] = {"at_most": "≤", "at_least": "≥", "exactly": "="}
 

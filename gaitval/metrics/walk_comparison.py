@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from gaitval._internal.text.display import Saved
+from gaitval._internal.text.frames import curve_frame, sourced_frame
 from gaitval.arrays import Array
 from gaitval.coordinates import split_side
-from gaitval.display import Saved
 from gaitval.errors import RecordError
-from gaitval.frames import curve_frame, sourced_frame
 from gaitval.gait.record import Origin
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.origin import is_judged

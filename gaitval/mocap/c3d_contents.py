@@ -20,7 +20,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 

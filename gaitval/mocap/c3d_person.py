@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.mocap.c3d_contents import Contents, check_size, labels_of, read_contents
-from gaitval.plain_numbers import plain_float
 
 SideValues = tuple[float | None, float | None]
 """Right and left; None where it was not measured."""

@@ -19,7 +19,7 @@ from typing import Any
 import ezc3d
 import numpy as np
 
-from gaitval.partial_files import own_folder
+from gaitval._internal.io.partial_files import own_folder
 
 
 def values(stored: Any) -> list[Any]:

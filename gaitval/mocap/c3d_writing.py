@@ -5,8 +5,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import replacing
 from gaitval.arrays import Array, Flags
-from gaitval.artefacts import replacing
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import plate_axes
 from gaitval.mocap.recording import Plate, Recording

@@ -29,9 +29,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import read_toml
+from gaitval._internal.io.text_tables import separator_of
 from gaitval.arrays import Array
-from gaitval.artefacts import read_toml
 from gaitval.errors import RecordError
 from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import make_plate, plate_axes, plate_or_fault, plate_wrench
@@ -42,7 +43,6 @@ from gaitval.mocap.text_cells import cells_of, numbers, whole_rows
 from gaitval.mocap.text_table import sample_rate, text_lines
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
 from gaitval.mocap.wbds_text import read_wbds_forces
-from gaitval.text_tables import separator_of
 
 _SENSORS: Final = ("fx12", "fx34", "fy14", "fy23", "fz1", "fz2", "fz3", "fz4")
 _RESULTS: Final = ("fx", "fy", "fz", "ax", "ay")

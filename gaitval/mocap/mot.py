@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.findings import passed_over
@@ -28,7 +29,6 @@ from gaitval.mocap.text_table import (
     sound_rows,
     text_lines,
 )
-from gaitval.plain_numbers import plain_float
 
 VERSIONS: Final = ("0", "1", "2", "3")
 """Of the header: OpenSim 4.5 writes 1 (`Storage`) and 3 (`STOFileAdapter`), and reads those

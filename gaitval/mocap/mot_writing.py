@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import write_text
 from gaitval.arrays import Array
-from gaitval.artefacts import write_text
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import plate_axes, plate_or_fault
@@ -24,7 +25,6 @@ from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.separate_forces import with_plates
 from gaitval.mocap.text_cells import cells_of, markers_named, numbers, positive, whole_rows
 from gaitval.mocap.text_table import text_lines, with_gaps
-from gaitval.plain_numbers import plain_float
 
 _MILLIMETRES: Final = 1e-3
 _QUADRANTS: Final = ("POSX_POSY", "NEGX_POSY", "NEGX_NEGY", "POSX_NEGY")

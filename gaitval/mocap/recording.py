@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval._internal.text.display import Displayed
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import Side
-from gaitval.display import Displayed
 from gaitval.errors import RecordError
 from gaitval.mocap.centre_points import CentrePoint
 
@@ -230,7 +230,7 @@ class Recording(Displayed):
 
     def overview(self) -> "pd.DataFrame":
         """How much of what was recorded."""
-        from gaitval.frames import value_frame
+        from gaitval._internal.text.frames import value_frame
 
         seen = np.isfinite(self.markers).all(axis=2).mean() if self.markers.size else np.nan
         return value_frame(
@@ -262,7 +262,7 @@ class Recording(Displayed):
 
     def save(self, path: str | Path) -> None:
         """Write one npz file, whole or not at all."""
-        from gaitval.saved_records import write_record
+        from gaitval._internal.io.saved_records import write_record
 
         arrays = {"markers": self.markers}
         for number, plate in enumerate(self.plates):
@@ -281,8 +281,8 @@ class Recording(Displayed):
     @classmethod
     def load(cls, path: str | Path) -> "Recording":
         """Read what `save` wrote. Raises ArtefactError (inside, ValueError)."""
-        from gaitval.artefacts import check_arrays
-        from gaitval.saved_records import edited, read_record
+        from gaitval._internal.io.artefacts import check_arrays
+        from gaitval._internal.io.saved_records import edited, read_record
 
         arrays, others = read_record(Path(path), cls.__name__)
         plates = []

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.text_table import numbers_of
-from gaitval.plain_numbers import plain_float
 
 _GAPS = re.compile(
     r"(?<![^\t,;])\s*(?:NULL|null|NaN|nan|NAN|-nan\(ind\)|#?N/A|-{1,3})\s*(?![^\t,;])"

@@ -8,12 +8,12 @@ from typing import Final
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.text.plain_numbers import plain_float, plain_floats
 from gaitval.arrays import Array
 from gaitval.constants import LARGEST_SIZE
 from gaitval.errors import RecordError
 from gaitval.mocap.findings import passed_over
-from gaitval.plain_numbers import plain_float, plain_floats
 
 SLOWEST_RATE: Final = 5.0
 """Hz. No camera and no force plate is sampled more slowly."""

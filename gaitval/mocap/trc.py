@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitval._internal.text.plain_numbers import plain_float, plain_int
 from gaitval.errors import RecordError
 from gaitval.mocap.findings import passed_over
 from gaitval.mocap.recording import Recording
@@ -21,7 +22,6 @@ from gaitval.mocap.text_table import (
     with_gaps,
 )
 from gaitval.mocap.units import METRES, unit_factor
-from gaitval.plain_numbers import plain_float, plain_int
 
 
 def read_trc(path: Path) -> Recording:

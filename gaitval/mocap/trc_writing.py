@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
 from gaitval.mocap.recording import Recording
 
 

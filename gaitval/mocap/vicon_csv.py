@@ -17,6 +17,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import separator_of
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import plate_or_fault
@@ -33,7 +34,6 @@ from gaitval.mocap.text_cells import (
 )
 from gaitval.mocap.text_table import text_lines, with_gaps
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
-from gaitval.text_tables import separator_of
 
 _SECTIONS: Final = ("devices", "trajectories", "joints", "model outputs", "segments", "events")
 _PARTS: Final = {

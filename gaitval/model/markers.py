@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.artefacts import write_json
+from gaitval._internal.io.artefacts import write_json
 from gaitval.coordinates import Side
 
 MARKERS = "markers.json"

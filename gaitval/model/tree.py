@@ -9,10 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gaitval.arrays import Array, Index
-from gaitval.compiled import njit, njit_borrowing
-from gaitval.coordinates import ACTUATED, AXES, COORDINATES
-from gaitval.lanes import (
+from gaitval._internal.numba.compiled import njit, njit_borrowing
+from gaitval._internal.numba.lanes import (
     WIDTH,
     arctangent,
     in_lanes,
@@ -22,6 +20,8 @@ from gaitval.lanes import (
     where,
     with_lanes,
 )
+from gaitval.arrays import Array, Index
+from gaitval.coordinates import ACTUATED, AXES, COORDINATES
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 
 ROOT_DOFS = 6

@@ -18,9 +18,10 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import xacro
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import scratch, workplace, write_text
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.arrays import Array
-from gaitval.artefacts import scratch, workplace, write_text
 from gaitval.coordinates import ACTUATED, AXES, RANGES
 from gaitval.errors import ModelError
 from gaitval.model.body import (
@@ -33,7 +34,6 @@ from gaitval.model.body import (
 )
 from gaitval.model.ground import LEVEL, Ground
 from gaitval.model.safe_xml import parse_xml
-from gaitval.plain_numbers import plain_float
 
 TEMPLATE = "humanoid.urdf.xacro"
 LARGEST_FILE = 1_000_000

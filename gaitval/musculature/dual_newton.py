@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit
 from gaitval.arrays import Array, Flags
-from gaitval.compiled import njit
 
 _STEPS, _HALVINGS = 100, 30
 _ENOUGH = 1e-6

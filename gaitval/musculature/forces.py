@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from gaitval.any_case import as_known
+from gaitval._internal.text.any_case import as_known
 from gaitval.arrays import Array, Flags, Index, runs, spread_out
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, Side

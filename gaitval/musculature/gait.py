@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from gaitval._internal.text.display import Displayed
 from gaitval.arrays import Array, Index
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.display import Displayed
 from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import BodyModel
@@ -230,7 +230,7 @@ class MuscleGait(Displayed):
         """Mean activations (1), muscle forces and contact forces (body weights) at 0, 1, … 100 % of
         each side's gait cycle.
         """
-        from gaitval.frames import curve_frame
+        from gaitval._internal.text.frames import curve_frame
 
         return curve_frame((name, unit, mean) for name, unit, mean, _ in self.curves())
 

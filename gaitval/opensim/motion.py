@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import write_text
 from gaitval.arrays import Array, Flags
-from gaitval.artefacts import write_text
 from gaitval.coordinates import COORDINATES, LEG, ROOT, SIDES
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.mocap.mot_writing import StorageTable, write_storage

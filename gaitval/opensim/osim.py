@@ -28,8 +28,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval._internal.io.artefacts import write_text
 from gaitval.arrays import Array
-from gaitval.artefacts import write_text
 from gaitval.configuration import ContactSettings
 from gaitval.contact.law import contact_law
 from gaitval.coordinates import ACTUATED, AXES, Side

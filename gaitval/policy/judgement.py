@@ -5,9 +5,9 @@
 
 from typing import Any
 
+from gaitval._internal.numba.compiled import njit_borrowing
+from gaitval._internal.numba.lanes import where
 from gaitval.arrays import Array
-from gaitval.compiled import njit_borrowing
-from gaitval.lanes import where
 from gaitval.model.tree import ACTUATED_COUNT, Tree
 from gaitval.policy.observation import (
     ACTION_COUNT,

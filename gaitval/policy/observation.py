@@ -14,11 +14,19 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval._internal.numba.compiled import njit_borrowing
+from gaitval._internal.numba.lanes import (
+    floor,
+    fused,
+    magnitude,
+    remainder,
+    sine_cosine,
+    sqrt,
+    where,
+)
 from gaitval.arrays import Array, Index
-from gaitval.compiled import njit_borrowing
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, mirrored
-from gaitval.lanes import floor, fused, magnitude, remainder, sine_cosine, sqrt, where
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import (

@@ -12,9 +12,9 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit_unlocked
+from gaitval._internal.numba.lanes import exponential
 from gaitval.arrays import Index
-from gaitval.compiled import njit_unlocked
-from gaitval.lanes import exponential
 
 _Numbers = Any
 """An array in single or double precision."""

@@ -7,10 +7,10 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit_borrowing
+from gaitval._internal.numba.lanes import exponential
 from gaitval.arrays import Array
-from gaitval.compiled import njit_borrowing
 from gaitval.configuration import RewardSettings
-from gaitval.lanes import exponential
 
 REWARD_TERMS = (
     "joint_positions",

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.configuration import EnvironmentSettings
-from gaitval.lanes import WIDTH
 from gaitval.policy.environment import action_size
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.senses import observation_size

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.arrays import Array
-from gaitval.lanes import WIDTH
 from gaitval.model.tree import centres_of_mass
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.processes import kept_workers

@@ -16,9 +16,9 @@ import safetensors
 from numpy.typing import NDArray
 from safetensors.numpy import load_file, save_file
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import read_json, replacing, versions, write_json
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json, replacing, versions, write_json
 from gaitval.configuration import Configuration, EnvironmentSettings
 from gaitval.errors import ArtefactError, PolicyError
 from gaitval.model.body import BodyModel

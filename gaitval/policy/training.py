@@ -15,8 +15,8 @@ from safetensors.torch import save_file
 from stable_baselines3.common.logger import configure
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from gaitval import file_gate
-from gaitval.artefacts import replacing
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import replacing
 from gaitval.configuration import Configuration, TrainingSettings
 from gaitval.errors import ArtefactError, PolicyError
 from gaitval.model.body import BodyModel

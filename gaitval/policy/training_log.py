@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
 from gaitval.policy.reward import REWARD_TERMS
 
 LEARNING_CURVES = (

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.arrays import Array
-from gaitval.lanes import WIDTH
 from gaitval.model.tree import COORDINATE_COUNT, centres_of_mass
 from gaitval.policy.rollouts import times_of, walks_together
 from gaitval.policy.storage import Policy

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval._internal.numba.compiled import njit, njit_borrowing
+from gaitval._internal.numba.lanes import WIDTH, in_lanes, with_lanes
 from gaitval.arrays import Array, Index, aligned
-from gaitval.compiled import njit, njit_borrowing
-from gaitval.lanes import WIDTH, in_lanes, with_lanes
 from gaitval.model.tree import ACTUATED_COUNT
 from gaitval.policy.environment import (
     HABIT_PHASES,

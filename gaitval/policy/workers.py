@@ -17,7 +17,7 @@ from multiprocessing.context import ForkServerContext, SpawnContext
 from pathlib import Path
 from typing import Final
 
-from gaitval.partial_files import OF_SOCKETS, hold, remove_abandoned
+from gaitval._internal.io.partial_files import OF_SOCKETS, hold, remove_abandoned
 
 
 def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:

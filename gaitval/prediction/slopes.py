@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
+from gaitval._internal.io.text_tables import shipped_table
 from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings, RecordSettings
 from gaitval.coordinates import SIDES, Side
@@ -27,7 +28,6 @@ from gaitval.model.devices.loads import trunk_load
 from gaitval.model.ground import Ground
 from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.rotations import pelvis_angles, pelvis_rotation
-from gaitval.text_tables import shipped_table
 
 STEEPEST: Final = 10.0
 """Degrees, 17.6 %: the steepest slope, up and down, that people were measured on."""

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from gaitval._internal.text.display import Displayed
 from gaitval.coordinates import SIDES
-from gaitval.display import Displayed
 from gaitval.musculature.gait import LoadedMotion, MuscleGait
 from gaitval.musculature.metabolics import MODELS, REST
 from gaitval.quantities.metabolic_rate import (

@@ -30,6 +30,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
 
+from gaitval._internal.numba.one_thread import one_thread
 from gaitval.arrays import Array, Flags
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
@@ -42,7 +43,6 @@ from gaitval.inverse.motion_rates import cardan_coordinates, root_states
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
-from gaitval.one_thread import one_thread
 from gaitval.reference.harmonic_square import harmonic_square
 from gaitval.reference.hip_moments import HIP_SIGNS
 from gaitval.reference.motion import (

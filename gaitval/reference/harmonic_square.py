@@ -7,8 +7,8 @@ takes a fifth of the time of matrix products, in the largest part of each Gauss-
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit_unlocked
 from gaitval.arrays import Array
-from gaitval.compiled import njit_unlocked
 
 _ORDERS = 3
 """A motion and its first two rates."""

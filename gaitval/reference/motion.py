@@ -30,13 +30,13 @@ from scipy.optimize import brentq, least_squares
 from scipy.spatial.transform import Rotation
 from scipy.special import logsumexp
 
+from gaitval._internal.io.artefacts import array_names, check_arrays, read_arrays, write_arrays
+from gaitval._internal.text.display import Displayed
 from gaitval.arrays import Array
-from gaitval.artefacts import array_names, check_arrays, read_arrays, write_arrays
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
 from gaitval.contact.law import contact_law
 from gaitval.coordinates import ACTUATED, SIDES, Side
-from gaitval.display import Displayed
 from gaitval.gait.record import RECORDED_ANGLES, GaitRecord, PeriodicCurve, periodic_through
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.ground import LEVEL, Ground
@@ -171,7 +171,13 @@ class ReferenceMotion(Displayed):
         """Joint angles (deg), moments (Nm) and ground reaction (% of body weight), of
         both sides at % of the right gait cycle. A moment that no record has is left out.
         """
-        from gaitval.frames import FORCE, angle_curves, curve_frame, moment_curves, of_kind
+        from gaitval._internal.text.frames import (
+            FORCE,
+            angle_curves,
+            curve_frame,
+            moment_curves,
+            of_kind,
+        )
 
         moments = moment_curves(self.moments)
         forces = (

@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit_borrowing, njit_unlocked
+from gaitval._internal.numba.lanes import WIDTH, in_lanes, where, with_lanes
 from gaitval.arrays import Array
-from gaitval.compiled import njit_borrowing, njit_unlocked
 from gaitval.contact.forces import ContactWorkspace, contact_forces, contact_workspace
 from gaitval.contact.law import ContactLaw
 from gaitval.coordinates import COORDINATES
@@ -25,7 +26,6 @@ from gaitval.inverse.newton_euler import (
     inertial_wrenches,
     joint_wrenches,
 )
-from gaitval.lanes import WIDTH, in_lanes, where, with_lanes
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import COORDINATE_COUNT, Tree, enter_rotation_vector
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_report import Bar
 

@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
+from gaitval._internal.text.number_text import number
 from gaitval.identification.body_report import bars
 from gaitval.identification.body_words import next_trials, sentences
 from gaitval.identification.joints import judged_lengths
@@ -12,7 +13,6 @@ from gaitval.identification.shared_errors import BODY_ERRORS, LARGEST_DEVIANCE, 
 from gaitval.identification.verdicts import Judged, judged
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import nominal_parameters
-from gaitval.number_text import number
 from gaitval.reporting.body_bars import draw
 from gaitval.reporting.page import write_html
 

@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
 from gaitval.metrics.results import METRICS, Metrics
 from gaitval.metrics.verdicts import limit_verdicts
 from gaitval.reporting.facts import at, shown

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from gaitval.artefacts import file_hash, read_json
-from gaitval.build_info import minute_of
+from gaitval._internal.io.artefacts import file_hash, read_json
+from gaitval._internal.io.build_info import minute_of
 from gaitval.errors import ArtefactError
 from gaitval.metrics.momentum import momentum_residual
 from gaitval.metrics.results import Metrics

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 from pydantic import BaseModel
 
+from gaitval._internal.text.number_text import number
 from gaitval.metrics.record_results import RecordResult
-from gaitval.number_text import number
 
 
 def at(values: object, pointer: str) -> object:

@@ -12,13 +12,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval._internal.io.artefacts import write_text
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.arrays import Array
-from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.walk_results import PlacedFoot, PushRecovery, PushTrace, StoredPushes
 from gaitval.metrics.whole_body import AXES
-from gaitval.text_tables import csv_text
 
 FOLDER: Final = "figures"
 """Folder of the tables, beside the page."""

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from gaitval._internal.io.text_tables import with_unit
 from gaitval.arrays import Array
 from gaitval.conventions import convention_of
 from gaitval.coordinates import Side
@@ -40,7 +41,6 @@ from gaitval.reporting.figures import (
     WALK_WIDTH,
     band,
 )
-from gaitval.text_tables import with_unit
 
 KINEMATICS: Final = (
     ("angles/pelvis_tilt", "angles/pelvis_list", "angles/pelvis_rotation"),

@@ -13,16 +13,23 @@ from typing import Any
 import jinja2
 from markupsafe import Markup, escape
 
-from gaitval.artefacts import versions, write_text
-from gaitval.build_info import now, source_commit
+from gaitval._internal.io.artefacts import versions, write_text
+from gaitval._internal.io.build_info import now, source_commit
+from gaitval._internal.io.text_tables import shown
+from gaitval._internal.text.number_text import (
+    degree_signs,
+    number,
+    rough,
+    signed,
+    unit_sign,
+    unit_text,
+)
 from gaitval.configuration import ReportSettings
 from gaitval.conventions import beside, convention_of
-from gaitval.number_text import degree_signs, number, rough, signed, unit_sign, unit_text
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import FONT
 from gaitval.reporting.figure_data import write_tables
 from gaitval.reporting.printer import print_page
-from gaitval.text_tables import shown
 
 Draw = Callable[[], str]
 """Draws a figure, as SVG."""

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import with_unit
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import group_curves
@@ -18,7 +19,6 @@ from gaitval.reporting.figure_data import Column, Tables, table
 from gaitval.reporting.figures import PERCENT
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.page import Draw
-from gaitval.text_tables import with_unit
 
 PANELS: Final = (
     *grids.SAGITTAL,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import matplotlib
 
-from gaitval.artefacts import replacing, scratch, workplace
+from gaitval._internal.io.artefacts import replacing, scratch, workplace
 
 if TYPE_CHECKING:
     import weasyprint

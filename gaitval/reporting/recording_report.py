@@ -249,8 +249,8 @@ class RecordingSummary:
     findings : what cleaning found and did, one sentence each.
     left_out : empty if every cycle is in the means.
     versions : of gaitval and the libraries that the results depend on.
-    commit : of gaitval's code (`gaitval.build_info.source_commit`); empty if not known.
-    written : when the import was made (`gaitval.build_info.now`); empty if not known.
+    commit : of gaitval's code (`build_info.source_commit`); empty if not known.
+    written : when the import was made (`build_info.now`); empty if not known.
     """
 
     identifier: str

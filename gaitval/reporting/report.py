@@ -9,9 +9,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 import gaitval
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import read_json
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.conventions import OWN
 from gaitval.coordinates import split_side

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
+from gaitval._internal.text.number_text import number, rough, unit_text
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
 from gaitval.metrics.acceptance_results import CurveLight, Light, Reason
@@ -22,7 +23,6 @@ from gaitval.metrics.verdicts import (
     counted_limits,
     failed_limits,
 )
-from gaitval.number_text import number, rough, unit_text
 from gaitval.reporting.facts import at
 from gaitval.reporting.figures import NAMES
 from gaitval.reporting.tables import CURVES

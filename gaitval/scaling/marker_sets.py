@@ -13,9 +13,9 @@ from typing import Final
 
 from pydantic import ValidationError
 
-from gaitval import file_gate
-from gaitval.any_case import as_known
-from gaitval.artefacts import parse_toml
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import parse_toml
+from gaitval._internal.text.any_case import as_known
 from gaitval.errors import RecordError
 from gaitval.model.body import SEGMENTS
 from gaitval.scaling.landmarks import LANDMARK_NAMES
@@ -107,7 +107,7 @@ def own_marker_set(name: str, *, builtin: Sequence[str]) -> MarkerSet:
             parse_toml(_text_of(name, builtin), name, RecordError)
         )
     except ValidationError as error:
-        from gaitval.refused_values import in_marker_set
+        from gaitval._internal.text.refused_values import in_marker_set
 
         problems = [in_marker_set(MarkerSetFile, MarkerDefinition, item) for item in error.errors()]
     else:

@@ -21,9 +21,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from pydantic import ValidationError
 
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
+from gaitval._internal.io.text_tables import csv_text
+from gaitval._internal.text.display import Displayed
 from gaitval.coordinates import SIDES, Side
-from gaitval.display import Displayed
 from gaitval.errors import ScalingError
 from gaitval.model.body import BodyModel
 from gaitval.model.ground import Ground
@@ -38,7 +39,6 @@ from gaitval.scaling.anthropometry import (
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import ADAPTER, HEADS, LENGTH_FIELDS, LIMB_FIELDS, Measurements
 from gaitval.scaling.segments import TRUNK, ScaledSegment, body_of, trunk_factor
-from gaitval.text_tables import csv_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -117,7 +117,7 @@ class ScaledBody(Displayed):
 
     def to_frame(self) -> "pd.DataFrame":
         """Length in m and mass in kg of each segment."""
-        from gaitval.frames import value_frame
+        from gaitval._internal.text.frames import value_frame
 
         masses = [(row.name, row.mass_kg) for row in self.table if row.mass_kg is not None]
         return value_frame(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, Ty
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator
 
-from gaitval.any_case import as_known, literals_of
+from gaitval._internal.text.any_case import as_known, literals_of
 from gaitval.datasets.identity import Aid, Identity, identity, trial_name, wbds_trial
 from gaitval.errors import ConfigurationError
 
@@ -347,7 +347,7 @@ def checked(
     try:
         return model.model_validate({k: each for k, each in values.items() if each is not None})
     except ValidationError as error:
-        from gaitval.refused_values import in_options
+        from gaitval._internal.text.refused_values import in_options
 
         problems = [in_options(model, problem, shown) for problem in error.errors()]
     raise ConfigurationError(" ".join(dict.fromkeys(problems)))

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit, njit_borrowing
 from gaitval.arrays import Array
-from gaitval.compiled import njit, njit_borrowing
 from gaitval.model.tree import (
     COORDINATE_COUNT,
     DOF_COUNT,

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit, njit_borrowing
 from gaitval.arrays import Array
-from gaitval.compiled import njit, njit_borrowing
 from gaitval.contact.forces import ContactWorkspace, contact_forces, contact_workspace
 from gaitval.contact.law import ContactLaw
 from gaitval.model.tree import (

@@ -6,8 +6,14 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import (
+    array_names,
+    check_arrays,
+    check_times,
+    read_arrays,
+    write_arrays,
+)
 from gaitval.arrays import Array
-from gaitval.artefacts import array_names, check_arrays, check_times, read_arrays, write_arrays
 
 
 @dataclass(frozen=True)

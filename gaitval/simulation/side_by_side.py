@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.numba.compiled import njit_borrowing
+from gaitval._internal.numba.lanes import WIDTH, in_lanes, numbers_in_lanes, with_lanes
 from gaitval.arrays import Array
-from gaitval.compiled import njit_borrowing
-from gaitval.lanes import WIDTH, in_lanes, numbers_in_lanes, with_lanes
 from gaitval.model.tree import ACTUATED_COUNT, Tree
 from gaitval.simulation.physics_steps import (
     Account,

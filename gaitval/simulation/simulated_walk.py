@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
-from gaitval.artefacts import check_arrays, check_times
-from gaitval.display import Saved
+from gaitval._internal.io.artefacts import check_arrays, check_times
+from gaitval._internal.text.display import Saved
 from gaitval.simulation.rollout import SHAPES, Rollout
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class SimulatedWalk(Saved, Rollout):
 
     def to_frame(self) -> "pd.DataFrame":
         """Joint angles (deg) and joint moments (Nm) by time (s)."""
-        from gaitval.frames import angle_curves, curve_frame, moment_curves
+        from gaitval._internal.text.frames import angle_curves, curve_frame, moment_curves
 
         curves = [*angle_curves(self.positions), *moment_curves(self.moments)]
         return curve_frame(curves, axis="time", at=self.time)

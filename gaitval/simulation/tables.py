@@ -6,9 +6,9 @@ import numpy as np
 from numba.core import types
 from numba.extending import overload
 
+from gaitval._internal.numba.compiled import njit_borrowing
+from gaitval._internal.numba.lanes import WIDTH, in_numbers, lane
 from gaitval.arrays import Array, Index
-from gaitval.compiled import njit_borrowing
-from gaitval.lanes import WIDTH, in_numbers, lane
 
 
 class LaneTables(NamedTuple):

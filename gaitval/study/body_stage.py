@@ -5,7 +5,7 @@ It uses no policy and changes no walk.
 
 from typing import Final
 
-from gaitval.artefacts import read_json, write_json
+from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.reporting.body_bars import FILE
 from gaitval.study.inputs import body_parameters
 from gaitval.study.stage import Run, Stage

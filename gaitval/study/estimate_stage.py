@@ -12,8 +12,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import parse_toml, read_json, value_hash, write_json, write_text
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.arrays import Array
-from gaitval.artefacts import parse_toml, read_json, value_hash, write_json, write_text
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
@@ -61,7 +62,6 @@ from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import write_html
 from gaitval.study.stage import Run, Stage
 from gaitval.study.stage_versions import STAGE_VERSIONS
-from gaitval.text_tables import csv_text
 
 FOLDER: Final = "estimate"
 TABLE: Final = f"{FOLDER}/estimate.csv"

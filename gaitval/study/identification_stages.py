@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitval import file_gate
-from gaitval.artefacts import copy_file, copy_files, read_json, replacing, write_json
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import copy_file, copy_files, read_json, replacing, write_json
 from gaitval.errors import ArtefactError
 from gaitval.identification.prior import prior_sd
 from gaitval.metrics.identified_body import identified_model

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.artefacts import copy_files, file_hash, read_json
+from gaitval._internal.io.artefacts import copy_files, file_hash, read_json
 from gaitval.metrics.identified_body import identified_model
 from gaitval.model.urdf import model_hash, read_urdf
 from gaitval.study.stage import Run

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitval.artefacts import copy_files, read_json, write_json
+from gaitval._internal.io.artefacts import copy_files, read_json, write_json
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import read_urdf
 from gaitval.study.inputs import (

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitval.artefacts import read_toml
+from gaitval._internal.io.artefacts import read_toml
 from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:

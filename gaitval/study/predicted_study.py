@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from gaitval.artefacts import copy_files, read_json, write_json
+from gaitval._internal.io.artefacts import copy_files, read_json, write_json
 from gaitval.study.inputs import (
     CENTRING,
     GAIN,
@@ -101,7 +101,7 @@ def adopt_stage(run: Run, source: Path) -> Stage:
         copy_files(source / "policy", run.folder / "policy", names)
         copy_files(log, run.folder / "policy", ("training.csv",))
 
-    from gaitval.artefacts import file_hash
+    from gaitval._internal.io.artefacts import file_hash
 
     return Stage(
         "adopt",

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import ContactSettings
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import nominal_parameters

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gaitval import file_gate
-from gaitval.artefacts import read_json, value_hash, write_json
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import read_json, value_hash, write_json
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError
 from gaitval.metrics.walk_results import Endurance, Repeat, StoredPushes, StoredWalks

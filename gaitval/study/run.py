@@ -17,7 +17,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, suppre
 from dataclasses import replace
 from pathlib import Path
 
-from gaitval.artefacts import copy_files
+from gaitval._internal.io.artefacts import copy_files
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
 from gaitval.study.identification_stages import (

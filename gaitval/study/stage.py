@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import tomli_w
 
-from gaitval.artefacts import (
+from gaitval._internal.io.artefacts import (
     file_hash,
     read_json,
     read_toml,
@@ -21,10 +21,10 @@ from gaitval.artefacts import (
     write_json,
     write_text,
 )
-from gaitval.build_info import source_commit
+from gaitval._internal.io.build_info import source_commit
+from gaitval._internal.io.folder_lock import locked
+from gaitval._internal.numba.one_thread import one_thread
 from gaitval.errors import ArtefactError, ConfigurationError
-from gaitval.folder_lock import locked
-from gaitval.one_thread import one_thread
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import copy_files, read_json, there_below
+from gaitval._internal.numba.one_thread import one_thread
+from gaitval._internal.text.display import Displayed
 from gaitval.arrays import Array
-from gaitval.artefacts import copy_files, read_json, there_below
 from gaitval.configuration import Configuration, EnvironmentSettings, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_name, load_subject
-from gaitval.display import Displayed
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.identified_body import identified_model
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.model.urdf import model_hash
-from gaitval.one_thread import one_thread
 from gaitval.policy.storage import Policy, load_policy, load_start
 from gaitval.prediction.slopes import body_on
 from gaitval.reference.adjustment import Adjustment, adjusted
@@ -150,7 +150,7 @@ class StoredPolicy(Displayed):
 
     def to_frame(self) -> "pd.DataFrame":
         """Identified body parameters mu, one row each."""
-        from gaitval.frames import value_frame
+        from gaitval._internal.text.frames import value_frame
 
         units = {"damping": "Nms/rad", "friction": "1"}
         return value_frame(

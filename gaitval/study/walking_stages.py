@@ -5,9 +5,9 @@ from other starts, and the pushes.
 from functools import partial
 from typing import TYPE_CHECKING
 
-from gaitval.artefacts import write_json
+from gaitval._internal.io.artefacts import write_json
+from gaitval._internal.io.journal import Journal
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.journal import Journal
 from gaitval.metrics.walk_results import Endurance, StoredPushes, StoredStarts, StoredWalks
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.processes import kept_workers

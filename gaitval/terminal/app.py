@@ -242,7 +242,7 @@ class _Commands(Group):
             try:
                 return super().invoke(ctx)
             except ModuleNotFoundError as error:
-                from gaitval.missing_extras import raise_named
+                from gaitval._internal.text.missing_extras import raise_named
 
                 raise_named(error)
                 raise
@@ -256,7 +256,7 @@ class _Commands(Group):
                 display.plain(f"To continue without it: {line} {option}", to=display.messages)
             raise typer.Exit(error.exit_code) from None
         except OSError as error:
-            from gaitval.disk_errors import FAILED, why_unwritable
+            from gaitval._internal.io.disk_errors import FAILED, why_unwritable
 
             if (message := why_unwritable(error)) is None:
                 raise

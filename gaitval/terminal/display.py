@@ -24,10 +24,10 @@ from rich.segment import Segment
 from rich.table import Column, Table
 from rich.text import Text
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.text_tables import shown
 from gaitval.errors import ArtefactError
 from gaitval.study.stage import BESIDE, INTERRUPTED, Observer, in_words
-from gaitval.text_tables import shown
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
@@ -304,8 +304,8 @@ def print_tolerances(metrics: "Metrics") -> None:
 
 def print_groups(metrics: "Metrics") -> None:
     """Print errors in `metrics` by group beside those of predictions without a model."""
+    from gaitval._internal.text.number_text import unit_text
     from gaitval.metrics.groups import group_rows
-    from gaitval.number_text import unit_text
 
     rows = group_rows(metrics)
     where = f"{metrics.subject.identifier} ({metrics.subject.source})"
@@ -335,8 +335,8 @@ def print_pushes(recovery: "PushRecovery") -> None:
 
 def print_import(found: "Import") -> None:
     """Print the published limits of the import `found`, and its spatiotemporal parameters."""
+    from gaitval._internal.text.number_text import unit_sign
     from gaitval.importing.summary import limit_rows, scaling_methods, spatiotemporal_rows
-    from gaitval.number_text import unit_sign
 
     title = f"{found.request.identifier}: the recording against published limits"
     table = Table("measure", "value", "at most", "unit", "verdict", title=title)

@@ -8,8 +8,8 @@ from html_page import only_html
 from typer.testing import CliRunner
 
 from gaitval import cli
+from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.balance.results import GroundResult, PerturbResult
-from gaitval.artefacts import read_json
 from gaitval.terminal import display
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from claims import Claim, Given, walking
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 

@@ -17,8 +17,8 @@ import pytest
 from typer.testing import CliRunner
 
 from gaitval import __version__, cli
+from gaitval._internal.io.artefacts import read_json, write_json, write_text
 from gaitval.apps.regression import regression
-from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.cli import study
 from gaitval.cli.study import STAGE_NAMES
 from gaitval.datasets.subject_file import load_subject

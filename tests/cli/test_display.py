@@ -11,7 +11,7 @@ import pytest
 from report_run import build_run
 from typer.testing import CliRunner
 
-from gaitval.artefacts import read_json, write_json, write_text
+from gaitval._internal.io.artefacts import read_json, write_json, write_text
 from gaitval.cli import app
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import read_metrics

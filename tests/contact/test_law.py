@@ -9,10 +9,10 @@ import pytest
 from followed_page import section_of
 from simulation_fixtures import changed
 
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.configuration import Configuration, ContactSettings
 from gaitval.contact.forces import ground_forces
 from gaitval.contact.law import LAWS, contact_law, sphere_force
-from gaitval.lanes import WIDTH
 from gaitval.model.tree import tree_arrays
 from gaitval.opensim.osim import write_osim
 from gaitval.simulation.side_by_side import SideBySide
@@ -173,8 +173,8 @@ def test_a_run_says_which_settings_its_law_does_not_read():
 HEADER = """
 from typing import NamedTuple
 
-from gaitval.compiled import njit_borrowing
-from gaitval.lanes import sqrt, where
+from gaitval._internal.numba.compiled import njit_borrowing
+from gaitval._internal.numba.lanes import sqrt, where
 
 SLIP = 0.05
 

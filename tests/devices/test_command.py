@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import pytest
 from typer.testing import CliRunner
 
+from gaitval._internal.io.folder_lock import locked
 from gaitval.apps.devices import study
 from gaitval.cli import app
-from gaitval.folder_lock import locked
 
 
 def test_a_folder_that_cannot_be_had_is_refused_before_anybody_walks(tmp_path, monkeypatch):

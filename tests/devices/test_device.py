@@ -1,6 +1,6 @@
 import pytest
 
-from gaitval.artefacts import parse_toml
+from gaitval._internal.io.artefacts import parse_toml
 from gaitval.errors import ConfigurationError
 from gaitval.model.devices.device import (
     check_together,

@@ -6,9 +6,9 @@ import sys
 import pytest
 from quick_settings import QUICK
 
+from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.devices import of_subject
 from gaitval.apps.devices.sound_leg import check_side
-from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from html_page import only_html
 
+from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.apps.devices import results, study
 from gaitval.apps.devices.results import (
     MARGINS,
@@ -20,7 +21,6 @@ from gaitval.apps.devices.results import (
     write_side_by_side,
 )
 from gaitval.apps.devices.study import Wearer, outcomes
-from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
 from gaitval.model.devices.device import load_devices, write_devices
 from gaitval.model.devices.drawn import DEVICES_FILE

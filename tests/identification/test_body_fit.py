@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from simulation_fixtures import changed
 
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import COORDINATES

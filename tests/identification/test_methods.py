@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from body_result import MODEL, made_up
 
-from gaitval.artefacts import write_json
+from gaitval._internal.io.artefacts import write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from body_result import MODEL, made_up
 
-from gaitval.artefacts import read_json, write_json
+from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError

@@ -7,8 +7,8 @@ import pytest
 from synthetic_recording import Rectangle, walk
 
 import gaitval as gv
+from gaitval._internal.text.frames import COLUMNS
 from gaitval.errors import ArtefactError
-from gaitval.frames import COLUMNS
 from gaitval.inverse.scaled_markers import MarkedBody
 from gaitval.metrics.tolerances import Registry
 from gaitval.mocap.recording import Recording

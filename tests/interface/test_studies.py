@@ -11,9 +11,9 @@ from html_page import only_html
 from quick_settings import QUICK
 
 import gaitval as gv
-from gaitval.artefacts import write_json
+from gaitval._internal.io.artefacts import write_json
+from gaitval._internal.text.frames import COLUMNS
 from gaitval.errors import ArtefactError
-from gaitval.frames import COLUMNS
 from gaitval.interface.studies import own_random
 from gaitval.metrics.results import read_metrics
 from gaitval.study.stored_policy import StoredPolicy

@@ -14,6 +14,7 @@ from verdict_words import headline, rows_of, says
 
 import gaitval.apps.judge
 from gaitval import cli
+from gaitval._internal.io.folder_lock import locked
 from gaitval.apps.judge import gait
 from gaitval.apps.judge.judge import SHOWN_ONLY, Judgement, judge
 from gaitval.apps.judge.loads import read_loads
@@ -24,7 +25,6 @@ from gaitval.apps.judge.skeleton import skeleton
 from gaitval.apps.judge.write import result_of, write_judgement
 from gaitval.coordinates import RANGES
 from gaitval.errors import ConfigurationError, GaitvalError, RecordError, RecordWarning
-from gaitval.folder_lock import locked
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage

@@ -13,8 +13,8 @@ from safetensors.numpy import load
 from scipy.optimize import minimize
 from simulation_fixtures import changed
 
+from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.apps.regression.baseline import walk_again
-from gaitval.artefacts import read_json, write_json
 from gaitval.configuration import load_configuration
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ArtefactError

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from synthetic_recording import BELTS, LANDMARKS, SPEED, walk
 
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.sample import copy_sample

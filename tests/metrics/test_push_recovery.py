@@ -16,10 +16,10 @@ from fell_together import fell_together
 from simulation_fixtures import changed, random_policy
 from synthetic_walk import SPEED, perfect_walk, synthetic_record
 
+from gaitval._internal.io.artefacts import read_json
+from gaitval._internal.io.journal import Journal
 from gaitval.apps.devices.scores import score_rollout
-from gaitval.artefacts import read_json
 from gaitval.configuration import PushSettings
-from gaitval.journal import Journal
 from gaitval.metrics import push_recovery as module
 from gaitval.metrics.push_recovery import (
     Push,
@@ -139,7 +139,7 @@ KILLED = """
     import sys
     from pathlib import Path
 
-    from gaitval.journal import Journal
+    from gaitval._internal.io.journal import Journal
     from gaitval.metrics.push_recovery import push_recovery
 
     if __name__ == "__main__":

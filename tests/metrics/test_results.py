@@ -12,7 +12,7 @@ from typing import Any, get_args
 import jsonschema
 import pytest
 
-from gaitval.artefacts import read_json, write_json
+from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import (
     CORRECTED_JOINTS,

@@ -8,7 +8,7 @@ import pytest
 from simulation_fixtures import changed
 from synthetic_walk import SPEED, perfect_walk, sharp_filter, synthetic_record
 
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics import rollouts
 from gaitval.metrics.rollouts import (

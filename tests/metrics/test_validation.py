@@ -18,7 +18,7 @@ from synthetic_walk import (
     walks_of,
 )
 
-from gaitval.artefacts import read_json, write_json
+from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import low_pass_of, simulated_curves

@@ -828,7 +828,7 @@ class TestRefusals:
         )
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
         assert done.stdout.strip() == str(
-            ["gaitval", "gaitval.current_folder", "gaitval.partial_files"]
+            ["gaitval", "gaitval._internal.io.current_folder", "gaitval._internal.io.partial_files"]
         )
 
     @pytest.mark.parametrize("without", ["module", "limit"])

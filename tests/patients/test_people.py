@@ -4,8 +4,8 @@ import pytest
 from made_strides import stride_rows, write_strides
 from typer.testing import CliRunner
 
+from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.patients.people import own_rows, person_of, read_people
-from gaitval.artefacts import read_json
 from gaitval.cli import app
 from gaitval.errors import RecordError
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from experiments.sound_sides import HEALTHY, SPEEDS, tables
+from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.patients.cohort import found_patients, walked
 from gaitval.apps.patients.gentle_fit import gentle_reference
 from gaitval.apps.patients.passive_foot import patient_record
 from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 from gaitval.apps.patients.walk import KINEMATIC_ACCURACY
-from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
 from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject_file import builtin_subjects

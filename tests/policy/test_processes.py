@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from gaitval.partial_files import OF_SOCKETS, hold
+from gaitval._internal.io.partial_files import OF_SOCKETS, hold
 from gaitval.policy.beside import beside
 from gaitval.policy.processes import keeping_workers, kept_workers, side_by_side
 

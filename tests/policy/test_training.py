@@ -18,9 +18,9 @@ from safetensors.numpy import save_file
 from simulation_fixtures import changed, random_policy
 
 from experiments.general_policy import train_general
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError, PolicyError
-from gaitval.lanes import WIDTH
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import WalkingEnvironment

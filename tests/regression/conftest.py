@@ -6,7 +6,14 @@ from pathlib import Path
 import pytest
 
 import gaitval.cli  # noqa: F401 - fills the table of commands
-from gaitval.artefacts import copy_files, file_hash, read_json, value_hash, write_json, write_text
+from gaitval._internal.io.artefacts import (
+    copy_files,
+    file_hash,
+    read_json,
+    value_hash,
+    write_json,
+    write_text,
+)
 from gaitval.study.inputs import STORED_FILES
 
 REPORTS = Path(__file__).parents[2] / "reports"

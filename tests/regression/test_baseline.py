@@ -12,7 +12,8 @@ from html_page import only_html
 from quick_settings import QUICK
 
 import gaitval as gv
-from gaitval import artefacts
+from gaitval._internal.io import artefacts
+from gaitval._internal.io.artefacts import read_json, write_json, write_text
 from gaitval.apps.regression import baseline
 from gaitval.apps.regression.baseline import (
     store_baseline,
@@ -20,7 +21,6 @@ from gaitval.apps.regression.baseline import (
     walk_again,
 )
 from gaitval.apps.regression.seal import SEAL, read_seal
-from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.errors import ArtefactError
 from gaitval.study.inputs import STORED_FILES
 from gaitval.study.stage import Observer

@@ -13,11 +13,11 @@ import pytest
 from typer.testing import CliRunner
 
 from gaitval import __version__
+from gaitval._internal.io.artefacts import read_json, value_hash, write_json
 from gaitval.apps.devices import results
 from gaitval.apps.regression import baseline
 from gaitval.apps.regression.regression import LONG_MEASURES
 from gaitval.apps.regression.seal import parts_of
-from gaitval.artefacts import read_json, value_hash, write_json
 from gaitval.cli import app
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics

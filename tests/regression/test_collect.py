@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.apps.regression.collect import collect, collect_versions
 from gaitval.apps.regression.regression import compare
 from gaitval.apps.regression.seal import SealedMargin, seal
 from gaitval.apps.regression.versions import in_margins, matched
-from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import load_registry

@@ -9,8 +9,8 @@ import pytest
 from html_page import only_html
 from typer.testing import CliRunner
 
+from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.apps.devices.results import VERSION
-from gaitval.artefacts import read_json, write_json
 from gaitval.cli import app
 from gaitval.terminal import display
 

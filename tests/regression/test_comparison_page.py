@@ -13,6 +13,7 @@ from matplotlib.colors import to_hex
 from seen_figures import figure_of, forward, lines
 from verdict_words import plain, rows_of
 
+from gaitval._internal.text.number_text import number
 from gaitval.apps.regression import comparison_page
 from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
 from gaitval.apps.regression.versions import StoredWalk, matched
@@ -21,7 +22,6 @@ from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.results import Metrics, metrics_from, read_metrics
 from gaitval.metrics.shown_quantities import quantities_of_record, quantities_of_walk
-from gaitval.number_text import number
 from gaitval.quantities import QUANTITIES
 from gaitval.reporting.drawing import WIDTH
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR

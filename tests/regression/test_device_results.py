@@ -4,10 +4,10 @@ import pytest
 from html_page import only_html
 from typer.testing import CliRunner
 
+from gaitval._internal.io.artefacts import write_json
 from gaitval.apps.devices import results
 from gaitval.apps.devices.results import DeviceFigure
 from gaitval.apps.regression import device_results
-from gaitval.artefacts import write_json
 from gaitval.cli import app
 from gaitval.errors import ArtefactError
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from gaitval._internal.io.artefacts import file_hash, read_json, write_json, write_text
 from gaitval.apps.regression.finished import (
     IN_ROUNDS,
     LAST,
@@ -14,7 +15,6 @@ from gaitval.apps.regression.finished import (
     read_records,
     why_unfinished,
 )
-from gaitval.artefacts import file_hash, read_json, write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError

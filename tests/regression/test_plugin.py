@@ -3,10 +3,10 @@
 import shutil
 from pathlib import Path
 
+from gaitval._internal.io.build_info import source_commit
 from gaitval.apps.regression import plugin
 from gaitval.apps.regression.baseline import changed_inputs, installed_versions, seal_again
 from gaitval.apps.regression.seal import read_seal, seal
-from gaitval.build_info import source_commit
 from gaitval.metrics.results import read_metrics
 
 STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from gaitval._internal.io.artefacts import write_text
 from gaitval.apps.regression.whole_folder import writing_whole
-from gaitval.artefacts import write_text
 from gaitval.errors import ArtefactError
 
 FILES = ("a.txt", "sub/b.txt", "z.txt")

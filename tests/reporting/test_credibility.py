@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from newton_walk import newton_walk
 
-from gaitval.artefacts import write_json
+from gaitval._internal.io.artefacts import write_json
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting import credibility
 from gaitval.reporting.figure_data import _push_velocity

@@ -9,7 +9,7 @@ import pytest
 from html_page import Page, both_pages, only_html, without_figures
 from report_run import build_run
 
-from gaitval.artefacts import write_json
+from gaitval._internal.io.artefacts import write_json
 from gaitval.reporting.credibility import FILES, dates, hashes
 from gaitval.reporting.report import write_report
 

@@ -14,7 +14,7 @@ from report_run import build_run
 from scipy.spatial.transform import Rotation
 from synthetic_walk import MODEL, perfect_walk, synthetic_record
 
-from gaitval.artefacts import read_arrays, read_json
+from gaitval._internal.io.artefacts import read_arrays, read_json
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS

@@ -15,7 +15,7 @@ from PIL import Image
 from report_run import build_run
 from synthetic_walk import MODEL
 
-from gaitval.artefacts import read_arrays, read_json
+from gaitval._internal.io.artefacts import read_arrays, read_json
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames

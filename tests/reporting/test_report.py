@@ -21,7 +21,9 @@ from seen_figures import figure_of, lines
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 from verdict_words import headline, rows_of, says
 
-from gaitval.artefacts import read_json, write_json
+from gaitval._internal.io.artefacts import read_json, write_json
+from gaitval._internal.io.partial_files import PARTIAL
+from gaitval._internal.text.number_text import degree_signs, number, rough
 from gaitval.coordinates import SIDES, split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
@@ -30,8 +32,6 @@ from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.metrics.validation import validate
 from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_results import PushTrace
-from gaitval.number_text import degree_signs, number, rough
-from gaitval.partial_files import PARTIAL
 from gaitval.reporting import figures, stick_figures, tables
 from gaitval.reporting.report import within_text, write_report
 from gaitval.scaling.scaling import scale_subject

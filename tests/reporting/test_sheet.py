@@ -15,7 +15,7 @@ from html_page import only_html, without_figures
 from report_run import build_run
 from verdict_words import headline, rows_of, says
 
-from gaitval.artefacts import read_json, write_json
+from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.norms import norms

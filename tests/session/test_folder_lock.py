@@ -7,11 +7,11 @@ import pytest
 from made_up_session import SHORT, made_up_session
 from typer.testing import CliRunner
 
-from gaitval.artefacts import write_text
+from gaitval._internal.io.artefacts import write_text
+from gaitval._internal.io.folder_lock import locked
 from gaitval.cli import app
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError
-from gaitval.folder_lock import locked
 from gaitval.importing.importing import import_files
 
 

@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 from pydantic import ValidationError
 
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
 from gaitval.importing.results import IMPORT_VERSION, GaitResult, ImportResult
 

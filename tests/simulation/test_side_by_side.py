@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from simulation_fixtures import changed, kinematics, random_state
 
-from gaitval.lanes import WIDTH
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
 from gaitval.simulation.side_by_side import SideBySide

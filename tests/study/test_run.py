@@ -18,13 +18,13 @@ from typing import Any
 import pytest
 from simulation_fixtures import random_policy
 
+from gaitval._internal.io.artefacts import read_json, write_json, write_text
 from gaitval.apps.regression.baseline import (
     WALKING,
     installed_versions,
     store_baseline,
 )
 from gaitval.apps.regression.seal import SEAL, read_seal
-from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.cli.study import STAGE_NAMES
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
@@ -260,7 +260,7 @@ def test_a_workspace_of_no_further_use_is_removed_when_the_stage_is_finished(fol
 KILLED = """
 import os, sys
 from pathlib import Path
-from gaitval.artefacts import replacing
+from gaitval._internal.io.artefacts import replacing
 from gaitval.study.stage import Stage, run_stage
 
 folder = Path(sys.argv[1])

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from safetensors.numpy import load_file, save_file
 
+from gaitval._internal.io.folder_lock import locked
 from gaitval.apps.regression.baseline import remove_abandoned, seal_again, stored_metrics
 from gaitval.apps.regression.seal import (
     SEAL,
@@ -22,7 +23,6 @@ from gaitval.apps.regression.seal import (
     seal,
 )
 from gaitval.errors import ArtefactError
-from gaitval.folder_lock import locked
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import load_registry
 

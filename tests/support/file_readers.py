@@ -29,7 +29,7 @@ PARSING: Final = frozenset(("tomllib.loads", "pickle.loads", "marshal.loads", "E
 """Calls that no reader but the package's own (`OWN`) may use on a text, wherever it is from."""
 GATE: Final = "file_gate"
 OWN: Final = {
-    "gaitval/compiled_cache.py:get_source_stamp": "the package's own code",
+    "gaitval/_internal/numba/compiled_cache.py:get_source_stamp": "the package's own code",
     "gaitval/reporting/printer.py:fetch": "fonts of matplotlib, by names of ours",
     "gaitval/datasets/archive.py:registry": "registry.toml of the package",
     "gaitval/datasets/archive.py:_unpack": "a file whose hash is the published one",
@@ -40,22 +40,22 @@ OWN: Final = {
     "gaitval/musculature/strands.py:tendons": "sites.json of the package",
     "gaitval/scaling/markers/body.py:_table": "sites.toml of the package",
     "gaitval/scaling/markers/names.py:_meanings": "names.toml of the package",
-    "gaitval/artefacts.py:_check_headers": "members of a file that `read_arrays` has looked at",
-    "gaitval/artefacts.py:parse_toml": "the reader of TOML",
-    "gaitval/artefacts.py:growing": "opens what it writes on to, and reads nothing",
-    "gaitval/compiled.py:_sources": "the package's own sources",
-    "gaitval/compiled_cache.py:_opened": "numba's cache, which is sealed with this user's key",
-    "gaitval/compiled_cache.py:_read": "that key: so many bytes, through no link",
-    "gaitval/compiled_cache.py:_without_links": "opens that key",
+    "gaitval/_internal/io/artefacts.py:_check_headers": "a file that `read_arrays` has seen",
+    "gaitval/_internal/io/artefacts.py:parse_toml": "the reader of TOML",
+    "gaitval/_internal/io/artefacts.py:growing": "opens what it writes on to, and reads nothing",
+    "gaitval/_internal/numba/compiled.py:_sources": "the package's own sources",
+    "gaitval/_internal/numba/compiled_cache.py:_opened": "numba's cache, sealed by a key",
+    "gaitval/_internal/numba/compiled_cache.py:_read": "that key: so many bytes, through no link",
+    "gaitval/_internal/numba/compiled_cache.py:_without_links": "opens that key",
     "gaitval/datasets/subject_file.py:_read_builtin": "the package's own subjects",
     "gaitval/learning_control/slopes.py:_stored": "shared_slopes.safetensors of the package",
     "gaitval/metrics/tolerances.py:load_registry": "tolerances.toml of the package",
     "gaitval/mocap/c3d_contents.py:read_contents": "what the reader's own process has written",
     "gaitval/mocap/c3d_process.py:opened": "in a process of its own, after `check_size`",
     "gaitval/mocap/c3d_writing.py:write_c3d": "makes an empty one",
-    "gaitval/partial_files.py:hold": "locks a folder that its caller has made",
-    "gaitval/partial_files.py:own_folder": "locks a folder that it has made",
-    "gaitval/partial_files.py:remove_abandoned": "locks a file, and reads nothing",
+    "gaitval/_internal/io/partial_files.py:hold": "locks a folder that its caller has made",
+    "gaitval/_internal/io/partial_files.py:own_folder": "locks a folder that it has made",
+    "gaitval/_internal/io/partial_files.py:remove_abandoned": "locks a file, and reads nothing",
     "gaitval/plugins.py:of_ending": "loads what a distribution registers, and reads no file",
     "gaitval/reporting/checklist.py:checklist": "checklist.toml of the package",
     "gaitval/study/stage.py:_undone": "a run's own files, which are put back as they were",
@@ -97,7 +97,7 @@ def readers_in(text: str, name: str) -> Iterator[Reader]:
         if isinstance(node, ast.Call) and _reads(node):
             function = within.get(node, tree)
             place = f"{name}:{getattr(function, 'name', '')}"
-            own = place in OWN or name == f"gaitval/{GATE}.py"
+            own = place in OWN or name == f"gaitval/_internal/io/{GATE}.py"
             gated = own or "resources.files" in ast.unparse(node) or _gated(node, function)
             yield Reader(place, node.lineno, ast.unparse(node.func), gated)
 

@@ -28,10 +28,11 @@ from format_files import (
 from known_walk import known_walk
 from made_up_session import MadeUpSession, made_up_session
 
+from gaitval._internal.io.artefacts import read_json
+from gaitval._internal.io.journal import Journal
 from gaitval.apps.cohort.table import read_table
 from gaitval.apps.regression.baseline import believed
 from gaitval.apps.regression.seal import check_seal
-from gaitval.artefacts import read_json
 from gaitval.cli import app
 from gaitval.configuration import ContactSettings, load_configuration
 from gaitval.coordinates import SIDES
@@ -42,7 +43,6 @@ from gaitval.importing.importing import work_out
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.scaled_markers import load_markers
-from gaitval.journal import Journal
 from gaitval.metrics.results import identification_from
 from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.reading import read_recording

@@ -9,7 +9,7 @@ import numpy as np
 from synthetic_walk import perfect_walk, sharp_filter, walks_of
 from unrecorded_verdicts import CASES
 
-from gaitval.artefacts import write_json
+from gaitval._internal.io.artefacts import write_json
 from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject

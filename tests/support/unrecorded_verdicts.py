@@ -20,11 +20,11 @@ import pandas as pd
 from html_page import both_pages
 from rich.console import Console
 
+from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.apps.cohort.report import _groups
 from gaitval.apps.regression.comparison_page import write_comparison
 from gaitval.apps.regression.regression import compare, write_junit
 from gaitval.apps.regression.versions import StoredWalk, matched
-from gaitval.artefacts import read_json, write_json
 from gaitval.cli.predict import print_distances
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject import Subject

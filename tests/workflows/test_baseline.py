@@ -14,11 +14,11 @@ import pytest
 from typer.testing import CliRunner
 
 from gaitval import cli
+from gaitval._internal.io.artefacts import value_hash, versions
+from gaitval._internal.numba.one_thread import one_thread
 from gaitval.apps.regression.baseline import installed_versions, walk_again
 from gaitval.apps.regression.regression import LONG_MEASURES, compare
-from gaitval.artefacts import value_hash, versions
 from gaitval.metrics.results import read_metrics
-from gaitval.one_thread import one_thread
 from gaitval.study.stage import Observer
 
 ROOT = Path(__file__).parents[2]

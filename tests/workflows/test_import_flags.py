@@ -17,7 +17,7 @@ from recorded_sessions import rajagopal_walk
 from typer.testing import CliRunner
 
 from gaitval import cli
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
 from gaitval.importing.importing import work_out

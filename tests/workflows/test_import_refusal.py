@@ -9,10 +9,10 @@ from made_up_session import CONTRADICTED, MadeUpSession, made_up_session
 from typer.testing import CliRunner
 
 from gaitval import cli
+from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.judge.judge import judge
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.write import write_judgement
-from gaitval.artefacts import read_json
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import load_subject

@@ -27,7 +27,7 @@ from made_up_session import MARKER_RATE, MadeUpSession, made_up_session
 from standing_person import PERSON
 
 import gaitval as gv
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES

@@ -23,7 +23,7 @@ from recording_summary import sample
 from standing_person import StandingPerson, standing_person
 from synthetic_walk import MASS, MODEL, perfect_walk, sharp_filter, walks_of
 
-from gaitval.artefacts import write_json
+from gaitval._internal.io.artefacts import write_json
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, LEG, RANGES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject

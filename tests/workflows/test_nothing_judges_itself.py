@@ -14,8 +14,9 @@ from synthetic_walk import perfect_walk
 from unrecorded_verdicts import CASES, PREDICTED_SPEED, judged_in, never_judged
 
 import gaitval as gv
+from gaitval._internal.io.artefacts import read_json
+from gaitval._internal.io.text_tables import with_unit
 from gaitval.apps.regression.stored import believe
-from gaitval.artefacts import read_json
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
@@ -26,7 +27,6 @@ from gaitval.metrics.origin import measure_origin, record_origins
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.metrics.verdicts import failed_limits, limit_verdicts, sentence
 from gaitval.simulation.simulated_walk import SimulatedWalk
-from gaitval.text_tables import with_unit
 
 OUTPUTS = ("metrics.json", "report", "terminal", "Python", "cohort", "compare", "check")
 

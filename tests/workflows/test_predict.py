@@ -10,7 +10,7 @@ from quick_settings import QUICK
 from typer.testing import CliRunner
 
 from gaitval import cli
-from gaitval.artefacts import read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.interface.walks import load_policy, rollout
 from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.results import metrics_from

@@ -19,7 +19,7 @@ from pathlib import Path
 from contextlib import nullcontext
 import numpy as np
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
-from gaitval.artefacts import write_json
+from gaitval._internal.io.artefacts import write_json
 from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError

@@ -21,7 +21,7 @@ from lock import canonical, locked
 from numba.core.caching import _CacheLocator
 from quick_settings import QUICK
 
-from gaitval.compiled import _cache_folder
+from gaitval._internal.numba.compiled import _cache_folder
 from gaitval.datasets.sample import SAMPLE
 
 ROOT = Path(__file__).parents[2]

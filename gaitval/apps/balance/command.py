@@ -81,11 +81,11 @@ def perturb(
     against published experiments, one who does not react, and a pendulum. Writes perturb.html,
     perturb.pdf and perturb.json. A minute.
     """
+    from gaitval._internal.io.folder_lock import locked
     from gaitval.apps.balance.disturb import usual_grounds
     from gaitval.apps.balance.stored import walker_of
     from gaitval.apps.balance.study import recoveries
     from gaitval.apps.balance.write import NAME, write_recoveries
-    from gaitval.folder_lock import locked
     from gaitval.study.stored_policy import page_folder
 
     delays = None if delay is None else _delays(delay)

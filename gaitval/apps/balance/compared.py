@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import shipped_table
 from gaitval.apps.balance.disturb import Slip, StepDown, Trip
 from gaitval.apps.balance.experiment import DisturbedWalk
 from gaitval.arrays import Array
@@ -23,7 +24,6 @@ from gaitval.metrics.foot_placement import (
     step_delay,
     steps_to_recover,
 )
-from gaitval.text_tables import shipped_table
 
 SHORTLY: Final = 0.2
 """s after a push in which forces are compared."""

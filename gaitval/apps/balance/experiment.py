@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.apps.balance.disturb import (
     Disturbance,
     DisturbedEnvironment,
@@ -19,7 +20,6 @@ from gaitval.apps.balance.disturb import (
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import ArtefactError
-from gaitval.lanes import WIDTH
 from gaitval.metrics.balance_walk import BalanceWalk, Footstep, walked
 from gaitval.metrics.push_recovery import Push, without_drift
 from gaitval.model.body import BodyModel

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import versions
+from gaitval._internal.text.display import Displayed
 from gaitval.apps.balance.compared import (
     Guessed,
     Published,
@@ -32,9 +34,7 @@ from gaitval.apps.balance.results import (
     PerturbResult,
     setting_words,
 )
-from gaitval.artefacts import versions
 from gaitval.coordinates import SIDES
-from gaitval.display import Displayed
 from gaitval.metrics.balance_walk import BalanceWalk
 from gaitval.metrics.foot_placement import (
     TIME_FOR_A_STEP,

@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Any, Final
 
+from gaitval._internal.io.artefacts import write_json
 from gaitval.apps.balance.compared import MEASURED, Pushes
 from gaitval.apps.balance.experiment import TestedWalker
 from gaitval.apps.balance.figures import DrawnSteps
 from gaitval.apps.balance.study import Recoveries
-from gaitval.artefacts import write_json
 from gaitval.reporting.page import write_page
 
 NAME: Final = "perturb"

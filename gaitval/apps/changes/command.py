@@ -40,10 +40,10 @@ def change(
     cycles of the sessions differ, by one test of all curves, and by more than putting the markers
     on again would change. Writes OUT/change.html, change.pdf, change.json and tables as CSV.
     """
+    from gaitval._internal.io.folder_lock import locked
     from gaitval.apps.changes.change import CHANGED, change_between, headline, sentence
     from gaitval.apps.changes.visits import read_visit
     from gaitval.apps.changes.write import NAME, write_change
-    from gaitval.folder_lock import locked
 
     found = change_between(
         read_visit(before, walk=walks), read_visit(after, walk=walks), same_person=same_person

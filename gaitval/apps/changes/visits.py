@@ -7,8 +7,8 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import file_hash, read_arrays
 from gaitval.arrays import Array
-from gaitval.artefacts import file_hash, read_arrays
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject

@@ -5,16 +5,16 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import versions, write_json, write_text
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.apps.changes.change import Change, CurveChange, sentence
 from gaitval.apps.changes.page import write_change_page
 from gaitval.apps.changes.results import CHANGE_VERSION, ChangeResult
 from gaitval.apps.changes.visits import PARAMETERS, Visit
-from gaitval.artefacts import versions, write_json, write_text
 from gaitval.coordinates import SIDES
 from gaitval.metrics.curve_statistics import ALPHA
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
 from gaitval.metrics.typed import tidy
-from gaitval.text_tables import csv_text
 
 NAME: Final = "change"
 

@@ -8,16 +8,16 @@ from urllib.parse import quote
 import pandas as pd
 
 from gaitval import __version__
+from gaitval._internal.io.artefacts import write_text
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.apps.cohort.run import LOG, Outcome
 from gaitval.apps.cohort.table import Study
-from gaitval.artefacts import write_text
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import is_judged
 from gaitval.metrics.results import Metrics, read_metrics
 from gaitval.metrics.verdicts import not_judged, target_text
 from gaitval.reporting.page import write_html
-from gaitval.text_tables import csv_text
 
 STUDIES: Final = (
     *("study", "status", "reason", "subject", "trial", "sex", "age_years", "mass_kg", "height_m"),

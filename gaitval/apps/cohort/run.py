@@ -16,12 +16,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import make_folder, write_text
+from gaitval._internal.text.missing_extras import need
 from gaitval.apps.cohort.table import Study
-from gaitval.artefacts import make_folder, write_text
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError, GaitvalError
-from gaitval.missing_extras import need
 
 if TYPE_CHECKING:
     from distributed import Client

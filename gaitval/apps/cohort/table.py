@@ -17,7 +17,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
 from gaitval.errors import ConfigurationError
 
 MOST: Final = 20_000

@@ -10,12 +10,12 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.text.number_text import number
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.apps.devices.results import MARGINS, TITLES
 from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed, slower
 from gaitval.coordinates import SIDES
 from gaitval.model.devices.device import Device
-from gaitval.number_text import number
 
 MOST: Final = 4
 """Most changes in a sentence, the largest first: all are in the tables."""

@@ -71,9 +71,9 @@ def device(
     the report shows all: moments, work, loads and metabolic rate without and with. One to two
     minutes.
     """
+    from gaitval._internal.io.folder_lock import locked
     from gaitval.apps.devices.page import write_report
     from gaitval.apps.devices.study import outcomes, wearer
-    from gaitval.folder_lock import locked
     from gaitval.model.devices.device import load_devices
     from gaitval.model.devices.loads import trunk_load
     from gaitval.study.stored_policy import page_folder

@@ -14,11 +14,11 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.stats import norm as normal
 
+from gaitval._internal.text.number_text import number
 from gaitval.apps.devices.answer import WORDS
 from gaitval.apps.devices.results import MARGINS
 from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
 from gaitval.arrays import Array
-from gaitval.number_text import number
 from gaitval.quantities.metabolic_cost import JOINTS as OF_JOINTS
 from gaitval.quantities.metabolic_rate import CENTRAL
 

@@ -15,8 +15,8 @@ coordinate.
 import math
 from typing import Final
 
+from gaitval._internal.numba.compiled import njit_borrowing
 from gaitval.arrays import Array, Index
-from gaitval.compiled import njit_borrowing
 from gaitval.model.tree import ACTUATED_COUNT
 from gaitval.simulation.dynamics import accelerations, integrate
 from gaitval.simulation.physics_steps import Account, WalkerBody, Workspace, enter, forces

@@ -11,6 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitval import __version__
+from gaitval._internal.io.artefacts import copy_file, write_text
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.apps.devices.answer import WORDS, answers, kept_in_words, torques
 from gaitval.apps.devices.costs import (
     cost_changes,
@@ -24,7 +26,6 @@ from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.apps.devices.replayed import replayed, shown_method
 from gaitval.apps.devices.results import TITLES, figures_of, write_result
 from gaitval.apps.devices.study import CYCLES, PUSHES, DeviceOutcome, Wearer, at_kept_speed
-from gaitval.artefacts import copy_file, write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.devices.device import Device, write_devices
 from gaitval.model.devices.drawn import DEVICES_FILE
@@ -34,7 +35,6 @@ from gaitval.quantities.metabolic_cost import LEFT_OUT
 from gaitval.reporting.drawing import legend_above, link, new_figure, svg
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS
-from gaitval.text_tables import csv_text
 
 TEMPLATE: Final = "gaitval.apps.devices:device.html.j2"
 LINES: Final = {

@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from gaitval.artefacts import read_json, write_json, write_text
+from gaitval._internal.io.artefacts import read_json, write_json, write_text
+from gaitval._internal.io.text_tables import csv_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
-from gaitval.text_tables import csv_text
 
 if TYPE_CHECKING:
     from gaitval.apps.devices.study import DeviceOutcome, Say, Wearer

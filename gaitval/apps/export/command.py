@@ -37,9 +37,9 @@ def export(
     opensim: model, motion, moments and loads. c3d: virtual markers and force plates. The first use
     on a machine takes a minute, later ones half of it.
     """
+    from gaitval._internal.io.folder_lock import check_links
     from gaitval.apps.export.formats import export_to, writer_of
     from gaitval.apps.export.walked import ExportedWalk
-    from gaitval.folder_lock import check_links
 
     writer_of(to)  # a name that is none is refused before anything is computed
     check_links(out)

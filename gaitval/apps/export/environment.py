@@ -19,10 +19,10 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from gaitval._internal.numba.lanes import WIDTH
 from gaitval.apps.export.observation_bounds import observation_bounds
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
-from gaitval.lanes import WIDTH
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.walking_group import WalkingGroup
 

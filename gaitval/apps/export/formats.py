@@ -6,13 +6,13 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
-from gaitval.any_case import as_known
+from gaitval._internal.io.artefacts import write_text
+from gaitval._internal.text.any_case import as_known
 from gaitval.apps.export.c3d_file import write_c3d_file
 from gaitval.apps.export.mujoco_folder import write_mujoco
 from gaitval.apps.export.opensim_folder import write_opensim
 from gaitval.apps.export.urdf_folder import write_urdf_folder
 from gaitval.apps.export.walked import ExportedWalk
-from gaitval.artefacts import write_text
 from gaitval.errors import ArtefactError, ConfigurationError
 
 _Notify = Callable[[str], None]

@@ -9,9 +9,9 @@ import numpy as np
 from safetensors.numpy import save_file
 from scipy.spatial.transform import Rotation
 
+from gaitval._internal.io.artefacts import replacing, write_json, write_text
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
-from gaitval.artefacts import replacing, write_json, write_text
 from gaitval.contact import cubic, hunt_crossley
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import PolicyError

@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval._internal.io.artefacts import write_text
 from gaitval.apps.export.walked import ExportedWalk
-from gaitval.artefacts import write_text
 from gaitval.coordinates import ACTUATED, ROOT
 from gaitval.model.urdf import write_urdf
 

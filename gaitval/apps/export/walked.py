@@ -5,13 +5,13 @@ from functools import cached_property
 from pathlib import Path
 
 import gaitval
+from gaitval._internal.numba.one_thread import one_thread
 from gaitval.arrays import Array
 from gaitval.errors import PolicyError, RecordError
 from gaitval.metrics.cycles import GaitCycles, find_cycles
 from gaitval.metrics.walk_muscles import person_and_laden
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters
-from gaitval.one_thread import one_thread
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.rollout import Rollout

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.judge.request import JudgeRequest
-from gaitval.artefacts import read_json
 from gaitval.importing.files import RECORD
 from gaitval.importing.results import ImportResult, TrialResult
 

@@ -101,10 +101,10 @@ def judge(
     is 1 if what decides could not be judged: limits that are kept say nothing then. Failed limits
     leave it 0, as in `gaitval import`; with --strict it is 1.
     """
+    from gaitval._internal.io.folder_lock import locked
     from gaitval.apps.judge.judge import judge as judged
     from gaitval.apps.judge.request import JudgeRequest
     from gaitval.apps.judge.write import NAME, write_judgement
-    from gaitval.folder_lock import locked
 
     request = JudgeRequest(
         model=model, ik=ik, id=id, markers=markers, marker_errors=marker_errors,

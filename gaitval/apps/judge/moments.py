@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import shipped_table
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.text_tables import shipped_table
 
 GROUPS: Final = (
     ("very slow", 0.227),

@@ -14,7 +14,8 @@ from typing import Final
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.text_tables import with_unit
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
@@ -25,7 +26,6 @@ from gaitval.mocap.mot_writing import StorageTable
 from gaitval.musculature.forces import AT_LIMIT, MUCH_RESERVE
 from gaitval.musculature.gait import GROUPS, USUAL_ON
 from gaitval.musculature.paths import COORDINATES, table
-from gaitval.text_tables import with_unit
 
 MEASURED: Final[Mapping[str, tuple[float, float]]] = {"hip": (2.0, 2.9), "knee": (1.8, 3.0)}
 """Body weights, peaks that implants measured in level walking: hips of ten people 2.2 to 2.8

@@ -5,6 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import file_hash, versions, write_json
 from gaitval.apps.judge.body import segment_shares
 from gaitval.apps.judge.gait import valid, weight_ratio
 from gaitval.apps.judge.judge import Judgement, floor_leg
@@ -13,7 +14,6 @@ from gaitval.apps.judge.markers import by_marker
 from gaitval.apps.judge.moments import speed_group
 from gaitval.apps.judge.muscles import JudgedMuscles
 from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
-from gaitval.artefacts import file_hash, versions, write_json
 from gaitval.coordinates import SIDES
 from gaitval.metrics.typed import tidy
 

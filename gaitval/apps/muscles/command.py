@@ -95,10 +95,10 @@ def muscles(
     stretch activations, forces and contact forces over time as .sto, which OpenSim opens, with the
     person as an OpenSim model with muscles.
     """
+    from gaitval._internal.io.folder_lock import locked
     from gaitval.apps.muscles.sharing import MuscleSettings, shared_motions
     from gaitval.apps.muscles.sources import motions_in
     from gaitval.apps.muscles.write import PAGE, RESULT, write_muscles
-    from gaitval.folder_lock import locked
     from gaitval.quantities.metabolic_cost import metabolic_cost
 
     settings = MuscleSettings(

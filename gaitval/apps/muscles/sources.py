@@ -12,7 +12,7 @@ def motions_in(folder: Path, *, height: float | None = None) -> list[LoadedMotio
 
     Raises ArtefactError if there is neither, or the run kept no walk; RecordError without moments.
     """
-    from gaitval.artefacts import there_below
+    from gaitval._internal.io.artefacts import there_below
     from gaitval.importing.stored_motions import is_import, stored_motions
     from gaitval.metrics.results import METRICS
 

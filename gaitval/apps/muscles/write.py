@@ -7,8 +7,9 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from gaitval._internal.io.artefacts import versions, write_json
+from gaitval._internal.io.text_tables import with_unit
 from gaitval.apps.muscles.sharing import MuscleSettings, SharedMotions
-from gaitval.artefacts import versions, write_json
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.importing.write import write_table
@@ -20,7 +21,6 @@ from gaitval.opensim.osim import write_osim
 from gaitval.quantities.metabolic_cost import JOINTS, LEFT_OUT, MetabolicCost
 from gaitval.quantities.metabolic_rate import TITLES
 from gaitval.reporting.muscle_figures import DrawnMuscles
-from gaitval.text_tables import with_unit
 
 RESULT: Final = "muscles.json"
 PAGE: Final = "muscles"

@@ -6,16 +6,16 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import write_json, write_text
+from gaitval._internal.io.text_tables import csv_text
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.apps.patients.passive_foot import expected_ankles
 from gaitval.apps.patients.people import PersonRow, own_rows, read_people
 from gaitval.apps.patients.records import Patient, patient
 from gaitval.apps.patients.strides import read_strides
-from gaitval.artefacts import write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ConfigurationError, RecordError
-from gaitval.plain_numbers import plain_float
-from gaitval.text_tables import csv_text
 
 
 def found_patients(

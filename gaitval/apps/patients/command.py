@@ -74,8 +74,8 @@ def patients(
     OUT/table.csv for `gaitval cohort`, and OUT/pages/NAME.html with norms and asymmetry; with
     --walk also OUT/walks/NAME.json. The same command continues where it was interrupted.
     """
+    from gaitval._internal.io.folder_lock import locked
     from gaitval.apps.patients.cohort import found_patients, written
-    from gaitval.folder_lock import locked
 
     found = found_patients(
         strides,

@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
 from gaitval.coordinates import Side
 from gaitval.errors import RecordError
 

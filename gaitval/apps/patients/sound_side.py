@@ -22,8 +22,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from gaitval._internal.io.text_tables import shipped_table
 from gaitval.arrays import Array
-from gaitval.text_tables import shipped_table
 
 TABLE: Final = "sound_sides.csv"
 PROSTHETIC_TABLE: Final = "prosthetic_sides.csv"

@@ -13,7 +13,9 @@ from typing import Final
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.text_tables import MISSING
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, left_strike, smoothed
 from gaitval.arrays import Array
 from gaitval.datasets.curve_causes import explained
@@ -21,8 +23,6 @@ from gaitval.datasets.curve_files import unit_problems
 from gaitval.errors import RecordError
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.sampling import SAMPLES
-from gaitval.plain_numbers import plain_float
-from gaitval.text_tables import MISSING
 
 AXES: Final[Mapping[str, str]] = {
     "pelvis_1": "pelvis_list",

@@ -12,13 +12,14 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval._internal.io.artefacts import read_json, value_hash, write_json
+from gaitval._internal.numba.one_thread import one_thread
 from gaitval.apps.patients.gentle_fit import gentle_reference
 from gaitval.apps.patients.known_record import expected_record
 from gaitval.apps.patients.passive_foot import patient_record
 from gaitval.apps.patients.records import Patient, two_sided
 from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json, value_hash, write_json
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects
@@ -29,7 +30,6 @@ from gaitval.metrics.comparison import curves_of, foot_progression, rms
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.gait_profile import gait_profile
 from gaitval.model.parameters import nominal_parameters
-from gaitval.one_thread import one_thread
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup

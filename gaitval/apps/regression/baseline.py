@@ -11,22 +11,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitval import file_gate
-from gaitval.apps.regression.finished import Record, check_finished, read_records
-from gaitval.apps.regression.seal import changes, check_seal, measures_known, read_seal, seal
-from gaitval.apps.regression.whole_folder import disk_message, writing_whole
-from gaitval.artefacts import (
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import (
     copy_files,
     file_hash,
     read_json,
     read_toml,
     write_json,
 )
-from gaitval.build_info import source_commit
+from gaitval._internal.io.build_info import source_commit
+from gaitval._internal.io.disk_errors import why_unwritable
+from gaitval._internal.io.folder_lock import locked
+from gaitval.apps.regression.finished import Record, check_finished, read_records
+from gaitval.apps.regression.seal import changes, check_seal, measures_known, read_seal, seal
+from gaitval.apps.regression.whole_folder import disk_message, writing_whole
 from gaitval.configuration import load_configuration
-from gaitval.disk_errors import why_unwritable
 from gaitval.errors import ArtefactError, GaitvalError, SubjectError
-from gaitval.folder_lock import locked
 from gaitval.metrics.walk_results import StoredStarts
 from gaitval.study.identification_stages import save_identified_reference
 from gaitval.study.inputs import (

@@ -10,6 +10,9 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
+from gaitval._internal.io.artefacts import write_text
+from gaitval._internal.io.text_tables import csv_text
+from gaitval._internal.text.number_text import number
 from gaitval.apps.regression.pair_grids import pair_grids
 from gaitval.apps.regression.quantity_tables import (
     FIGURE_COLUMNS,
@@ -22,7 +25,6 @@ from gaitval.apps.regression.quantity_tables import (
 from gaitval.apps.regression.regression import Row, shown
 from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
 from gaitval.arrays import Array
-from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import is_judged, measure_origin
@@ -30,11 +32,9 @@ from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.typed import array
 from gaitval.metrics.verdicts import SIGNS, target_text
-from gaitval.number_text import number
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import write_page
-from gaitval.text_tables import csv_text
 
 CURVES: Final[tuple[tuple[Kind, str], ...]] = (
     *(("angles", name) for name in ("hip_flexion", "knee_angle", "ankle_angle")),

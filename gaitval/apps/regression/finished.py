@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from gaitval.artefacts import file_hash, read_json
+from gaitval._internal.io.artefacts import file_hash, read_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.typed import OpenResult
 from gaitval.study.stage import RECORDS

@@ -118,10 +118,10 @@ def _compared(
     """The rows of a baseline, and what its walk depends on that has changed since."""
     import filelock
 
+    from gaitval._internal.io.artefacts import value_hash, write_json
     from gaitval.apps.regression.baseline import changed_inputs, stored_metrics, walk_again
     from gaitval.apps.regression.regression import LONG_MEASURES, compare
     from gaitval.apps.regression.seal import inputs_in_words
-    from gaitval.artefacts import value_hash, write_json
     from gaitval.metrics.results import read_metrics
     from gaitval.study.inputs import METRICS
     from gaitval.study.stage import Observer
@@ -165,8 +165,8 @@ def _check_own(folder: Path) -> None:
 
 def _update(folder: Path, now: "Metrics") -> None:
     """Write what is measured now into a baseline, and seal it."""
+    from gaitval._internal.io.artefacts import write_json
     from gaitval.apps.regression.baseline import seal_again
-    from gaitval.artefacts import write_json
     from gaitval.study.inputs import METRICS
 
     write_json(folder / METRICS, now.as_dict())

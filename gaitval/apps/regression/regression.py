@@ -7,14 +7,14 @@ from typing import Literal, Protocol
 from xml.etree import ElementTree
 
 from gaitval import __version__
-from gaitval.artefacts import scratch, write_json, write_text
-from gaitval.build_info import now, source_commit
+from gaitval._internal.io.artefacts import scratch, write_json, write_text
+from gaitval._internal.io.build_info import now, source_commit
+from gaitval._internal.text.number_text import unit_text
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import Origin
 from gaitval.metrics.origin import is_judged, measure_origin
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import UNITS, load_registry
-from gaitval.number_text import unit_text
 
 MeasureOutcome = Literal["lost", "kept", "improved", "new"]
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from gaitval.artefacts import file_hash, read_json, read_toml, value_hash, write_json
+from gaitval._internal.io.artefacts import file_hash, read_json, read_toml, value_hash, write_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.typed import Result, Sha256

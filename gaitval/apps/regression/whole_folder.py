@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from gaitval.artefacts import scratch
-from gaitval.disk_errors import why_unwritable
+from gaitval._internal.io.artefacts import scratch
+from gaitval._internal.io.disk_errors import why_unwritable
+from gaitval._internal.io.folder_lock import check_links
 from gaitval.errors import ArtefactError, GaitvalError
-from gaitval.folder_lock import check_links
 
 
 @contextmanager

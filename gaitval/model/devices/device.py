@@ -30,9 +30,9 @@ import numpy as np
 import tomli_w
 from pydantic import Field, ValidationError, model_validator
 
-from gaitval.any_case import as_known
+from gaitval._internal.io.artefacts import read_toml, write_text
+from gaitval._internal.text.any_case import as_known
 from gaitval.arrays import Array
-from gaitval.artefacts import read_toml, write_text
 from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
@@ -298,7 +298,7 @@ def devices_of(values: Mapping[str, Any], where: str) -> tuple[Device, ...]:
     try:
         found = _File.model_validate({"devices": tables}).devices
     except ValidationError as error:
-        from gaitval.refused_values import in_subject
+        from gaitval._internal.text.refused_values import in_subject
 
         problems = error.errors()
         # A tuple whose only item cannot be also counts as empty, which it is not.

@@ -15,8 +15,8 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval._internal.io.artefacts import read_toml
 from gaitval.arrays import Array
-from gaitval.artefacts import read_toml
 from gaitval.errors import ConfigurationError
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 from gaitval.model.devices.composite import part_place

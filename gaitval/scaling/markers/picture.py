@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gaitval._internal.io.artefacts import replacing
 from gaitval.arrays import Array
-from gaitval.artefacts import replacing
 from gaitval.scaling.markers.draft import Draft, Guess
 
 BONES: Final = (

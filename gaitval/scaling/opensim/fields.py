@@ -7,11 +7,11 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
+from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.arrays import Array
 from gaitval.errors import ModelError
 from gaitval.model.safe_xml import parse_xml
-from gaitval.plain_numbers import plain_float
 
 LARGEST_FILE: Final = 50_000_000
 """Bytes; a full-body model with muscles has about 2,000,000."""

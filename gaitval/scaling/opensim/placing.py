@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval._internal.io.text_tables import MISSING
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.scaling.opensim.model import GROUND, Frame, Marker, OpenSimJoint, OsimModel
-from gaitval.text_tables import MISSING
 
 
 @dataclass(frozen=True)

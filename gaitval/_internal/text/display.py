@@ -22,12 +22,12 @@ class Displayed:
 
     def overview(self) -> "pd.DataFrame":
         """The small table that is printed: the range of each quantity."""
-        from gaitval.frames import ranges
+        from gaitval._internal.text.frames import ranges
 
         return ranges(self.to_frame())
 
     def to_frame(self) -> "pd.DataFrame":
-        """The values as a tidy table, one row a value (`gaitval.frames`)."""
+        """The values as a tidy table, one row a value (`gaitval._internal.text.frames`)."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -46,7 +46,7 @@ class Saved(Displayed):
 
     def save(self, path: str | Path) -> None:
         """Write one npz file, whole or not at all; what is not an array is JSON in it."""
-        from gaitval.saved_records import write_record
+        from gaitval._internal.io.saved_records import write_record
 
         values = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
         arrays = {name: each for name, each in values.items() if isinstance(each, np.ndarray)}
@@ -58,7 +58,7 @@ class Saved(Displayed):
         """Read what `save` wrote. Raises ArtefactError for a missing or damaged file, or one of
         another kind of result.
         """
-        from gaitval.saved_records import edited, read_record
+        from gaitval._internal.io.saved_records import edited, read_record
 
         arrays, others = read_record(Path(path), cls.KIND or cls.__name__)
         try:

@@ -19,11 +19,12 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
-from gaitval import __version__, file_gate
+from gaitval import __version__
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.partial_files import PARTIAL, in_use, own_folder, remove_abandoned
+from gaitval._internal.io.text_tables import HIDDEN
 from gaitval.constants import LARGEST_SIZE
 from gaitval.errors import ArtefactError, GaitvalError
-from gaitval.partial_files import PARTIAL, in_use, own_folder, remove_abandoned
-from gaitval.text_tables import HIDDEN
 
 if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
     from _typeshed import DataclassInstance
@@ -54,7 +55,7 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        from gaitval.disk_errors import is_of_another, why_unwritable
+        from gaitval._internal.io.disk_errors import is_of_another, why_unwritable
 
         why = why_unwritable(error)
         if why is None or is_of_another(error, Path(path)):

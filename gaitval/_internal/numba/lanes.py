@@ -34,8 +34,8 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 from numba.np.arrayobj import make_array, populate_array
 
+from gaitval._internal.numba.compiled import njit_borrowing
 from gaitval.arrays import aligned
-from gaitval.compiled import njit_borrowing
 
 # One AVX-512 register: 8 x 64 bits. LLVM splits the vector into two or four registers where they
 # are shorter (AVX, or SSE2 and NEON), with the same rounding. `WIDTH` is part of the names of the

@@ -9,19 +9,20 @@ import hashlib
 import os
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numba
 from numba.core import event
 
-from gaitval.cache_home import own_cache, own_folder
-from gaitval.compiled_cache import SealedCache, key_in
+from gaitval._internal.numba.cache_home import own_cache, own_folder
+from gaitval._internal.numba.compiled_cache import SealedCache, key_in
 
+PACKAGE: Final = Path(__file__).parents[2]
 SOURCES = (
     "apps/devices/hinge_step.py",
-    "compiled.py",
-    "compiled_cache.py",
-    *(f"contact/{file.name}" for file in sorted((Path(__file__).parent / "contact").glob("*.py"))),
+    "_internal/numba/compiled.py",
+    "_internal/numba/compiled_cache.py",
+    *(f"contact/{file.name}" for file in sorted((PACKAGE / "contact").glob("*.py"))),
     "constants.py",
     "coordinates.py",
     "inverse/change_splines.py",
@@ -35,7 +36,7 @@ SOURCES = (
     "inverse/residual_derivatives.py",
     "model/body.py",
     "model/ground.py",
-    "lanes.py",
+    "_internal/numba/lanes.py",
     "metrics/torques.py",
     "model/tree.py",
     "musculature/dual_newton.py",
@@ -68,7 +69,7 @@ def _sources() -> str:
     """
     digest = hashlib.sha256(numba.__version__.encode())
     for name in SOURCES:
-        digest.update((Path(__file__).parent / name).read_bytes())
+        digest.update((PACKAGE / name).read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -96,7 +97,7 @@ class _WhenCompiling(event.Listener):
 
     def on_start(self, event: Any) -> None:
         if self._announcer is None:
-            from gaitval.compiling import Announcer
+            from gaitval._internal.numba.compiling import Announcer
 
             self._announcer = Announcer(first=self._first)
         self._announcer.on_start(event)

@@ -89,7 +89,7 @@ def _make(path: Path) -> None:
         made.unlink()
 
 
-_PACKAGE: Final = Path(__file__).parent
+_PACKAGE: Final = Path(__file__).parents[2]
 
 
 class _Locator(_SourceFileBackedLocatorMixin, _CacheLocator):

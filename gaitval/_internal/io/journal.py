@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from gaitval import file_gate
-from gaitval.artefacts import growing, writing
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import growing, writing
 from gaitval.errors import ArtefactError
 
 _Item = TypeVar("_Item")

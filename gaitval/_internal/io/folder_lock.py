@@ -8,10 +8,10 @@ from pathlib import Path
 
 import filelock
 
-from gaitval import file_gate
-from gaitval.artefacts import make_folder, write_text, writing
+from gaitval._internal.io import file_gate
+from gaitval._internal.io.artefacts import make_folder, write_text, writing
+from gaitval._internal.io.partial_files import linked_folders, remove_partial
 from gaitval.errors import ArtefactError
-from gaitval.partial_files import linked_folders, remove_partial
 
 
 def check_links(folder: Path) -> None:

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval.artefacts import read_arrays, write_arrays
+from gaitval._internal.io.artefacts import read_arrays, write_arrays
 from gaitval.errors import ArtefactError
 
 ABOUT: Final = "about"

@@ -15,8 +15,8 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from gaitval._internal.io.text_tables import text_table
 from gaitval.errors import GaitvalError
-from gaitval.text_tables import text_table
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from gaitval import file_gate
+from gaitval._internal.io import file_gate
 from gaitval.errors import ArtefactError
 
 INSTALLED: Final = "installed package"
@@ -16,7 +16,7 @@ INSTALLED: Final = "installed package"
 UNREADABLE: Final = "checkout, its commit cannot be read"
 BUILD_DATE: Final = "SOURCE_DATE_EPOCH"
 """Seconds since 1970 that a build gives as its date, so that it can be repeated byte for byte."""
-_ROOT: Final = Path(__file__).resolve().parent.parent
+_ROOT: Final = Path(__file__).resolve().parents[3]
 _COMMIT: Final = re.compile(r"[0-9a-f]{40}|[0-9a-f]{64}")
 
 

@@ -1,0 +1,1 @@
+"""Foundations that are not part of the interface: files, compiled code, text."""

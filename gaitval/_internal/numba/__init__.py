@@ -1,0 +1,1 @@
+"""Compiled code: its cache, its lanes, its threads."""
