@@ -207,8 +207,9 @@ size="1.6 GB"
 if ! has_gpu && torch_brings_cuda; then
     size="$size, and 3.7 GB of CUDA"
     echo "setup: pip's torch brings 3.7 GB of CUDA with it, which a machine without an NVIDIA GPU"
-    echo "    cannot use. It works, but to save it press Ctrl-C and run, for PyTorch's CPU builds:"
-    echo "    PIP_EXTRA_INDEX_URL=https://download.pytorch.org/whl/cpu make setup"
+    echo "    cannot use. It works, but to save it press Ctrl-C and run, with the address of"
+    echo "    PyTorch's CPU builds (pytorch's installation page shows it for pip and CPU):"
+    echo "    PIP_EXTRA_INDEX_URL=ADDRESS make setup"
 fi
 echo "setup: installing the Python packages of ${asked//$newline/, } into $venv"
 echo "    ($size, some minutes)"
