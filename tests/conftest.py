@@ -52,7 +52,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--site",
         metavar="FOLDER",
-        help="the documentation site that `make docs` has just built, which else is built again",
+        help="the documentation site that `make docs` has built, whose tests are else skipped",
     )
 
 

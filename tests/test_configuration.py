@@ -161,16 +161,6 @@ def test_a_configuration_does_not_change() -> None:
         Configuration().seed = 1
 
 
-def test_the_papers_constants_are_the_defaults() -> None:
-    configuration = Configuration()
-    assert configuration.training.hidden_units == 128
-    assert configuration.identification.population == 8
-    assert configuration.environment.push_force == 800.0
-    assert configuration.environment.push_seconds == 0.05
-    assert configuration.reward.joint_positions == 5.0
-    assert configuration.reward.torque == 0.005
-
-
 def test_every_section_says_what_it_is_for() -> None:
     for name, field in Configuration.model_fields.items():
         if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):

@@ -74,19 +74,3 @@ def test_a_number_of_a_urdf() -> None:
     link = ElementTree.fromstring('<link><inertial><mass value="1_1.7"/></inertial></link>')
     with pytest.raises(ValueError, match=r"1_1\.7"):
         _number(link, "inertial/mass", "value")
-
-
-# the readers that have a parser of their own
-@pytest.mark.parametrize(
-    "path",
-    sorted(
-        path
-        for folder in ("gaitval/mocap", "gaitval/mocap", "gaitval/scaling/opensim")
-        for path in (Path(__file__).parents[1] / folder).glob("*.py")
-    ),
-    ids=lambda path: path.name,
-)
-def test_readers_of_text_take_no_number_from_python(path: Path) -> None:
-    """A `float` of a word, a cell or a field."""
-    words = r"\b(float|int)\((text|word|cell|field|wrong|header|values\.get|row)\b"
-    assert not re.search(words, path.read_text(encoding="utf-8"))

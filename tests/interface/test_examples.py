@@ -51,13 +51,6 @@ def test_every_example_is_tested():
     assert {path.name for path in (ROOT / "examples").glob("*.py")} == set(WRITTEN)
 
 
-@pytest.mark.parametrize("name", WRITTEN)
-def test_an_example_is_short(name: str):
-    text = (ROOT / "examples" / name).read_text(encoding="utf-8")
-    assert len(text.splitlines()) <= 40
-    assert f"python examples/{name}" in text
-
-
 WALKING = ("compare_walkers.py", "own_controller.py", "walk_a_policy.py")
 """The functions that these call also run in the examples of their docstrings."""
 

@@ -28,12 +28,6 @@ def run(tmp_path_factory: pytest.TempPathFactory):
     return metrics, run_grids.figures(metrics, subject, run_grids.strides_of(folder, metrics))
 
 
-def test_the_grids_of_a_run_are_those_that_clinicians_know() -> None:
-    assert [len(row) for row in grids.KINEMATICS] == [3] * 5
-    assert [len(row) for row in grids.KINETICS] == [3] * 3
-    assert [row[2].partition("/")[0] for row in grids.KINETICS] == ["power"] * 3
-
-
 def test_every_panel_of_a_run_has_record_walk_norm_and_events(run) -> None:
     metrics, (draws, _) = run
     (rows,) = draws["kinematics"].args
@@ -49,21 +43,6 @@ def test_every_panel_of_a_run_has_record_walk_norm_and_events(run) -> None:
     assert list(walked.mean) == metrics.walk.curves.angles["hip_flexion_r"].mean
     foot = next(panel for row in rows for panel in row if panel.name == "angles/foot_progression")
     assert {each.which for each in foot.curves} == {"record", "walk"}
-
-
-def test_the_strides_are_about_their_mean_and_as_far_as_its_band(run) -> None:
-    """In the unit of the grid: most of each curve's strides are within a few SD of its mean."""
-    _, (draws, _) = run
-    drawn_with = {"kinematics": 0, "kinetics": 0, "forces": 0}
-    for name in drawn_with:
-        (rows,) = draws[name].args
-        for each in (curve for row in rows for panel in row for curve in panel.curves):
-            if each.strides is not None and each.sd is not None:
-                drawn_with[name] += 1
-                far = np.abs(each.strides - each.mean)
-                assert np.median(far / (each.sd + 1e-3 * np.ptp(each.mean))) < 3.0
-                assert 0.2 * np.median(each.sd) <= each.strides.std(axis=0).mean() + 1e-9
-    assert min(drawn_with.values()) >= 4
 
 
 ENDINGS = {

@@ -313,23 +313,6 @@ def test_space_plays_and_pauses_and_typing_elsewhere_does_not(still):
     assert button.inner_text() == "Play"
 
 
-def test_every_control_has_a_name(still):
-    controls = still.page.locator("#replay :is(button, input, select, canvas)")
-    assert controls.count() >= 14
-    for index in range(controls.count()):
-        control = controls.nth(index)
-        name = control.evaluate(
-            "(e) => e.getAttribute('aria-label') || e.labels?.[0]?.innerText || e.innerText"
-        )
-        assert name.strip()
-        control.focus()
-        assert control.evaluate("(e) => e === document.activeElement")
-
-
-def test_axe_finds_nothing_serious(still):
-    assert violations(still.page) == []
-
-
 def cursor(still, figure, side):
     """% of the axis at which the cursor of the first panel of a side is."""
     return still.page.evaluate(

@@ -486,19 +486,6 @@ def test_both_stages_of_a_first_round_that_is_interrupted_run_again(
     assert all(each["outputs"] for each in read_json(run.folder / "stages.json").values())
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_training_and_identification_are_both_recorded(
-    opened: Opener, stand_ins: list[float | None], workers: int
-) -> None:
-    run = opened(f"training.workers={workers}")
-    run_subject(run)
-    records = read_json(run.folder / "stages.json")
-    times = read_json(run.folder / "provenance.json")["stages"]
-    for name in ("train-1", "identify-1"):
-        assert records[name]["outputs"]
-        assert times[name]["seconds"] >= 0.0
-
-
 def test_algorithm_1_ends_below_kappa(opened: Opener, stand_ins: list[float | None]) -> None:
     run = opened("identification.rounds=4", "identification.kappa=2.2")
     run_subject(run)
@@ -649,24 +636,6 @@ def test_a_setting_runs_only_the_stages_that_it_concerns(
     assert ran(changed)[0] == first
 
 
-def test_a_stage_alone_refuses_to_build_on_what_is_not_there(
-    opened: Opener, stand_ins: list[float | None]
-) -> None:
-    run = opened()
-    first = rf"identify depends on scale.*`gaitval stage scale S05 --out {run.folder}`"
-    with pytest.raises(ArtefactError, match=first):
-        run_one(run, "identify")
-
-
-def test_a_stage_alone_refuses_to_build_on_other_settings(
-    opened: Opener, stand_ins: list[float | None]
-) -> None:
-    run_subject(opened("identification.rounds=1"))
-    first = r"train-1.*seed changed.*gaitval stage train S05 --out"
-    with pytest.raises(ArtefactError, match=first):
-        run_one(opened("identification.rounds=1", "seed=7"), "validate")
-
-
 @pytest.mark.parametrize(
     ("name", "identifier", "folder", "command"),
     [
@@ -697,9 +666,10 @@ def test_a_command_that_is_refused_changes_nothing(
     before = files()
     opened.leave()  # type: ignore[attr-defined]
     other = load_configuration(settings=("identification.rounds=1", "seed=7"))
-    for folder in (run.folder, tmp_path / "new"):
+    seed = r"validate depends on train-1.*seed changed.*`gaitval stage train S05 --out"
+    for folder, why in ((run.folder, seed), (tmp_path / "new", "validate depends on scale")):
         with (
-            pytest.raises(ArtefactError, match="depends on"),
+            pytest.raises(ArtefactError, match=why),
             open_run(run.subject, other, folder, Observer()) as refused,
         ):
             run_one(refused, "validate")
@@ -853,69 +823,6 @@ def test_every_stage_reads_only_what_earlier_stages_write(opened: Opener) -> Non
     assert set(STORED_FILES) <= written
 
 
-def test_settings_of_a_stage_are_those_of_its_sections(opened: Opener) -> None:
-    run = opened()
-    assert "validation" not in train_stage(run, 1).values
-    assert "training" not in identify_stage(run, 1).values
-    assert "reward" not in simulate_stage(run).values
-    expected = {"seed", "record", "contact", "validation", "schema_version"}
-    expected |= {"limits", "quantities"}
-    assert set(validate_stage(run).values) == expected
-    assert "pushes" in push_stage(run).values
-    assert "pushes" not in simulate_stage(run).values
-
-
-@pytest.fixture
-def believed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The figures of the stand-ins are none, of which a baseline would be refused."""
-    monkeypatch.setattr("gaitval.apps.regression.baseline.believed", lambda _: None)
-
-
-@pytest.mark.usefixtures("believed")
-def test_a_baseline_is_stored_of_finished_runs_only(
-    opened: Opener, stand_ins: list[float | None], tmp_path: Path
-) -> None:
-    run = opened("identification.rounds=1")
-    with pytest.raises(ArtefactError, match=r"metrics\.json missing.*not a finished run"):
-        store_baseline(run.folder, tmp_path / "baseline")
-    run_subject(run)
-    store_baseline(run.folder, tmp_path / "baseline")
-    stored = [str(p.relative_to(tmp_path / "baseline")) for p in tmp_path.glob("baseline/**/*.*")]
-    assert sorted(stored) == sorted([*STORED_FILES, SEAL])
-    assert read_seal(tmp_path / "baseline").versions == installed_versions()
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("believed")
-def test_a_run_that_is_redone_half_is_no_baseline_until_it_is_finished(
-    opened: Opener, stand_ins: list[float | None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Killed at any stage up to the figures, or after one stage alone."""
-    run_subject(opened("identification.rounds=1"))
-    for number, name in enumerate(STAGES[:-1]):
-        whole = getattr(study, f"{name}_stage")
-
-        def killed(run: Run, *numbers: int, whole: Callable[..., Stage] = whole) -> Stage:
-            def kill() -> None:
-                raise KeyboardInterrupt
-
-            return replace(whole(run, *numbers), run=kill)
-
-        monkeypatch.setattr(study, f"{name}_stage", killed)
-        changed = f"seed={number + 1}", "identification.rounds=1", f"scaling.symmetric={number % 2}"
-        run = opened(*changed)
-        with pytest.raises(KeyboardInterrupt):
-            run_subject(run, force=True)
-        with pytest.raises(ArtefactError, match="not a finished run"):
-            store_baseline(run.folder, tmp_path / "baseline")
-        monkeypatch.setattr(study, f"{name}_stage", whole)
-        run_subject(opened(*changed))
-        store_baseline(run.folder, tmp_path / "baseline")
-    run_one(opened("seed=99"), "identify")
-    with pytest.raises(ArtefactError, match="not a finished run"):
-        store_baseline(run.folder, tmp_path / "baseline")
-
-
 def test_every_stage_has_the_version_of_its_name(opened: Opener) -> None:
     """In every round, so that raising one number is enough."""
     versions = {stage.name: stage.version for stage in plan(opened(), 2)}
@@ -1046,6 +953,13 @@ def messages(run: Run) -> str:
     return "\n".join(run.observer.lines)
 
 
+@pytest.fixture
+def general(task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """There is a general policy."""
+    stored = stored_policy(tmp_path / "general", task, general=True)
+    monkeypatch.setattr(study, "general_policy", lambda *_: stored)
+
+
 def test_without_a_stored_policy_a_training_starts_from_nothing(scaled: Run) -> None:
     study.choose_start(scaled, study.train_stage(scaled, 1))
     assert not (scaled.folder / "start").exists()
@@ -1055,11 +969,8 @@ def test_without_a_stored_policy_a_training_starts_from_nothing(scaled: Run) -> 
 
 
 @pytest.mark.slow
-def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
-    scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    general = stored_policy(tmp_path / "general", task, general=True)
-    monkeypatch.setattr(study, "general_policy", lambda *_: general)
+@pytest.mark.usefixtures("general")
+def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(scaled: Run) -> None:
     study.choose_start(scaled, study.train_stage(scaled, 1))
     assert read_json(scaled.folder / "start" / "policy.json")["general"]
     assert "general policy" in messages(scaled)
@@ -1068,12 +979,9 @@ def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
 
 
 @pytest.mark.slow
-def test_a_start_that_is_half_there_is_chosen_again(
-    scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("general")
+def test_a_start_that_is_half_there_is_chosen_again(scaled: Run) -> None:
     """As a kill between its two files, or an earlier gaitval, leaves a folder."""
-    general = stored_policy(tmp_path / "general", task, general=True)
-    monkeypatch.setattr(study, "general_policy", lambda *_: general)
     study.choose_start(scaled, study.train_stage(scaled, 1))
     record = {"inputs": {}, "version": 1, "outputs": {}}
     write_json(scaled.folder / "stages.json", {"train-1": record})
@@ -1104,46 +1012,21 @@ def test_a_training_starts_from_the_policy_that_is_named(
 
 
 @pytest.mark.slow
-def test_the_persons_own_stored_policy_is_no_start(
-    scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("general")
+def test_the_persons_own_stored_policy_is_no_start(scaled: Run) -> None:
     """A built-in person is learned as anybody is, so that the result is what a user will get."""
     assert stored_baseline(scaled.folder, "S05") is not None
-    general = stored_policy(tmp_path / "general", task, general=True)
-    monkeypatch.setattr(study, "general_policy", lambda *_: general)
     study.choose_start(scaled, study.train_stage(scaled, 1))
     assert read_json(scaled.folder / "start" / "policy.json")["general"]
 
 
 @pytest.mark.slow
-def test_a_policy_of_another_size_is_not_started_from(
-    opened: Opener,
-    scaled: Run,
-    task: WalkingTask,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    general = stored_policy(tmp_path / "general", task, general=True)
-    monkeypatch.setattr(study, "general_policy", lambda *_: general)
+@pytest.mark.usefixtures("scaled", "general")
+def test_a_policy_of_another_size_is_not_started_from(opened: Opener) -> None:
     run = opened("training.hidden_units=64")
     study.choose_start(run, study.train_stage(run, 1))
     assert not (run.folder / "start").exists()
     assert "128 hidden units, but training.hidden_units is 64" in messages(run)
-
-
-@pytest.mark.usefixtures("believed")
-def test_a_changed_file_of_a_run_does_not_become_a_baseline(
-    opened: Opener, stand_ins: list[float | None], tmp_path: Path
-) -> None:
-    run = opened("identification.rounds=1")
-    run_subject(run)
-    for name in ("metrics.json", "identification.json", "policy/policy.json"):
-        whole = (run.folder / name).read_text()
-        (run.folder / name).write_text("{}")
-        with pytest.raises(ArtefactError, match=rf"{name}: not as the run wrote it"):
-            store_baseline(run.folder, tmp_path / "baseline")
-        (run.folder / name).write_text(whole)
-    store_baseline(run.folder, tmp_path / "baseline")
 
 
 @pytest.mark.parametrize("key", ["inputs", "outputs"])
@@ -1210,9 +1093,8 @@ def test_a_folder_that_may_not_be_written_is_told(
         hold(tmp_path / "run")
 
 
-@pytest.mark.parametrize("name", ["scale", "reference"])
 def test_what_is_unusual_in_a_subject_is_said(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     person = load_subject("5")
     grown = {at: tuple(1.15 * each for each in place) for at, place in person.markers.items()}
@@ -1232,14 +1114,13 @@ def test_what_is_unusual_in_a_subject_is_said(
     with open_run(changed, load_configuration(), tmp_path / "run", listener) as run:
         run_one(run, "scale")
         assert any("of the stature above the feet" in line for line in listener.lines)
-        if name == "reference":
-            monkeypatch.setattr(
-                "gaitval.reference.dynamic_fit.consistent_reference",
-                lambda *_: (_ for _ in ()).throw(KeyboardInterrupt),
-            )
-            with pytest.raises(KeyboardInterrupt):
-                run_one(run, "reference")
-            assert any("times the size of other people's" in line for line in listener.lines)
+        monkeypatch.setattr(
+            "gaitval.reference.dynamic_fit.consistent_reference",
+            lambda *_: (_ for _ in ()).throw(KeyboardInterrupt),
+        )
+        with pytest.raises(KeyboardInterrupt):
+            run_one(run, "reference")
+        assert any("times the size of other people's" in line for line in listener.lines)
 
 
 def test_a_policy_for_legs_that_differ_is_that_of_the_scaled_body(

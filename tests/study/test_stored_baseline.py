@@ -247,14 +247,6 @@ def test_what_contradicts_itself_is_not_sealed(folder: Path) -> None:
     assert (folder / SEAL).read_bytes() == before
 
 
-def test_a_measure_is_only_new_if_the_seal_does_not_know_it(folder: Path) -> None:
-    _edit("metrics.json", lambda m: m["measures"].pop())(folder)
-    with pytest.raises(ArtefactError, match="missing from the measures"):
-        stored_metrics(folder / "metrics.json")
-    with pytest.raises(ArtefactError, match="missing from the measures"):
-        seal_again(folder)
-
-
 def test_what_has_changed_since_is_told(folder: Path) -> None:
     before = read_metrics(folder)
     versions = {"simulate": 3, "validate": 5}
@@ -320,12 +312,3 @@ def test_a_part_that_is_missing_is_named(folder: Path) -> None:
     (folder / "correction.json").unlink()
     with pytest.raises(ArtefactError, match=r"correction\.json missing"):
         stored_metrics(folder / "metrics.json")
-
-
-def test_versions_that_nobody_noted_are_no_change() -> None:
-    assert inputs_in_words([]) == "the same as when the baseline was stored"
-    line = inputs_in_words([UNKNOWN_VERSIONS])
-    assert line.startswith("the same as when the baseline was stored, as far as is known: ")
-    assert inputs_in_words(["numpy 1, now 2", UNKNOWN_VERSIONS]) == (
-        f"changed: numpy 1, now 2; {UNKNOWN_VERSIONS}"
-    )

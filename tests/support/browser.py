@@ -20,12 +20,3 @@ SERIOUS: Final = ("serious", "critical")
 def program() -> str | None:
     """The browser of this machine; None without one (`LACKING`)."""
     return os.environ.get("GAITVAL_CHROMIUM") or shutil.which("chromium")
-
-
-def findings(page: Any) -> list[Any]:
-    """What axe-core finds on a page of playwright, of any impact."""
-    page.evaluate(resources.files("axe_playwright_python").joinpath("axe.min.js").read_text())
-    result = page.evaluate("axe.run()")
-    if not result["passes"]:
-        raise RuntimeError(f"{page.url}: axe-core checked nothing")
-    return list(result["violations"])

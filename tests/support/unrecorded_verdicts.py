@@ -306,25 +306,3 @@ def _in_check(metrics: Json) -> Iterator[str]:
         judged = is_judged(measure_origin(measure, target, origins))
         if failure is not None and failure.attrib["type"] == "accuracy" and not judged:
             yield f"a check calls {measure} of {target} accuracy"
-
-
-def held_against(run_folder: Path, case: str, folder: Path) -> Path:
-    """A copy of a finished run whose walks are held against a side that was not recorded."""
-    shutil.copytree(run_folder, folder)
-    subject = load_subject(str(folder / "subject.toml"))
-    person, configuration = CASES[case](subject, load_configuration(folder / "configuration.toml"))
-    run = Run(folder, person, configuration)
-    pushes = StoredPushes.model_validate(read_json(folder / "push.json")).recovery
-    write_json(folder / "metrics.json", metrics_of(run, pushes=pushes).as_dict())
-    return folder
-
-
-def count(run_folder: Path) -> dict[tuple[str, str], list[str]]:
-    """What is judged by what was not recorded, by case and output; empty lists where nothing is."""
-    found = {}
-    with tempfile.TemporaryDirectory() as place:
-        for case in CASES:
-            folder = held_against(run_folder, case, Path(place) / case)
-            for output, problems in judged_in(folder).items():
-                found[case, output] = problems
-    return found

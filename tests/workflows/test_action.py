@@ -82,11 +82,6 @@ def test_the_job_that_signs_and_tags_a_release_runs_nothing_of_the_repository():
         assert "${{" not in step.get("run", "")
 
 
-def test_newer_versions_of_everything_are_proposed():
-    updates = yaml.safe_load((ROOT / ".github/dependabot.yml").read_text())["updates"]
-    assert {each["package-ecosystem"] for each in updates} == {"pip", "github-actions", "docker"}
-
-
 def test_no_input_is_pasted_into_a_command(definition):
     """`${{ inputs.x }}` in a script is run as code; in a variable it is only text."""
     for step in steps_that_run(definition):
@@ -283,20 +278,3 @@ def test_the_steps_run_in_order_and_the_report_is_kept_after_a_failure(tmp_path,
     assert "| reports/S05/baseline | kept |" in summary
     assert "| reports/nowhere | **cannot be used** |" in summary
     assert runner.outputs["check"]["lost"] == "0"
-
-
-def test_a_typing_error_in_an_input_is_refused(definition):
-    with pytest.raises(SystemExit, match="unknown inputs \\['baseline'\\]"):
-        action_try.inputs_of(definition, {"baseline": "x"})
-
-
-@pytest.mark.parametrize(
-    ("condition", "holds"),
-    [
-        ("always() && inputs.a != ''", True), ("inputs.a == ''", False),
-        ("runner.os == 'Linux' && inputs.b == ''", True), ("runner.os == 'Windows'", False),
-    ],
-)  # fmt: skip
-def test_conditions_are_understood(condition, holds):
-    context = {"inputs.a": "x", "inputs.b": "", "runner.os": "Linux"}
-    assert action_try.holds(condition, context) is holds

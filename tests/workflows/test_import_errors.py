@@ -921,6 +921,7 @@ def test_an_impossible_person(
     result = gaitval(laboratory.request(), laboratory.folder / "out", **person)
     assert result.exit_code == 2
     assert words in plain_messages.getvalue()
+    assert not (laboratory.folder / "out").exists()
 
 
 def test_the_command_says_why_and_leaves_no_subject(
