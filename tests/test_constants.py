@@ -11,33 +11,19 @@ import scipy.stats
 from gaitval.apps.patients import estimates
 from gaitval.checks.marker_checks import DIFFERENCES, DIFFERENCES_NOISE, MEDIAN_TO_SD
 from gaitval.checks.motion_checks import LEG_SHARE
-from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY, POUND, STANDARD_GRAVITY
 from gaitval.contact import hunt_crossley
 from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.identification import legs
 from gaitval.measurement import sources
-from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
-from gaitval.metrics.healthy_bands import BAND
-from gaitval.model.parameters import NOMINAL_DAMPING, NOMINAL_FRICTION
-from gaitval.quantities.joint_power import BURSTS
 from gaitval.scaling.anthropometry import (
-    DE_LEVA,
     JENSEN_MASS,
-    JENSEN_RADII,
-    JENSEN_YEARS,
     PAIRED,
-    SHOULDER_HALF_WIDTH,
-    SHOULDER_HEIGHT,
-    STATURE,
-    TOES_MASS,
     WINTER,
 )
 from gaitval.scaling.foot_shape import FOOT_SHAPE
 from gaitval.scaling.hip_regressions import hip_joint_centre
 from gaitval.scaling.joint_centres import (
-    ACROMION_TO_SHOULDER,
-    MARKER_OFFSET,
     locate,
 )
 from gaitval.scaling.measurements import Measurements

@@ -23,7 +23,6 @@ from gaitval.cli import study
 from gaitval.cli.study import STAGE_NAMES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.metrics.tolerances import Verdict
 from gaitval.study.inputs import STORED_FILES
 from gaitval.study.stage import BESIDE
 from gaitval.terminal import display
@@ -33,10 +32,6 @@ HEAVY = {
     *("gymnasium", "stable_baselines3", "jsonschema", "pydantic", "jinja2", "weasyprint"),
 }
 """Libraries that take longer to load than the help to read."""
-COMMANDS = (
-    *("subjects", "import", "curves", "stage", "report"),
-    *("predict", "subject", "baseline", "check", "compare", "judge"),
-)
 
 
 @pytest.fixture(autouse=True)
@@ -73,13 +68,6 @@ def test_a_folder_may_be_called_as_markup_is_written(
     folder = tmp_path / "[/red] [bold]a :smile:"
     assert gaitval("stage", "scale", "5", "-o", str(folder)).exit_code == 0
     assert f"Body model in {folder / 'model.urdf'}" in text.getvalue()
-
-
-def test_help_lists_every_command() -> None:
-    result = gaitval("--help")
-    assert result.exit_code == 0
-    for command in COMMANDS:
-        assert re.search(rf"^\W*{command}\b", result.output, re.MULTILINE), command
 
 
 def test_data_lists_what_can_be_fetched_and_what_is_here(tmp_path: Path) -> None:
@@ -139,14 +127,20 @@ def test_an_unknown_subject_is_refused(
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (("--set", "training.sample=1"), "training.sample: unknown; the known ones are samples"),
+        (("--config", "none.toml"), "none.toml: no such configuration file"),
+    ],
+)
 @pytest.mark.parametrize("command", ["stage scale", "subject"])
-def test_an_unknown_setting_is_refused(
-    command: str, tmp_path: Path, plain_messages: io.StringIO
+def test_settings_that_there_are_not_are_refused(
+    command: str, option: tuple[str, ...], message: str, tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
-    out = ("--out", str(tmp_path / "run"))
-    result = gaitval(*command.split(), "5", *out, "--set", "training.sample=1")
+    result = gaitval(*command.split(), "5", "--out", str(tmp_path / "run"), *option)
     assert result.exit_code == 2
-    assert "training.sample: unknown; the known ones are samples" in plain_messages.getvalue()
+    assert message in plain_messages.getvalue()
 
 
 @pytest.mark.parametrize(
@@ -210,17 +204,6 @@ def test_curves_say_what_is_missing(
     done = CliRunner().invoke(cli.app, messages)
     assert done.exit_code == 2
     assert message in plain_messages.getvalue().replace("\n", " ")
-
-
-@pytest.mark.parametrize("command", ["stage scale", "subject"])
-def test_a_missing_configuration_file_is_refused(
-    command: str, tmp_path: Path, plain_messages: io.StringIO
-) -> None:
-    missing = str(tmp_path / "none.toml")
-    out = ("--out", str(tmp_path / "run"))
-    result = gaitval(*command.split(), "5", *out, "--config", missing)
-    assert result.exit_code == 2
-    assert f"{missing}: no such configuration file" in plain_messages.getvalue()
 
 
 @pytest.mark.parametrize("name", STAGE_NAMES[1:])

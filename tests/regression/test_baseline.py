@@ -83,6 +83,18 @@ def test_a_run_that_is_redone_half_is_refused_and_the_old_baseline_stays(
     assert contents(target) == before
 
 
+@pytest.mark.parametrize("name", ["metrics.json", "identification.json", "policy/policy.json"])
+def test_a_file_that_is_not_as_the_run_wrote_it_is_no_baseline(
+    run: Path, tmp_path: Path, name: str
+) -> None:
+    write_text(run / name, "{}")
+    with pytest.raises(ArtefactError, match=rf"{name}: not as the run wrote it"):
+        store_baseline(run, tmp_path / "baseline")
+    (run / name).unlink()
+    with pytest.raises(ArtefactError, match=rf"{name} missing.*not a finished run"):
+        store_baseline(run, tmp_path / "baseline")
+
+
 def test_a_run_that_every_check_would_refuse_is_refused_with_a_way_on(
     run: Path, tmp_path: Path
 ) -> None:

@@ -119,12 +119,6 @@ def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> N
     }
 
 
-def test_the_pdf_is_whole(folder: Path) -> None:
-    pdf = (folder / "recording.pdf").read_bytes()
-    assert pdf.startswith(b"%PDF-")
-    assert pdf.rstrip().endswith(b"%%EOF")
-
-
 def test_every_section_says_what_the_summary_holds(page: Page) -> None:
     for text in (
         "Recording of subject WBDS01",

@@ -4,7 +4,6 @@ import re
 import shutil
 from dataclasses import replace
 from types import SimpleNamespace
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest

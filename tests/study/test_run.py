@@ -22,9 +22,7 @@ from gaitval._internal.io.artefacts import read_json, write_json, write_text
 from gaitval.apps.regression.baseline import (
     WALKING,
     installed_versions,
-    store_baseline,
 )
-from gaitval.apps.regression.seal import SEAL, read_seal
 from gaitval.cli.study import STAGE_NAMES
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
@@ -44,12 +42,10 @@ from gaitval.study.identification_stages import choose_stage, identify_stage
 from gaitval.study.inputs import STORED_FILES, start_from
 from gaitval.study.learning_stages import learned, train_stage
 from gaitval.study.one_stage import finished_rounds, run_one
-from gaitval.study.report_stages import validate_stage
 from gaitval.study.run import plan, run_subject
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
 from gaitval.study.stage_versions import STAGE_VERSIONS
 from gaitval.study.stored_policy import stored_baseline
-from gaitval.study.walking_stages import push_stage, simulate_stage
 
 STAGES = (*STAGE_NAMES, "report")
 """Those that a command runs alone, in their order."""
@@ -954,7 +950,9 @@ def messages(run: Run) -> str:
 
 
 @pytest.fixture
-def general(task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def general(
+    scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """There is a general policy."""
     stored = stored_policy(tmp_path / "general", task, general=True)
     monkeypatch.setattr(study, "general_policy", lambda *_: stored)

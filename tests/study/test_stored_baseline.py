@@ -18,7 +18,6 @@ from gaitval.apps.regression.seal import (
     SEAL,
     UNKNOWN_VERSIONS,
     changes,
-    inputs_in_words,
     read_seal,
     seal,
 )

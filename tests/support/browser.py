@@ -2,8 +2,7 @@
 
 import os
 import shutil
-from importlib import resources
-from typing import Any, Final
+from typing import Final
 
 FLAGS: Final = (
     "--no-sandbox",

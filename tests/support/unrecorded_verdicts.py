@@ -8,7 +8,6 @@ print, Python, a cohort's rows, the comparison of walks and JUnit XML.
 
 import io
 import re
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from html import unescape
@@ -20,15 +19,14 @@ import pandas as pd
 from html_page import both_pages
 from rich.console import Console
 
-from gaitval._internal.io.artefacts import read_json, write_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.cohort.report import _groups
 from gaitval.apps.regression.comparison_page import write_comparison
 from gaitval.apps.regression.regression import compare, write_junit
 from gaitval.apps.regression.versions import StoredWalk, matched
 from gaitval.cli.predict import print_distances
-from gaitval.configuration import Configuration, load_configuration
+from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import (
     SKILLS,
@@ -39,10 +37,7 @@ from gaitval.metrics.origin import (
 from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.metrics.tolerances import evaluate, load_registry, measured
 from gaitval.metrics.verdicts import target_text
-from gaitval.metrics.walk_results import StoredPushes
 from gaitval.reporting.report import write_report
-from gaitval.study.report_stages import metrics_of
-from gaitval.study.stage import Run
 from gaitval.terminal import display
 
 Json = Mapping[str, Any]
