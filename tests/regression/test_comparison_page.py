@@ -23,7 +23,6 @@ from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.results import Metrics, metrics_from, read_metrics
 from gaitval.metrics.shown_quantities import quantities_of_record, quantities_of_walk
 from gaitval.quantities import QUANTITIES
-from gaitval.reporting.drawing import WIDTH
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
 
 REPORTS = Path(__file__).parents[2] / "reports"
@@ -242,21 +241,6 @@ def test_a_walk_that_fell_at_once_has_dashes(
     assert "angle rmse°–" in text
 
 
-def test_a_row_of_measures_has_the_decimals_of_its_unit(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    only_html(monkeypatch)
-    found = walk("S05")
-    write_comparison(tmp_path, "c", [found, walk("S06")], None)
-    page = (tmp_path / "c.html").read_text(encoding="utf-8")
-    for row, decimals in (
-        ("moment rmse</td><td>Nm/kg", r"\.\d{3}"),
-        ("force skill</td><td>1", r"\.\d{3}"),
-        ("falls</td><td>walks", ""),
-    ):
-        assert re.search(rf'{row}</td>(<td class="n">−?\d{decimals}</td>){{2}}', page), row
-
-
 @pytest.mark.slow  # a page of many people
 def test_many_walks_are_shared_out_over_tables(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -327,19 +311,6 @@ def test_who_walked_twice_counts_once_in_the_mean(
     assert f"{number(np.mean(errors), 2)} ± {number(np.std(errors, ddof=1), 2)}" in text
     write_comparison(tmp_path, "d", walks[:2], None)
     assert "mean ± SD" not in (tmp_path / "d.html").read_text(encoding="utf-8")
-
-
-def test_the_curves_of_one_walk_fill_the_width(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    only_html(monkeypatch)
-    write_comparison(tmp_path, "c", [walk("S05")], None)
-    html = (tmp_path / "c.html").read_text(encoding="utf-8")
-    assert html.count('class="third"') == 9
-    widths = {round(float(each)) for each in re.findall(r'<svg[^>]* width="([\d.]+)pt"', html)}
-    assert widths == {round(72 * WIDTH / 3)}
-    # The record's black line is not seen on a dark page, unless its colour follows the page.
-    assert not re.findall(r"(?:stroke|fill): #[0-9a-f]{6}", html)
 
 
 def test_changes_are_drawn_in_margins_with_worse_to_the_right() -> None:

@@ -1,4 +1,4 @@
-"""What the first line of a check counts."""
+"""What the first line of a check counts, and that one of which nothing can be judged is no pass."""
 
 import io
 import re
@@ -13,8 +13,8 @@ from gaitval.errors import ToleranceError
 from gaitval.terminal import display
 
 
-def row(change: MeasureOutcome) -> Row:
-    return Row("angle_rmse", "knee_angle_r", "deg", 4.0, 3.0, 0.5, change)
+def row(change: MeasureOutcome, baseline: float | None = 4.0, current: float | None = 3.0) -> Row:
+    return Row("angle_rmse", "knee_angle_r", "deg", baseline, current, 0.5, change, "recorded")
 
 
 @pytest.fixture
@@ -56,3 +56,24 @@ def test_a_loss_is_counted_of_all(message: io.StringIO) -> None:
     answer, *rest = message.getvalue().splitlines()
     assert "1 of 3 measures are worse than in S05" in answer
     assert any("lost" in line for line in rest)
+
+
+def test_a_baseline_without_figures_is_not_judged(message: io.StringIO) -> None:
+    for rows in ([row("kept", None, None), row("improved", None, 2.0)], []):
+        with pytest.raises(ToleranceError, match="not judged"):
+            judge_moved(rows, Path("S05"))
+    assert all("not judged" in line for line in message.getvalue().split("Figures: ")[1:])
+
+
+def test_what_the_baseline_lacks_is_not_counted_as_kept(message: io.StringIO) -> None:
+    judge_moved([row("kept"), row("improved", None, 2.0)], Path("S05"))
+    assert "1 of 1 measures within their margins" in message.getvalue()
+    assert "1 not judged" in message.getvalue()
+
+
+def test_a_kind_that_decides_and_has_no_figure_is_no_pass() -> None:
+    """All that is compared is kept, but of the moments nothing is."""
+    new = row("improved", None, 0.1)
+    with pytest.raises(ToleranceError, match=r"not judged.*moment_rmse"):
+        judge_moved([row("kept"), replace(new, measure="moment_rmse")], Path("S05"))
+    judge_moved([row("kept"), replace(new, measure="learning_gain")], Path("S05"))
