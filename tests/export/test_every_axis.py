@@ -124,7 +124,7 @@ def test_gravity_pulls_down(body) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["mujoco", "osim", "biomod"])
+@pytest.mark.parametrize("name", ["mujoco", "osim"])
 def test_on_a_slope_gravity_is_that_of_its_axes(name, walked: ExportedWalk, tmp_path: Path) -> None:
     """Up 10 % and to the left 4 %: every program gets the vector, in its own axes."""
     ground, before = Ground(10.0, 4.0), walked.stored.configuration

@@ -53,7 +53,7 @@ def test_bands_are_said_in_the_words_of_the_page(found):
 def test_the_band_of_a_moment_holds_the_curve_by_each_hip_centre(found):
     """That of an angle does not: there the choice is a convention."""
     made = found.measurement.bands
-    assert set(made.by_hip) == set(REGRESSIONS) - {found.request.hip_centre}
+    assert set(made.by_hip) == set(REGRESSIONS) - {found.request.joint_centres}
     for each in made.by_hip.values():
         for side in "rl":
             name = f"moment_hip_flexion_{side}"

@@ -46,11 +46,38 @@ CASES = {
     "judge_degrees_said_in_words": (
         "judge model.osim --ik ik.mot --id id.sto --grf grf.mot", 0, ("69 kept, 2 failed",),
     ),
+    "judge_motion_of_one_row": ("judge model.osim --ik ik.mot", 2, ("ik.mot", "one row")),
     "judge_radians_called_degrees": (
         "judge model.osim --ik ik.mot --id id.sto --grf grf.mot", 2, ("inDegrees=no", "radians"),
     ),
 }  # fmt: skip
 """Command, exit code, and what must be said."""
+BELTED = f"{PERSON} --belt 1.1473"
+OPEN = {
+    "curves_without_subtalar": (f"{CURVES} --stance 0.62", 0, ("subtalar",)),
+    "import_decimal_commas": (
+        "import --static standing.trc --trial walking.trc --forces walking.mot " + BELTED,
+        2, ("decimal comma",),
+    ),
+    "import_fpcoppoly": (f"{C3D} {PERSON}", 0, ("FPCOPPOLY",)),
+    "import_heels_taken_off_for_the_walk": (f"{C3D} {BELTED}", 0, ("RFCC",)),
+    "import_marker_in_one_standing_frame": (f"{C3D} {BELTED}", 0, ("RFMT1", "standing")),
+    "import_same_trial_twice": (f"{C3D} --trial walking.c3d {BELTED}", 2, ("same recording",)),
+    "import_stature_mistyped": (
+        f"{C3D} --mass 64.95 --height 1.35 --sex F --belt 1.1473", 2, ("somebody of 1.5",),
+    ),
+    "judge_angles_wrapped_by_a_turn": (
+        "judge model.osim --ik ik.mot --mass 64.95 --height 1.53 --belt 1.1473", 0, ("turn",),
+    ),
+    "judge_coupled_coordinate_in_degrees": (
+        "judge model.osim --ik ik.mot", 0, ("0 failed",),
+    ),
+    "judge_noise_called_a_sign": (
+        "judge model.osim --ik ik.mot --id id.sto --mass 64.95 --height 1.53 --belt 1.1473",
+        1, ("not low-passed",),
+    ),
+}  # fmt: skip
+"""Cases that do not end so yet. Who mends one moves it to `CASES`: here a success fails."""
 NEVER = {
     "import_exoskeleton_torques": ("4 force plates",),
     "import_marker_fell_off": ("--correct place", "RFLE and LFLE"),
@@ -70,10 +97,12 @@ def cases(gait_data) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", [*CASES, *(pytest.param(name, marks=pytest.mark.xfail) for name in OPEN)]
+)
 def test_a_case_that_somebody_sent_ends_as_it_should(name, cases, tmp_path, monkeypatch):
     monkeypatch.chdir(cases / name)
-    command, code, words = CASES[name]
+    command, code, words = (CASES | OPEN)[name]
     out = tmp_path / ("out.toml" if name.startswith("curves") else "out")
     result = CliRunner().invoke(cli.app, [*command.split(), "--out", str(out)])
     message = " ".join(result.output.split())
@@ -94,4 +123,4 @@ def test_a_case_that_somebody_sent_ends_as_it_should(name, cases, tmp_path, monk
 
 
 def test_every_case_is_tried(cases):
-    assert {each.name for each in cases.iterdir() if each.is_dir()} <= set(CASES)
+    assert {each.name for each in cases.iterdir() if each.is_dir()} <= {*CASES, *OPEN}

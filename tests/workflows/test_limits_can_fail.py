@@ -10,7 +10,6 @@ gives, and everything after it is worked out as for any other.
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cache
 from html import escape
@@ -789,7 +788,7 @@ def test_a_walk_that_misses_a_goal_only_still_passes(name):
 @pytest.fixture
 def no_drawings(monkeypatch):
     """Pages without figures and without a PDF, which take seconds and show no verdict."""
-    monkeypatch.setattr("gaitval.reporting.page.printed", lambda *_: nullcontext())
+    monkeypatch.setattr("gaitval.reporting.page.print_page", lambda *_: None)
     without_figures(monkeypatch)
 
 

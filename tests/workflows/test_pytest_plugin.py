@@ -60,7 +60,7 @@ def test_two_lines_check_a_walk_and_two_tests_walk_once(project: Path) -> None:
         "    assert len(rows) > 100\n"
         "def test_sides(gaitval_check):\n"
         '    assert {r.target for r in gaitval_check("baseline", quantities=["knee_angle"])} == '
-        '{"knee_angle_r", "knee_angle_l"}\n'
+        '{"knee_angle", "knee_angle_r", "knee_angle_l"}\n'
         "def test_other():\n    pass\n"
     )
     done = run(project, "--basetemp", str(project / "temporary"), "--junitxml", "results.xml")

@@ -129,7 +129,7 @@ def test_the_bill_of_materials_names_every_package_that_runs(wheel, tmp_path):
     assert three["hashes"][0]["content"] == hashlib.sha256(bundle).hexdigest()
     needed = needed_by_the_wheel(wheel)
     assert {"numpy", "dartpy"} <= needed <= versions.keys()
-    assert {"torch", "weasyprint"} <= versions.keys() - needed  # of the extra `study`
+    assert {"torch", "stable-baselines3"} <= versions.keys() - needed  # of the extra `study`
     assert "kiwisolver" in versions  # what only a dependency needs
     assert "pytest" not in versions
     for name, version in versions.items():
