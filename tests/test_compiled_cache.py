@@ -322,3 +322,24 @@ def test_of_two_processes_one_compiles_and_the_other_waits(tmp_path):
     said = [process.communicate(timeout=120)[0] for process in both]
     assert [process.returncode for process in both] == [0, 0]
     assert sorted(said) == ["", "compiles\n"]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_compiles_what_its_parent_has_not(tmp_path):
+    """A lock is of the process that made it: the workers of a first study are forked."""
+    code = (
+        "import os\n"
+        "from gaitval._internal.numba.compiled import njit\n"
+        "@njit\ndef twice(x):\n    return 2 * x\n"
+        "twice(1)\n"
+        "child = os.fork()\n"
+        "if not child:\n    os._exit(0 if twice(1.5) == 3.0 else 1)\n"
+        "raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
+    )
+    (tmp_path / "forks.py").write_text(code, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-P", str(tmp_path / "forks.py")],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

@@ -196,10 +196,16 @@ class SealedCache(FunctionCache):
             self._impl.locator.get_source_stamp(),
             key=key,
         )
-        self._lock = filelock.FileLock(
-            Path(self._cache_path) / f"{self._impl.filename_base}.lock", timeout=_LONGEST
-        )
+        self._process: int | None = None
         self.enable()  # type: ignore[no-untyped-call]
+
+    def _of_process(self) -> filelock.BaseFileLock:
+        """The lock of this process: one does not outlive a fork."""
+        if self._process != os.getpid():
+            path = Path(self._cache_path) / f"{self._impl.filename_base}.lock"
+            self._process = os.getpid()
+            self._lock: filelock.BaseFileLock = filelock.FileLock(path, timeout=_LONGEST)
+        return self._lock
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """What was compiled for a signature; if None, this process is to compile it."""
@@ -207,13 +213,13 @@ class SealedCache(FunctionCache):
         if found is None:
             with suppress(OSError, filelock.Timeout):
                 self._impl.locator.ensure_cache_path()
-                self._lock.acquire()
+                self._of_process().acquire()
             found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
             if found is not None:
-                self._lock.release()
+                self._of_process().release()
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled."""
         super().save_overload(sig, data)  # type: ignore[no-untyped-call]
-        self._lock.release()
+        self._of_process().release()
