@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 
 from gaitval import cli
 from gaitval.datasets import archive
-from gaitval.datasets.archive import Dataset, fetch, fetch_dataset, missing, registry
+from gaitval.datasets.archive import Dataset, fetch, fetch_dataset, missing
 from gaitval.errors import ArchiveError, GaitvalError
 
 
@@ -259,16 +259,6 @@ def test_missing_follows_what_is_there(server: Server, tmp_path: Path) -> None:
     assert not missing(PUBLISHED, tmp_path)
     shutil.rmtree(tmp_path / "walks/data")
     assert missing(PUBLISHED, tmp_path) == ["data.zip"]
-
-
-def test_wbds_is_the_version_of_the_paper() -> None:
-    wbds = registry()["wbds"]
-    # the version is part of the DOI: without it the archives of another release would come
-    assert wbds.doi == "10.6084/m9.figshare.5722711.v5"
-    assert "6:e4640" in wbds.citation
-    assert wbds.licence == "CC BY 4.0"
-    assert {name for name, md5_ in wbds.hashes.items() if md5_ is None} == {"WBDSinfo.xlsx"}
-    assert all(len(bytes.fromhex(md5_)) == 16 for md5_ in wbds.hashes.values() if md5_)
 
 
 def test_unknown_name_lists_the_known_ones(tmp_path: Path) -> None:

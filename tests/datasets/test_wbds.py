@@ -10,7 +10,6 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets import wbds
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects
 from gaitval.errors import RecordError
-from gaitval.gait import mean_curves
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
 
 NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
@@ -99,14 +98,6 @@ def test_both_codings_of_swing_read_the_same(tmp_path):
     seen = read(write(tmp_path, "knt", nan)).forces
     for side in SIDES:
         np.testing.assert_array_equal(seen[side], expected[side])
-
-
-def test_stance_ends_between_rows():
-    vertical = np.zeros(101)
-    vertical[:61] = 1.0
-    vertical[60], vertical[61] = 0.05, 0.01
-    vertical[100] = 0.08  # the next heel strike
-    assert mean_curves.stance_fraction(vertical) == pytest.approx(0.605)
 
 
 def rename(columns):

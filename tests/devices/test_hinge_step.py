@@ -149,22 +149,6 @@ def test_the_torque_has_the_noise_that_is_stated(bandwidth):
     assert np.std(torque) == pytest.approx(1.5, rel=0.05)
 
 
-def test_at_its_bandwidth_a_motor_gives_what_a_first_order_lag_gives():
-    """0.71 of a sine, an eighth of a period late, but for the steps of the command."""
-    frequency, step = 62.4, 1e-4
-    motor = Motor(torque=1e3, speed=1e3, power=1e6, bandwidth=frequency)
-    numbers, state = hinge_numbers(Hinge(joint="knee_angle", motor=motor)), np.zeros(column.STATE)
-    time = step * np.arange(1, 4001)
-    wave = np.exp(2j * np.pi * frequency * time)
-    torque = []
-    for state[column.COMMAND] in wave.imag:
-        torque.append(hinge_torque(step, 0.0, 0.0, numbers, state))
-    late = slice(2000 - 2000 % 160, None)
-    found = 2j * np.mean((np.array(torque) * wave.conj())[late])
-    assert abs(found) == pytest.approx(np.sqrt(0.5), rel=0.02)
-    assert np.angle(found, deg=True) == pytest.approx(-45.0, abs=2.0)
-
-
 def test_a_motor_drives_with_no_more_than_its_power_and_speed():
     motor = Motor(torque=50.0, speed=1.5, power=20.0, bandwidth=1000.0)
     _, speed, torque, states = swung(Hinge(joint="knee_angle", motor=motor), command=40.0)

@@ -4,12 +4,9 @@ from ground_again import engine_steps, ground_again
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import changed
 
-from gaitval.apps.devices import hinge_step
 from gaitval.apps.devices.walking import (
     DeviceEnvironment,
     carried,
-    command_noise,
-    hinge_numbers,
     moments_of_carrying,
     walk_with,
     with_devices,
@@ -18,7 +15,7 @@ from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.model.body import SEGMENTS
 from gaitval.model.devices.device import Device, Socket, load_devices
 from gaitval.model.devices.loads import trunk_load
-from gaitval.model.devices.springs_and_motors import Motor, Spring
+from gaitval.model.devices.springs_and_motors import Spring
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment
@@ -433,28 +430,6 @@ def test_the_inclination_of_the_trunk_is_what_pelvis_and_lumbar_joint_leave(
     walker.reset(positions, np.zeros(31), 0.0)
     walker.sense(positions, np.zeros(31), np.zeros(2), np.zeros(25))
     assert wanted == [(pytest.approx(seen), -1.0)]
-
-
-def test_a_motor_s_bandwidth_is_that_of_a_first_order_lag():
-    """20 Hz: 1 - 1/e of the command after 1 / (2 pi 20) s."""
-    device = made(joint="knee_angle", motor=MOTOR | {"bandwidth": 20.0})
-    numbers, state = hinge_numbers(device.hinges[0]), np.zeros(hinge_step.STATE)
-    state[hinge_step.COMMAND] = 10.0
-    after = hinge_step.motor_torque(1.0 / (40.0 * np.pi), numbers, state)
-    assert after == pytest.approx(10.0 * (1.0 - np.exp(-1.0)))
-
-
-def test_noise_of_a_held_command_has_its_size_after_the_motors_lag():
-    """Of 200,000 actions of three steps, with the lag of first order written out."""
-    motor = Motor(torque=20.0, speed=5.0, power=100.0, bandwidth=20.0, noise=0.7)
-    fixed = command_noise(motor, 0.002, 3)
-    random, torque, seen = np.random.default_rng(0), 0.0, []
-    part = 1.0 - np.exp(-2.0 * np.pi * 20.0 * 0.002)
-    for command in fixed * random.standard_normal(200_000):
-        for _ in range(3):
-            torque += part * (command - torque)
-            seen.append(torque)
-    assert np.std(seen) == pytest.approx(0.7, rel=0.01)
 
 
 def test_a_command_acts_after_the_delay_of_the_motor(person):

@@ -121,15 +121,6 @@ def test_an_event_that_markers_lack_is_taken_from_the_file() -> None:
     assert _filling([e for e in shown if e.side == "right"], file) == []
 
 
-def test_bounces_are_closed_and_brushes_dropped() -> None:
-    loaded = np.zeros(3000, dtype=bool)
-    loaded[500:1100] = True
-    loaded[700:740] = False  # 40 ms in the air
-    loaded[1600:1680] = True  # 80 ms on the ground
-    begins, ends = foot_contacts(loaded, rate=1000.0)
-    assert (begins.tolist(), ends.tolist()) == ([500], [1100])
-
-
 def test_a_foot_that_drags_over_the_plate_in_swing_has_no_events() -> None:
     vertical = np.zeros(2000)
     vertical[500:1100] = 700.0

@@ -388,12 +388,6 @@ def test_resampling_keeps_what_is_not_valid() -> None:
     np.testing.assert_array_equal(there.valid, exact)
 
 
-def test_forces_are_not_given_at_times_of_another_trial() -> None:
-    forces, _ = assigned(walk(belt=SPEED, plates=BELTS))
-    with pytest.raises(RecordError, match="of another trial or of another length"):
-        resample_forces(forces, np.arange(0.0, 7.0, 0.01))
-
-
 @pytest.mark.parametrize(
     ("frames", "fits"), [(1.4, True), (1.6, False), (-1.4, True), (-1.6, False)]
 )
@@ -612,7 +606,7 @@ def test_times_may_be_one_of_their_own_steps_beyond_the_forces(
     if fits:
         assert len(resample_forces(forces, wanted).force) == len(wanted)
         return
-    with pytest.raises(RecordError, match=r"Forces from 2\.000 to 2\.490 s cannot be resampled"):
+    with pytest.raises(RecordError, match=r"(?s)Forces from 2\.000 to 2\.490 s .*of another trial"):
         resample_forces(forces, wanted)
 
 

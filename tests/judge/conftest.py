@@ -75,7 +75,7 @@ def _as_recorded(walk: KnownWalk, dynamics: InverseDynamics) -> InverseDynamics:
     return replace(dynamics, moments=moments)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def everything(judged_files: Path) -> JudgeRequest:
     """The request that names all of them."""
     return JudgeRequest(

@@ -190,6 +190,7 @@ SAMPLE = samples.version_4()
         ('<OpenSimDocument Version="40000"><Model/></OpenSimDocument>', "no body"),
         ('<OpenSimDocument Version="40000"><Tool/></OpenSimDocument>', "no <Model>, but <Tool>"),
         (re.sub("<mass>[^<]*</mass>", "", SAMPLE), "<mass> is missing"),
+        (re.sub("<mass>[^<]*</mass>", "<mass>-5</mass>", SAMPLE), "of -5 kg.* refuses it too"),
         (SAMPLE.replace("40000", "10905"), "another version"),
         (SAMPLE.replace("40000", "9" * 400), "another version"),
         (SAMPLE.replace("0.04 -0.2", "nan -0.2"), "not finite"),

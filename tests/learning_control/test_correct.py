@@ -376,13 +376,15 @@ def test_walks_that_fall_are_left_out():
     assert 0.0 < np.linalg.norm(found.point) <= far
 
 
-def test_a_search_ends_where_every_step_falls():
+@pytest.mark.parametrize(
+    "answer", [lambda one, x: None if x.any() else one(x), lambda one, x: one(-x)],
+    ids=["every step falls", "every step makes it worse"],
+)  # fmt: skip
+def test_a_walk_that_no_step_makes_better_is_left_as_it_was(answer):
     one, _, slopes = linear()
-    found = searched(
-        lambda point: None if point.any() else one(point), known=Slopes(slopes, np.eye(5))
-    )
+    found = searched(lambda point: answer(one, point), known=Slopes(slopes, 1e-9 * np.eye(5)))
     assert not found.point.any()
-    assert len(found.errors) == 1
+    assert found.errors == (one(np.zeros(5)).error(),)
 
 
 def test_a_walker_that_falls_is_not_corrected():
@@ -402,14 +404,6 @@ def test_it_ends_when_nothing_helps():
     )
     assert not found.point.any()
     assert messages == [(1, 1.0)]
-
-
-def test_a_walk_that_every_step_makes_worse_is_left_as_it_was():
-    """It answers the other way round than what is known of it."""
-    one, _, slopes = linear()
-    found = searched(lambda point: one(-point), known=Slopes(slopes, 1e-9 * np.eye(5)))
-    assert not found.point.any()
-    assert found.errors == (one(np.zeros(5)).error(),)
 
 
 # ---- What other people's walks say of the slopes. ----

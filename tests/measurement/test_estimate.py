@@ -67,24 +67,17 @@ def model():
     return of, own, covariance
 
 
-def test_evidence_is_the_ratio_of_the_probabilities_of_the_data(model):
+@pytest.mark.parametrize("whole", [0.0, 1.0])
+def test_evidence_is_the_ratio_of_the_probabilities_of_the_data(model, whole):
+    """Also of what is there whole or not at all."""
     of, _, covariance = model
-    seen = of({"gain 1": 0.1})
+    seen = of({"gain 1": whole or 0.1})
+    seen = replace(seen, mean=np.array([whole, 0.0, 0.0, 0.0, 0.0]))
     effect = seen.effects[:, [0, 3]] * seen.prior[[0, 3]]
-    with_faults = multivariate_normal(cov=covariance + effect @ effect.T)
+    with_faults = multivariate_normal(whole * seen.effects[:, 0], covariance + effect @ effect.T)
     expected = with_faults.logpdf(seen.rest) - multivariate_normal(cov=covariance).logpdf(seen.rest)
     assert _evidence(seen, ("gain 1", "place x 1")) == pytest.approx(expected, rel=1e-6)
-
-
-def test_evidence_of_what_is_there_whole_or_not_at_all(model):
-    of, _, covariance = model
-    seen = of({"gain 1": 1.0})
-    seen = replace(seen, mean=np.array([1.0, 0.0, 0.0, 0.0, 0.0]))
-    effect = seen.effects[:, [0, 3]] * seen.prior[[0, 3]]
-    there = multivariate_normal(seen.effects[:, 0], covariance + effect @ effect.T)
-    expected = there.logpdf(seen.rest) - multivariate_normal(cov=covariance).logpdf(seen.rest)
-    assert _evidence(seen, ("gain 1", "place x 1")) == pytest.approx(expected, rel=1e-6)
-    assert _sizes(seen, ("gain 1",))[0][0] == pytest.approx(1.0, abs=0.02)
+    assert _sizes(seen, ("gain 1",))[0][0] == pytest.approx(whole or 0.1, abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -290,6 +290,7 @@ def test_the_median_swing_of_both_feet_counts():
         (1.2, -1.2, True),  # the other way
         (0.4, 0.375, False),
         (0.4, 0.36, True),  # 10 %: more than 5 %, and than 3 cm/s
+        (0.2, 0.18, False),
         (0.0, 0.0, False),
         (1.2, 0.0, True),  # over ground
     ],

@@ -8,7 +8,6 @@ import pytest
 
 from gaitval.checks.force_checks import channel_warnings
 from gaitval.checks.marker_checks import trajectory_warnings
-from gaitval.checks.motion_checks import belt_warnings
 from gaitval.checks.smoothed_markers import fall_of_markers, smoothed_warnings
 from gaitval.checks.unloaded_plates import unloaded_warnings
 from gaitval.gait.filters import low_pass
@@ -18,15 +17,6 @@ from gaitval.session.scale import _odd_stature, _odd_widths
 
 def checks(warnings):
     return [each.check for each in warnings]
-
-
-@pytest.mark.parametrize(
-    ("belt", "feet", "message"),
-    [(0.54, 0.49, True), (0.22, 0.18, True), (1.3, 1.22, True), (0.5, 0.48, False),
-     (1.3, 1.25, False), (0.2, 0.18, False)],
-)  # fmt: skip
-def test_a_belt_of_another_speed_is_said_from_five_percent_on(belt, feet, message):
-    assert checks(belt_warnings(belt, feet)) == ["belt"] * message
 
 
 @pytest.mark.parametrize(

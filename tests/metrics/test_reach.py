@@ -53,7 +53,7 @@ def test_an_error_weighs_every_percent_of_the_cycle_alike(field: str) -> None:
         curve[at] += 0.7
         found = compare_curve(curve[None], CURVE)
         assert getattr(found, field) == pytest.approx(expected, rel=1e-12), at
-        assert found.peak_percent == at
+        assert (found.peak_error, found.peak_percent) == (pytest.approx(0.7), at)
 
 
 def test_a_correlation_sees_every_percent_of_the_cycle() -> None:

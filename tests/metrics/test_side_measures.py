@@ -13,7 +13,7 @@ from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.known_measures import QUANTITIES_OF
 from gaitval.metrics.recorded import by_kind, from_kinds, mean_curves
-from gaitval.metrics.side_measures import FLAT, SIDE_MEASURES, pressure_arm, side_values
+from gaitval.metrics.side_measures import SIDE_MEASURES, pressure_arm, side_values
 from gaitval.metrics.tolerances import WALK_UNITS, load_registry
 
 RECORD = synthetic_record()
@@ -63,12 +63,6 @@ def test_a_foot_that_lands_harder_is_seen(column, side):
     assert found["loading_peak_error", side] == pytest.approx(10.0 * peak, rel=0.02)
     other = {"right": "left", "left": "right"}[side]
     assert found["loading_peak_error", other] < 0.05
-
-
-def test_a_plantarflexion_moment_needs_a_force_ahead_of_the_ankle():
-    arm = pressure_arm(np.full(101, -0.5 * GRAVITY * 0.8), np.full(101, 0.8))
-    assert arm.shape == (FLAT.stop - FLAT.start,)
-    np.testing.assert_allclose(arm, 0.5)
 
 
 def test_a_side_without_mean_curves_is_not_measured():

@@ -1,4 +1,3 @@
-import copy
 import json
 from dataclasses import replace
 from importlib import resources
@@ -24,7 +23,7 @@ from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.groups import group_rows
-from gaitval.metrics.results import SpatiotemporalResult, metrics_from
+from gaitval.metrics.results import SpatiotemporalResult
 from gaitval.metrics.rollouts import Rollouts
 from gaitval.metrics.validation import StageResults, spatiotemporal_measures, validate
 from gaitval.metrics.walk_results import Endurance, PushRecovery
@@ -218,23 +217,6 @@ def test_walks_of_another_configuration_are_refused(rollouts, walks):
         _validate(_walks(rollouts[:1]), _walks(rollouts[:1]))
     with pytest.raises(ArtefactError, match=r"the compared one at 0\.5"):
         _validate(replace(walks, compared=rollouts[1]))
-
-
-def test_damaged_metrics_are_refused_with_the_place(metrics):
-    damaged = copy.deepcopy(metrics)
-    damaged["walks"]["nominal"]["starts"][1]["fell"] = "no"
-    with pytest.raises(ArtefactError, match=r"stored\.json: .* at walks/nominal/starts/1/fell"):
-        metrics_from(damaged, "stored.json")
-    with pytest.raises(ArtefactError, match="top level"):
-        metrics_from([], "stored.json")
-
-
-def test_metrics_of_another_version_are_refused_with_what_to_do(metrics):
-    older = copy.deepcopy(metrics)
-    older["schema_version"] -= 2
-    older["measures"].append({"measure": "root_force", "target": "walk", "unit": "N", "value": 0.0})
-    with pytest.raises(ArtefactError, match=r"has version 11 .* reads version 13\. Write it again"):
-        metrics_from(older, "stored.json")
 
 
 @pytest.mark.parametrize(

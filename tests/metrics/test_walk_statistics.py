@@ -65,12 +65,6 @@ def test_a_part_that_is_off_is_found():
     assert region["p"] == 1.0 / 128.0  # of all 2^8 / 2 permutations
 
 
-def test_forces_are_not_tested_in_swing():
-    curves = _scattered()
-    curves.forces["forward_r"][:, 75:90] += 0.1
-    assert _statistics(curves)["curves"]["forces"]["forward_r"]["regions"] == []
-
-
 def test_record_and_walk_are_scored_from_the_same_angles():
     found = _statistics(_scattered(np.radians(30.0)))["profiles"]
     assert "foot_progression" not in found["variables"]  # the made-up record has none

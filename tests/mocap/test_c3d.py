@@ -277,15 +277,15 @@ class TestMarkers:
             )
             assert read_c3d(path).names == kept
 
-    def test_texts_that_end_in_nul(self, tmp_path):
-        path = write(tmp_path / "a.c3d", names=["Heel__", "R.ASIS", "L.ASIS"])
-        path.write_bytes(path.read_bytes().replace(b"Heel__", b"Heel\0\0"))
-        assert read_c3d(path).names == ("Heel", "R.ASIS", "L.ASIS")
-
-    def test_names_that_are_not_utf8(self, tmp_path):
+    @pytest.mark.parametrize(
+        ("bytes_there", "name"),
+        [(b"Heel\0\0\0\0", "Heel"), ("Schädel ".encode("latin-1"), "Schädel")],
+        ids=["ends in NUL", "not UTF-8"],
+    )
+    def test_names_as_others_store_them(self, tmp_path, bytes_there, name):
         path = write(tmp_path / "a.c3d", names=["Schaedel", "R.ASIS", "L.ASIS"])
-        path.write_bytes(path.read_bytes().replace(b"Schaedel", "Schädel ".encode("latin-1")))
-        assert read_c3d(path).names == ("Schädel", "R.ASIS", "L.ASIS")
+        path.write_bytes(path.read_bytes().replace(b"Schaedel", bytes_there))
+        assert read_c3d(path).names == (name, "R.ASIS", "L.ASIS")
 
     def test_clock_starts_at_the_first_frame_that_was_kept(self, tmp_path):
         recording = read_c3d(write(tmp_path / "a.c3d", first_frame=150))
@@ -353,44 +353,11 @@ class TestPlates:
         assert "channels 4 and 5" in found.fault
         assert "CAL_MATRIX" not in found.fault
 
-    @pytest.mark.parametrize("depth_sign", [-1, 1])
-    def test_four_sensors_of_type_3(self, tmp_path, depth_sign):
-        axes, centre, half_x, half_y, depth = (
-            axes_of(CORNERS),
-            CORNERS.mean(axis=0),
-            0.2,
-            0.17,
-            0.05,
-        )
-        upper, sides = np.array([-150.0, -260, -310, -180]), np.array([12.0, -40, 25, 8])
-        at = np.array([[half_x, half_y], [-half_x, half_y], [-half_x, -half_y], [half_x, -half_y]])
-        # Where each of the eight components acts, and along which axis of the plate.
-        parts = [
-            ((0.0, half_y), (sides[0], 0, 0)),
-            ((0.0, -half_y), (sides[1], 0, 0)),
-            ((half_x, 0.0), (0, sides[2], 0)),
-            ((-half_x, 0.0), (0, sides[3], 0)),
-            *[(tuple(place), (0, 0, value)) for place, value in zip(at, upper, strict=True)],
-        ]
-        force = np.sum([part for _, part in parts], axis=0)
-        moment = np.sum([np.cross((*place, depth), part) for place, part in parts], axis=0)
-        channels = np.tile(np.r_[sides, upper], (32, 1))
-        origin = np.array([half_x, half_y, depth_sign * depth])
-        plate = Plate(3, channels, origin=origin, units=("N",) * 8)
-        found = read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0]
-        np.testing.assert_allclose(found.force[0], axes @ force, rtol=1e-6)
-        about_origin = axes @ moment + np.cross(centre, axes @ force)
-        np.testing.assert_allclose(found.moment[0], about_origin, atol=1e-3)
-        # The same wrench as a force at the centre of pressure with a vertical moment.
-        again = np.cross(found.centre_of_pressure[0], found.force[0]) + found.free_moment[0]
-        np.testing.assert_allclose(again, about_origin, atol=1e-3)
-        np.testing.assert_allclose(found.free_moment[0, [0, 2]], 0, atol=1e-12)
-        assert found.centre_of_pressure[0, 1] == pytest.approx(0, abs=1e-9)
-
     @pytest.mark.parametrize("order", [[0, 1, 2, 3], UPSIDE_DOWN], ids=["z down", "z up"])
-    def test_an_origin_below_the_surface_is_reversed(self, tmp_path, order):
-        plate = plate_of(2, CORNERS[order])
-        plate.origin = -plate.origin
+    @pytest.mark.parametrize(("kind", "signs"), [(2, -1.0), (4, -1.0), (3, [1.0, 1.0, -1.0])])
+    def test_an_origin_below_the_surface_is_reversed(self, tmp_path, order, kind, signs):
+        plate = plate_of(kind, CORNERS[order])
+        plate.origin = signs * plate.origin
         assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
 
     @pytest.mark.parametrize("kind", [2, 4])
@@ -410,23 +377,21 @@ class TestPlates:
             found = read_c3d(write(tmp_path / "b.c3d", plates=[wrong]))
         assert_carries(found.plates[0])
 
-    def test_channels_that_went_beyond_16_bits(self, tmp_path):
-        course = np.sin(np.pi * np.arange(200) / 199.0)
+    @pytest.mark.parametrize(
+        ("course", "first"),
+        [
+            (np.sin(np.pi * np.arange(200) / 199.0), False),
+            (0.6 * np.cos(np.pi * np.arange(200) / 199.0) ** 2, True),
+        ],
+        ids=["stance", "from the first sample on"],
+    )
+    def test_channels_that_went_beyond_16_bits(self, tmp_path, course, first):
+        """Who already stands on a treadmill's plate: swing shows which values are as they were."""
         plate = plate_of(2, scale=course)
         channels = np.mod(plate.channels + 32768.0, 65536.0) - 32768.0
-        over = np.flatnonzero(np.any(np.abs(channels - plate.channels) > 1.0, axis=0))
-        assert over.tolist() == [3, 4]
-        path = write(tmp_path / "a.c3d", plates=[replace(plate, channels=channels)])
-        with pytest.warns(RecordWarning, match=r"channel [45] went beyond the 16 bits"):
-            found = read_c3d(path)
-        assert_carries(found.plates[0], course)
-
-    def test_a_channel_that_is_beyond_16_bits_from_the_first_sample(self, tmp_path):
-        """Who already stands on a treadmill's plate; swing shows which values are as they were."""
-        course = 0.6 * np.cos(np.pi * np.arange(200) / 199.0) ** 2
-        plate = plate_of(2, scale=course)
-        channels = np.mod(plate.channels + 32768.0, 65536.0) - 32768.0
-        assert np.abs(channels[0] - plate.channels[0]).max() > 1.0
+        over = np.abs(channels - plate.channels) > 1.0
+        assert over[:, 3:5].any(axis=0).all()
+        assert over[0].any() == first
         path = write(tmp_path / "a.c3d", plates=[replace(plate, channels=channels)])
         with pytest.warns(RecordWarning, match=r"channel [45] went beyond the 16 bits"):
             found = read_c3d(path)
@@ -443,8 +408,9 @@ class TestPlates:
         )
         assert_carries(read_c3d(path).plates[0])
 
-    def test_forces_on_the_plate_are_turned_round(self, tmp_path):
-        plate = plate_of(2)
+    @pytest.mark.parametrize("kind", [2, 4])
+    def test_forces_on_the_plate_are_turned_round(self, tmp_path, kind):
+        plate = plate_of(kind)
         plate.channels = -plate.channels
         assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
 
@@ -502,10 +468,14 @@ class TestPlates:
         plate.units = (force,) * 3 + (moment,) * 3
         assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
 
-    def test_points_in_metres(self, tmp_path):
-        """ANALOG:UNITS are the channels' own; lengths of the plate follow POINT:UNITS."""
+    @pytest.mark.parametrize("kind", [2, 4])
+    def test_points_in_metres(self, tmp_path, kind):
+        """ANALOG:UNITS are the channels' own; lengths of the plate, and moments that a calibration
+        makes of volts, follow POINT:UNITS."""
         markers = np.tile([[1.2, 0.9, 0.4], [1.2, 0.9, 0.7], [1.3, 0.1, 0.5]], (8, 1, 1))
-        plate = plate_of(2)
+        plate = plate_of(kind)
+        if plate.calibration is not None:
+            plate.calibration[3:] *= 1e-3
         path = write(tmp_path / "a.c3d", plates=[plate], markers=markers, unit="meter", scale=1.0)
         assert_carries(read_c3d(path).plates[0])
 
@@ -531,22 +501,18 @@ class TestPlates:
         assert found.moment is not None
         assert (np.linalg.norm(found.moment[:16], axis=1) > 0.3).all()
 
-    def test_baseline_is_subtracted_as_the_file_says(self, tmp_path):
-        course = np.r_[np.zeros(16), np.ones(16)]
+    @pytest.mark.parametrize("unloaded", [16, 0])
+    def test_a_baseline_is_subtracted_as_the_file_says_but_of_a_loaded_plate(
+        self, tmp_path, unloaded
+    ):
+        course = np.r_[np.zeros(unloaded), np.ones(32 - unloaded)]
         plate = plate_of(2, scale=course)
-        plate.channels += np.array([3.0, -2, -30, 900, 400, 100])
+        if unloaded:
+            plate.channels += np.array([3.0, -2, -30, 900, 400, 100])
         path = write(
             tmp_path / "a.c3d", plates=[plate], parameters={("FORCE_PLATFORM", "ZERO"): [1, 4]}
         )
         assert_carries(read_c3d(path).plates[0], course)
-
-    def test_baseline_is_not_taken_from_a_loaded_plate(self, tmp_path):
-        path = write(
-            tmp_path / "a.c3d",
-            plates=[plate_of(2)],
-            parameters={("FORCE_PLATFORM", "ZERO"): [1, 4]},
-        )
-        assert_carries(read_c3d(path).plates[0])
 
     @pytest.mark.parametrize("kind", [2, 4])
     def test_as_ezc3d_computes_it(self, tmp_path, kind):
@@ -895,20 +861,22 @@ class TestRefusals:
     def test_no_markers(self, tmp_path):
         self.refuse(write(tmp_path / "a.c3d", names=["*1", "*2", "*3"]), "labelled marker")
 
-    def test_plate_of_a_type_that_is_not_known(self, tmp_path):
+    @pytest.mark.parametrize(
+        ("change", "words"),
+        [
+            ({"kind": 8}, ("force plate 1", "type 8", "1 to 7")),
+            ({"corners": np.zeros((4, 3))}, ("force plate 1", "CORNERS")),
+            ({"units": ("V",) * 6, "channels": 1e-5}, ("is in V", "no calibration")),
+            ({"units": ("N",) * 3 + ("Nm",) * 3}, ("wrong unit", "ANALOG:UNITS")),
+            ({"units": ("N",) * 3 + ("kNm",) * 3}, ("wrong unit", "ANALOG:UNITS")),
+        ],
+        ids=["type", "no place", "volts", "Nm", "kNm"],
+    )
+    def test_what_is_said_of_a_plate_cannot_be(self, tmp_path, change, words):
         plate = plate_of(2)
-        plate.kind = 8
-        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "force plate 1", "type 8", "1 to 7")
-
-    def test_plate_without_a_place(self, tmp_path):
-        plate = plate_of(2)
-        plate.corners = np.zeros((4, 3))
-        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "force plate 1", "CORNERS")
-
-    def test_plate_without_calibration(self, tmp_path):
-        plate = plate_of(4)
-        plate.calibration = np.zeros((6, 6))
-        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "CAL_MATRIX")
+        factor = change.get("channels", 1.0)
+        plate = replace(plate, **change | {"channels": factor * plate.channels})
+        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), *words)
 
     def test_plate_with_channels_that_are_not_there(self, tmp_path):
         path = write(
@@ -917,18 +885,6 @@ class TestRefusals:
             parameters={("FORCE_PLATFORM", "CHANNEL"): np.arange(5.0, 11)[:, None]},
         )
         self.refuse(path, "FORCE_PLATFORM:CHANNEL", "[5, 6, 7, 8, 9, 10]")
-
-    def test_volts_without_calibration(self, tmp_path):
-        plate = plate_of(2)
-        plate.channels /= 1e5
-        plate.units = ("V",) * 6
-        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "is in V", "no calibration")
-
-    @pytest.mark.parametrize("unit", ["Nm", "kNm"])
-    def test_moments_in_the_wrong_unit(self, tmp_path, unit):
-        plate = plate_of(2)
-        plate.units = ("N", "N", "N", unit, unit, unit)
-        self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "wrong unit", "ANALOG:UNITS")
 
     def test_newtons_called_kilonewtons(self, tmp_path):
         plate = plate_of(2)

@@ -108,21 +108,25 @@ def test_an_episode_ends_with_the_pelvis_off_its_place(extended, monkeypatch, sh
     assert info["errors"][-1] == pytest.approx(np.hypot(x, y), abs=1e-9)
 
 
+def turn_pelvis(environment, monkeypatch, by):
+    """After each step, by a rotation vector, rad."""
+    plain, state = environment.walker.step, environment.walker.state
+
+    def turned(*arguments, **pace):
+        plain(*arguments, **pace)
+        root = Rotation.from_rotvec(state[0, :3])
+        state[0, :3] = (Rotation.from_rotvec(by) * root).as_rotvec()
+
+    monkeypatch.setattr(environment.walker, "step", turned)
+
+
 @pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize(("share", "fell"), [(0.99, False), (1.01, True), (-1.01, True)])
 def test_an_episode_ends_with_the_pelvis_turned(extended, monkeypatch, axis, share, fell):
     angle = share * extended.constants.rotation_tolerance
     extended.reset(options={"phase": 0.3, "mu": nominal_parameters(), "push": None, "noise": 0.0})
     put(extended, monkeypatch)
-    plain = extended.walker.step
-
-    def turned(*arguments, **pace):
-        plain(*arguments, **pace)
-        turn = Rotation.from_rotvec(angle * np.eye(3)[axis])
-        root = Rotation.from_rotvec(extended.walker.state[0, :3])
-        extended.walker.state[0, :3] = (turn * root).as_rotvec()
-
-    monkeypatch.setattr(extended.walker, "step", turned)
+    turn_pelvis(extended, monkeypatch, angle * np.eye(3)[axis])
     _, _, terminated, _, info = extended.step(NO_ACTION)
     assert terminated == fell
     assert info["errors"][-2] == pytest.approx(abs(angle), rel=1e-6)
@@ -137,16 +141,8 @@ def test_an_episode_can_end_before_what_is_a_fall(task, monkeypatch, part, share
     off = {"z": constants.height_tolerance, "x": constants.drift_tolerance}.get(part, 0.0)
     early.reset(options={"phase": 0.3, "mu": nominal_parameters(), "push": None, "noise": 0.0})
     put(early, monkeypatch, q=offset_state(**({part: share * off} if off else {})))
-    plain = early.walker.step
-
-    def turned(*arguments, **pace):
-        plain(*arguments, **pace)
-        if part == "turn":
-            turn = Rotation.from_rotvec([0.0, 0.0, share * constants.rotation_tolerance])
-            root = Rotation.from_rotvec(early.walker.state[0, :3])
-            early.walker.state[0, :3] = (turn * root).as_rotvec()
-
-    monkeypatch.setattr(early.walker, "step", turned)
+    if part == "turn":
+        turn_pelvis(early, monkeypatch, [0.0, 0.0, share * constants.rotation_tolerance])
     assert early.step(NO_ACTION)[2] == fell
 
 
@@ -442,9 +438,10 @@ def test_random_pushes_are_the_papers(task):
     assert pushed._push[1] == 0.0
 
 
+@pytest.mark.parametrize("wanted", [False, True])
 @pytest.mark.parametrize(("seconds", "steps_per_action"), [(0.05, 5), (0.1, 5), (0.03, 18)])
-def test_random_pushes_come_again_whatever_rounding_leaves_of_the_last(
-    task, monkeypatch, seconds, steps_per_action
+def test_random_pushes_come_again_whatever_rounding_leaves_of_the_last_and_asked_ones_do_not(
+    task, monkeypatch, seconds, steps_per_action, wanted
 ):
     """0.1 s less ten actions of 0.01 s are 1e-17 s, and 0.03 s less one of 0.036 s are -3e-18 s:
     with the first every other push was left out, with the second all but one."""
@@ -455,7 +452,8 @@ def test_random_pushes_come_again_whatever_rounding_leaves_of_the_last(
         "steps_per_action": steps_per_action,
     }
     pushed = WalkingEnvironment(changed(task, environment=settings))
-    pushed.reset(seed=3, options={"phase": 0.2})
+    options = {"push": (0.5, 300.0, 0.0)} if wanted else {}
+    pushed.reset(seed=3, options={"phase": 0.2, **options})
     action = pushed.walker.action_seconds / task.reference.stride_time
 
     def walks_on(*_, **__):
@@ -470,37 +468,13 @@ def test_random_pushes_come_again_whatever_rounding_leaves_of_the_last(
         if acts and not before:
             began.append(phase)
         before = acts
+    if wanted:
+        assert began == pytest.approx([0.5], abs=action)
+        return
+    assert 0.7 <= began[0] <= 0.7 + 0.9 + action
     gaps = np.diff(began)
     assert len(gaps) >= 4
     assert np.all((gaps > 0.6 - action) & (gaps < 0.9 + action))
-
-
-@pytest.mark.parametrize("wanted", [False, True])
-def test_random_pushes_come_again_and_asked_ones_do_not(task, monkeypatch, wanted):
-    interval = (0.6, 0.9)
-    pushed = WalkingEnvironment(
-        changed(task, environment={"push_probability": 1.0, "push_interval": interval})
-    )
-    options = {"push": (0.5, 300.0, 0.0)} if wanted else {}
-    pushed.reset(seed=3, options={"phase": 0.2, **options})
-
-    def walks_on(*_, **__):
-        pushed.walker.phase += pushed.walker.action_seconds / task.reference.stride_time
-
-    monkeypatch.setattr(pushed.walker, "step", walks_on)
-    acts, phases = [], []
-    for _ in range(round(4.5 / pushed.walker.action_seconds)):
-        phases.append(pushed.walker.phase)
-        pushed.step(NO_ACTION)
-        acts.append(pushed.episode.root_force.any())
-    began = np.array(phases)[np.flatnonzero(np.diff([False, *acts]) & np.array(acts))]
-    if wanted:
-        assert began == pytest.approx([0.5], abs=0.03)
-        return
-    assert 0.7 <= began[0] <= 0.7 + interval[1] + 0.03
-    gaps = np.diff(began)
-    assert len(gaps) >= 3
-    assert np.all((gaps > interval[0] - 0.03) & (gaps < interval[1] + 0.03))
     assert np.ptp(gaps) > 0.03
 
 

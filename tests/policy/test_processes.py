@@ -55,11 +55,6 @@ def _blas_threads() -> set[int]:
     return {each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"}
 
 
-def test_workers_have_one_thread():
-    with keeping_workers(2):
-        assert list(side_by_side(os.getenv, ["OMP_NUM_THREADS"])) == ["1"]
-
-
 def test_without_workers_this_process_does_it():
     assert list(side_by_side(math.sqrt, [9.0, 16.0])) == [3.0, 4.0]
     process = ["__import__('os').getpid()"]

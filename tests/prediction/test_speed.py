@@ -91,23 +91,6 @@ def test_a_held_out_trial_is_predicted_better_than_by_copying(name, trial):
         assert error(found, kind, names) < bound * error(copy, kind, names), kind
 
 
-def test_the_held_out_trial_has_no_part_in_its_prediction():
-    person = load_subject("S05")
-    trial = person.trials[0]
-    other = person.trials[1].model_copy(
-        update={"name": trial.name, "walking_speed_m_s": trial.walking_speed_m_s}
-    )
-    swapped = person.model_copy(update={"trials": (other, person.trials[1])})
-    one, two = (
-        known_record(each, RecordSettings(holdout=trial.name), SUBJECTS).record
-        for each in (person, swapped)
-    )
-    assert one.stride_time == two.stride_time
-    np.testing.assert_array_equal(
-        one.angles["hip_flexion_r"](PHASE), two.angles["hip_flexion_r"](PHASE)
-    )
-
-
 def test_a_faster_walk_has_shorter_strides_in_time_and_larger_forces():
     person = load_subject("S02")
     record = person.record()

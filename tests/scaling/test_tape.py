@@ -1,11 +1,8 @@
-import tomllib
-
 import numpy as np
 import pytest
 from standing_person import PERSON
 
-from gaitval.datasets.subject import make_subject
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ScalingError
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.scaling import scale_subject
@@ -90,15 +87,6 @@ def test_a_person_without_markers_is_scaled_by_stature():
     lengths = {row.segment: row.length_m for row in scaled.table}
     standing = ("ankle height", "shank", "thigh", "lower trunk", "middle trunk", "upper trunk")
     assert sum(lengths[name] for name in (*standing, "head")) == pytest.approx(PERSON.height_m)
-
-
-def test_a_subject_file_without_markers_can_be_scaled():
-    values = tomllib.loads(load_subject("S05").to_toml())
-    del values["markers"]
-    subject = make_subject(values, "S05 without markers")
-    model = scale_subject(subject).model
-    assert model.name == "S05"
-    assert -model["shank_r"].joint_position[2] == pytest.approx(THIGH * subject.height_m)
 
 
 def test_population_means_are_those_of_the_built_in_subjects():

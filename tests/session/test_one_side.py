@@ -12,9 +12,7 @@ from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.datasets.subject import make_subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError, SubjectError
-from gaitval.gait.cycle_checks import ODD_SUPPORT, without_odd_support
-from gaitval.gait.cycles import AverageCurve, GaitCycle
-from gaitval.gait.mean_curves import fit_force
+from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
 from gaitval.importing import importing
@@ -361,32 +359,6 @@ def test_a_moment_that_does_not_close_is_told(found):
     (warning,) = drift_warnings({}, moments)
     assert warning.where == name
     assert "Nm/kg" in warning.message
-
-
-def test_the_force_of_a_landing_beside_the_plates_is_that_of_the_landing_on_them():
-    phase = np.linspace(0.0, 1.0, 101)
-    force = np.zeros((101, 3))
-    force[:60, 2] = 0.06 + np.sin(np.pi * phase[:60] / 0.6)
-    fitted = fit_force(force, 0.6, "test")
-    assert fitted.up.residual <= 0.01
-    assert fitted.up.periodic()(0.0) == pytest.approx(0.06, abs=0.01)
-
-
-def cycle(start, support, side="right"):
-    return GaitCycle(
-        side, start, start + 0.62, start + 1.0, start + support, start + 0.5, True, True
-    )
-
-
-def test_a_cycle_that_begins_with_a_wrong_heel_strike_does_not_count():
-    good = tuple(cycle(start, 0.11 + 0.01 * start) for start in range(3))
-    early = cycle(3.0, 0.11 + 0.01 + ODD_SUPPORT + 0.01)
-    found = without_odd_support({"right": (*good, early), "left": ()})
-    assert [one.kinematics_valid for one in found["right"]] == [True, True, True, False]
-    assert not found["right"][-1].kinetics_valid
-    assert "a wrong event" in str(found["right"][-1])
-    few = {"right": (good[0],), "left": (early,)}
-    assert without_odd_support(few) == few
 
 
 def test_motion_before_its_markers_come_into_view_does_not_leak_into_it():

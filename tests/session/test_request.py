@@ -113,13 +113,6 @@ def test_a_session_without_one_of_its_trials():
     assert left.stands_in_walk
 
 
-def test_two_strangers_with_files_of_the_same_names_are_two_people():
-    one = request_of("walk1.c3d", "walk2.c3d", identifier="A").who
-    other = request_of("walk1.c3d", "walk2.c3d", identifier="B").who
-    assert one[:2] != other[:2]
-    assert 'person "A", the name of the subject' in one.guessed
-
-
 @pytest.mark.parametrize(
     ("trials", "about", "assumed"),
     [
