@@ -27,14 +27,6 @@ def test_two_strangers_whose_files_have_common_names_are_two_people(sources):
     assert len(other_people(one, [other, *builtin_subjects()])) == 11
 
 
-def test_people_of_one_name_in_two_laboratories_are_two_people():
-    lyon, aachen = (
-        PERSON.model_copy(update={"laboratory": each, "person": "P01"})
-        for each in ("Lyon", "Aachen")
-    )
-    assert not lyon.is_person_of(aachen)
-
-
 def test_an_old_file_of_wbds_is_that_person_and_says_what_was_assumed():
     old = old_file("mine", "WBDS14 T05")
     assert (old.person, old.trial, old.laboratory) == ("WBDS14", "T05", "WBDS")

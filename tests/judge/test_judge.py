@@ -721,7 +721,9 @@ def test_a_root_that_is_not_in_metres_is_refused(judged_files, tmp_path, factor,
         return factor * values if name.startswith("pelvis_t") and len(name) == 9 else values
 
     other = with_columns(judged_files / "ik.mot", tmp_path / "ik.mot", change)
-    request = JudgeRequest(judged_files / "model.osim", ik=other, grf=judged_files / "grf.mot")
+    request = JudgeRequest(
+        model=judged_files / "model.osim", ik=other, grf=judged_files / "grf.mot"
+    )
     with pytest.raises(RecordError, match=f"look like {unit}"):
         judge(request)
 
@@ -731,7 +733,9 @@ def test_knees_of_a_model_with_the_other_sign_are_named_before_the_forces(judged
         return -values if name.startswith("knee_angle") else values
 
     other = with_columns(judged_files / "ik.mot", tmp_path / "ik.mot", change)
-    request = JudgeRequest(judged_files / "model.osim", ik=other, grf=judged_files / "grf.mot")
+    request = JudgeRequest(
+        model=judged_files / "model.osim", ik=other, grf=judged_files / "grf.mot"
+    )
     with pytest.raises(RecordError, match=r"knee_angle_r and knee_angle_l .*Gait2392"):
         judge(request)
 

@@ -27,6 +27,9 @@ def test_differences_are_found_less_stored():
     assert compared.sd_s == pytest.approx(0.01 * np.sqrt(10 / 9))
     assert "10 of the file's 10 heel strikes were found, +20 ms" in str(compared)
     assert not list(event_warnings([compared]))
+    (alone,) = stored_events(walk()[:1], walk(late=0.02))
+    assert alone.mean_s == pytest.approx(0.02)
+    assert np.isnan(alone.sd_s), "of one there is no deviation"
 
 
 def test_a_file_without_events():

@@ -270,13 +270,29 @@ def test_the_pushes_that_are_replayed_are_ahead_and_to_the_left(tried):
     assert [walk.phase[walk.root_force.any(axis=1)][0] < 0.02 for walk in walks] == [True, True]
 
 
+def stored_walker():
+    """The policy of subject 5, and its mu."""
+    folder = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
+    mu = np.array(read_json(folder / "identification.json")["identified"])
+    return load_policy(folder / "policy"), mu
+
+
+def fell_in(group, task, trials):
+    """Which of the trials fall, of one policy, each walked from its start."""
+    return fell_together(
+        group,
+        trials[0].policy,
+        mu=trials[0].mu,
+        starts=[each.start() for each in trials],
+        seconds=[each.planned_cycles() * task.reference.stride_time for each in trials],
+    )
+
+
 def test_walks_to_a_push_are_kept_and_make_no_difference(task):
     """Later pushes begin where the same walk came to for earlier ones: falls, and where the walkers
     are in the end, are those of a new group; also if it falls before it is pushed, or is no longer
     followed then."""
-    folder = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
-    mu = np.array(read_json(folder / "identification.json")["identified"])
-    stored, fast = load_policy(folder / "policy"), random_policy(task, scale=3.0)
+    (stored, mu), fast = stored_walker(), random_policy(task, scale=3.0)
     group = WalkingGroup([task] * 8)
     for policy, begins in (
         *((stored, 0.6), (stored, 0.3), (fast, 3.0), (stored, 0.9)),
@@ -288,13 +304,7 @@ def test_walks_to_a_push_are_kept_and_make_no_difference(task):
             ]
             new = WalkingGroup([task] * 8)
             survived = survive_together(group, trials)
-            fell = fell_together(
-                new,
-                policy,
-                mu=mu,
-                starts=[each.start() for each in trials],
-                seconds=[each.planned_cycles() * task.reference.stride_time for each in trials],
-            )
+            fell = fell_in(new, task, trials)
             assert survived == [not each for each in fell]
             if cycles > 0 and policy is stored:
                 # who lies, or is falling when the others end, is not followed equally long
@@ -310,9 +320,7 @@ def test_walks_to_a_push_are_kept_and_make_no_difference(task):
 def test_a_walker_that_is_done_takes_the_next_push(task):
     """Twenty pushes at four phases, one after another on eight walkers: each ends as in a new group
     of eight."""
-    folder = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
-    mu = np.array(read_json(folder / "identification.json")["identified"])
-    policy = load_policy(folder / "policy")
+    policy, mu = stored_walker()
     trials = [
         PushTrial(policy, mu, Push(0.3 + 0.2 * (n % 4), 0.8 * n, 70.0 * n), 0, 0.4 + 0.1 * (n % 3))
         for n in range(20)
@@ -320,16 +328,7 @@ def test_a_walker_that_is_done_takes_the_next_push(task):
     fell = [
         bool(fallen)
         for first in range(0, 20, 8)
-        for fallen in fell_together(
-            WalkingGroup([task] * 8),
-            policy,
-            mu=mu,
-            starts=[each.start() for each in trials[first : first + 8]],
-            seconds=[
-                each.planned_cycles() * task.reference.stride_time
-                for each in trials[first : first + 8]
-            ],
-        )
+        for fallen in fell_in(WalkingGroup([task] * 8), task, trials[first : first + 8])
     ]
     assert set(fell) == {False, True}
     survived = survive_together(WalkingGroup([task] * 8), trials)

@@ -12,7 +12,7 @@ from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.known_measures import QUANTITIES_OF
-from gaitval.metrics.recorded import by_kind, from_kinds, mean_curves
+from gaitval.metrics.recorded import mean_curves
 from gaitval.metrics.side_measures import SIDE_MEASURES, pressure_arm, side_values
 from gaitval.metrics.tolerances import WALK_UNITS, load_registry
 
@@ -41,17 +41,6 @@ def test_a_walk_that_does_what_the_record_says_has_no_error():
     found = measured()
     assert found.keys() == {(each.name, side) for each in SIDE_MEASURES for side in SIDES}
     assert max(found.values()) < 0.05
-
-
-def test_curves_of_a_file_are_those_of_the_walk():
-    """A stored baseline is checked with them."""
-    units = by_kind(RECORDED)
-    stored = from_kinds(
-        (kind, name, curve.tolist()) for kind, part in units.items() for name, curve in part.items()
-    )
-    for kind in units:
-        for name, curve in getattr(RECORDED, kind).items():
-            np.testing.assert_allclose(getattr(stored, kind)[name], curve, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("column", "side"), [(0, "right"), (1, "left")])

@@ -13,7 +13,7 @@ from gaitval.metrics.healthy_bands import adult_bands, bands_beside, healthy_ban
 from gaitval.metrics.origin import everything
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.statistics_results import WalkStatistics
-from gaitval.metrics.walk_statistics import _tested, multiple_correlation, walk_statistics
+from gaitval.metrics.walk_statistics import _tested, walk_statistics
 
 RECORD = synthetic_record()
 RECORDED = everything("recorded")
@@ -50,13 +50,6 @@ def test_a_walk_about_the_record_differs_nowhere():
             assert curve["regions"] == [], name
             assert curve["multiple_correlation"] > 0.999, name
             assert curve["repeatability"] > 0.9, name
-
-
-def test_the_multiple_correlation_is_that_of_kadaba():
-    """Two curves of two points, by hand: about their mean 4 x 0.25 with 2 degrees of freedom,
-    about the grand mean 5 with 3."""
-    found = multiple_correlation([np.array([0.0, 2.0]), np.array([1.0, 3.0])])
-    assert found == pytest.approx(np.sqrt(1.0 - (1.0 / 2.0) / (5.0 / 3.0)))
 
 
 def test_a_part_that_is_off_is_found():

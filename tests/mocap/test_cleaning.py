@@ -110,15 +110,6 @@ def test_a_gap_is_not_rebuilt_from_what_does_not_fix_it(points: np.ndarray, gap:
     assert "left open" in findings[0].action
 
 
-def test_markers_that_move_against_each_other_do_not_rebuild_a_gap() -> None:
-    recording = _cluster(CLUSTER)
-    broken = changed(recording, "C0", slice(200, 220), np.nan)
-    drifting = broken.markers.copy()
-    drifting[:, -1, 0] += np.linspace(0.0, 3.0, len(drifting))  # 10 cm during the gap
-    result, _ = cleaned(broken.with_markers(broken.names, drifting), **ON_CLUSTER)
-    assert np.isnan(result.marker("C0")[200:220]).all()
-
-
 def test_a_sample_at_exactly_the_origin_is_a_gap() -> None:
     recording = walk()
     markers = recording.markers.copy()

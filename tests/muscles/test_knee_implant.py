@@ -130,19 +130,20 @@ def knees(progress) -> dict[str, float]:
 PARTS = (("total", "compression"), ("medial", "medial"), ("lateral", "lateral"))
 
 
-def _computed(progress, data: Path, trial: str, knees: dict[str, float]):
+def _computed(progress, data: Path, trial: str, knees: dict[str, float], **options):
     """What is found of a trial, and its curves over the measured cycle, body weights; NaN where the
     plates do not show the left foot alone.
     """
+    options = {"criterion": "contact"} | options
     walk = progress.trials[TRIALS.index(trial)]
     found = share(
         progress.body.model,
         walk.positions,
         walk.dynamics,
         height=HEIGHT,
-        criterion="contact",
         sides=("left",),
         knees=knees,
+        **options,
     )
     phase, contact = _cycle(data, trial, found.time), found.legs["left"].contact
     curves = {
@@ -226,20 +227,13 @@ def test_muscles_that_let_go_in_time_are_nearer_to_his_knee_as_it_comes(progress
     )
     errors: dict[bool, list[list[float]]] = {True: [], False: []}
     correlations = []
-    for trial, walk in zip(TRIALS, progress.trials, strict=True):
+    for trial in TRIALS:
         measured = _measured(gait_data / "knee_implant", trial)
         for dynamics, into in errors.items():
-            found = share(
-                progress.body.model, walk.positions, walk.dynamics, height=HEIGHT,
-                criterion=DEFAULT, sides=("left",), knees=knees, pelvis_zero=pelvis_zero(tilt),
-                dynamics_of_activation=dynamics,
+            _, _, curves = _computed(
+                progress, gait_data / "knee_implant", trial, knees, criterion=DEFAULT,
+                pelvis_zero=pelvis_zero(tilt), dynamics_of_activation=dynamics,
             )  # fmt: skip
-            phase = _cycle(gait_data / "knee_implant", trial, found.time)
-            contact = found.legs["left"].contact
-            curves = {
-                name: np.interp(phase, found.time, getattr(contact, of)) / found.body_weight
-                for name, of in PARTS
-            }
             into.append([_rms(curves[name] - measured[name]) for name, _ in PARTS])
             if dynamics:
                 correlations.append(_correlation(curves["total"], measured["total"]))

@@ -149,6 +149,14 @@ def _blocked(process: Path) -> int:
     return next(int(line.split()[1], 16) for line in lines if line.startswith("SigBlk"))
 
 
+@pytest.fixture
+def temporary():
+    """Of a short path: that of a socket may have some hundred bytes."""
+    folder = Path(tempfile.mkdtemp(prefix="gaitval-test-"))
+    yield folder
+    shutil.rmtree(folder)
+
+
 SERVED = """
 import os, signal
 from gaitval.policy.workers import ready_to_start
@@ -164,11 +172,8 @@ if __name__ == "__main__":
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the server is Linux's way")
 @pytest.mark.parametrize("killed", [False, True])
-def test_the_servers_socket_goes_with_its_parent_however_that_ends(tmp_path, killed, request):
+def test_the_servers_socket_goes_with_its_parent_however_that_ends(tmp_path, killed, temporary):
     script = tmp_path / "served.py"
-    # a short path: that of a socket may have some hundred bytes
-    temporary = Path(tempfile.mkdtemp(prefix="gaitval-test-"))
-    request.addfinalizer(lambda: shutil.rmtree(temporary))
     script.write_text(SERVED.format(killed=killed))
     environment = {**os.environ, "TMPDIR": str(temporary)}
     with subprocess.Popen([sys.executable, str(script)], env=environment) as process:
@@ -195,10 +200,8 @@ if __name__ == "__main__":
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the server is Linux's way")
-def test_a_disk_that_became_read_only_ends_nothing_with_a_traceback(tmp_path, request):
+def test_a_disk_that_became_read_only_ends_nothing_with_a_traceback(tmp_path, temporary):
     script = tmp_path / "read_only.py"
-    temporary = Path(tempfile.mkdtemp(prefix="gaitval-test-"))
-    request.addfinalizer(lambda: shutil.rmtree(temporary))
     script.write_text(READ_ONLY)
     environment = {**os.environ, "TMPDIR": str(temporary)}
     done = subprocess.run(
@@ -224,9 +227,8 @@ for _ in range(600):
 
 
 @pytest.fixture
-def begun(tmp_path):
+def begun(tmp_path, temporary):
     """A process whose server loads a slow module, with a temporary folder of its own."""
-    temporary = Path(tempfile.mkdtemp(prefix="gaitval-test-"))
     script, seen = tmp_path / "killed.py", tmp_path / "seen"
     script.write_text(KILLED)
     (tmp_path / "slow_module.py").write_text(SLOW)
@@ -241,7 +243,6 @@ def begun(tmp_path):
     )
     process.kill()
     process.communicate()
-    shutil.rmtree(temporary)
 
 
 def soon(condition: Callable[[], bool], seconds: float = 60.0) -> bool:

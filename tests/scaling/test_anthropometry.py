@@ -66,10 +66,6 @@ def test_the_regressions_at_ten_years_are_those_of_the_paper():
         assert body_proportions("M", age) is DE_LEVA["M"]
 
 
-def test_head_of_a_man_has_the_mass_of_the_paper_not_of_the_misprint():
-    assert DE_LEVA["M"]["head"].mass == 0.0694
-
-
 @pytest.mark.parametrize(("sex", "segment"), list(OTHER_END_POINTS))
 def test_radii_of_gyration_in_metres_do_not_depend_on_the_end_points(sex, segment):
     length, *radii = OTHER_END_POINTS[sex, segment]

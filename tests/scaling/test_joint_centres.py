@@ -3,7 +3,6 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
-from gaitval.scaling.hip_regressions import hip_joint_centre
 from gaitval.scaling.joint_centres import (
     MARKER_OFFSET,
     locate,
@@ -17,12 +16,6 @@ from gaitval.scaling.landmarks import LANDMARKS
 @pytest.fixture
 def markers():
     return {name: np.array(place) for name, place in load_subject("S05").markers.items()}
-
-
-def test_hip_joint_centre_of_a_worked_example():
-    # Harrington 2007 for a pelvis 240 mm wide and 150 mm deep:
-    # -0.24*150 - 9.9, -(0.33*240 + 7.3), -0.30*240 - 10.9.
-    np.testing.assert_allclose(hip_joint_centre(0.240, 0.150), [-0.0459, -0.0865, -0.0829])
 
 
 def test_pelvis_frame_of_a_tilted_pelvis():
