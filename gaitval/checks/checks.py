@@ -34,10 +34,10 @@ from gaitval.gait.plate_contacts import OUTSIDE
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.sampling import interpolated
 from gaitval.inverse.inverse_dynamics import InverseDynamics
-from gaitval.mocap.findings import Finding
 from gaitval.mocap.foot_markers import pelvis_markers
 from gaitval.mocap.lost_frames import lost_frames
 from gaitval.mocap.recording import Event, FootForces, Recording
+from gaitval.mocap.repairs import Repair
 from gaitval.scaling.same_person import MarkerDistance
 
 
@@ -79,7 +79,7 @@ def trial_warnings(
     recording: Recording,
     landmarks: Mapping[str, str],
     events: Sequence[Event],
-    findings: Sequence[Finding],
+    findings: Sequence[Repair],
     measured: tuple[FootForces, FootForces, InverseDynamics] | None,
     *,
     height_m: float,

@@ -15,7 +15,7 @@ from gaitval.datasets.plausible import unusual_build
 from gaitval.datasets.subject import TAPE, Subject, make_subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
-from gaitval.mocap.findings import passed_over
+from gaitval.mocap.repairs import passed_over
 from gaitval.scaling.tape import measure_by_tape
 
 

@@ -38,8 +38,8 @@ from gaitval.gait.plate_contacts import (
     owners_of,
 )
 from gaitval.gait.sampling import bridged
-from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import FootForces, Plate, Recording
+from gaitval.mocap.repairs import Repair
 
 LIGHTEST: Final = 0.05
 """Of the weight, below which a foot is in the air: 20 N are 14 % of a child of 15 kg, whose stance
@@ -79,7 +79,7 @@ def assign_forces(
     landmarks: Mapping[str, str],
     cutoff_hz: float | None = None,
     divide: Collection[str] = (),
-) -> tuple[FootForces, tuple[Finding, ...]]:
+) -> tuple[FootForces, tuple[Repair, ...]]:
     """Ground reaction on each foot from the plates that it was on.
 
     A contact is a time in which a plate's vertical force, low-passed at `force_cutoff_hz`, is
@@ -120,7 +120,7 @@ def assign_forces(
         touched=np.zeros((samples, 2), dtype=bool),
         heights=[],
     )
-    findings: list[Finding] = []
+    findings: list[Repair] = []
     for plate in recording.plates:
         findings += _share_out(
             *(recording, plate, feet, processing, shares),
@@ -207,7 +207,7 @@ def _share_out(
     processing: ProcessingSettings,
     shares: _Shares,
     divide: Mapping[str, str] | None,
-) -> list[Finding]:
+) -> list[Repair]:
     """Assign each contact with a plate to a foot, in place; returns the objections as findings.
     What is under both feet is divided with the landmarks `divide`.
     """

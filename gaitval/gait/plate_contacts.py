@@ -24,10 +24,10 @@ from gaitval.gait.feet_on_plates import (
     nearest_foot,
     over_plate,
 )
-from gaitval.mocap.findings import Finding, finding
 from gaitval.mocap.force_plates import RENUMBER, numbered_other_way
 from gaitval.mocap.lost_frames import lost_frames, lost_text
 from gaitval.mocap.recording import Event, Plate, Recording
+from gaitval.mocap.repairs import Repair, repair
 
 OUTSIDE_FOOT: Final = 0.06
 """m. How far outside the outline of the foot a centre of pressure may be: the shoe extends 1 to 2
@@ -102,7 +102,7 @@ def judge_contact(
     sharing: Flags,
     halved: Flags | None,
     valid: Flags,
-) -> list[Finding]:
+) -> list[Repair]:
     """Findings where a contact on a `plate` of `recording` (in the project's axes), from force
     sample `begin` to before `end` (n), is not one foot's only, or not completely on the plates.
 
@@ -119,7 +119,7 @@ def judge_contact(
         valid[first:last] = False
         names = (f"plate {plate.name}", *(f"{side} foot" for side in SIDES))
         action = _why_shared(recording, plate, feet, slice(first, last), cut_off=halved is not None)
-        findings.append(finding(recording, "contact", names, first, last, action))
+        findings.append(repair(recording, "contact", names, first, last, action))
     load = plate.force[begin:end, 2]
     heavy = load > WELL_LOADED * load.max()
     for column, side in enumerate(SIDES):
@@ -134,7 +134,7 @@ def judge_contact(
         ):
             if reason is not None:
                 valid[first:last, column] = False
-                findings.append(finding(recording, "contact", names, first, last, reason))
+                findings.append(repair(recording, "contact", names, first, last, reason))
     return findings
 
 
@@ -210,7 +210,7 @@ def judge_brushes(
     used: Flags,
     processing: ProcessingSettings,
     valid: Flags,
-) -> list[Finding]:
+) -> list[Repair]:
     """A finding for each touch of a `plate` of `recording` that is too short to be a stance, but
     above `BRUSH_FORCE` thresholds of `processing`.
 
@@ -227,7 +227,7 @@ def judge_brushes(
         valid[begin:end, column] = False
         action = f"touched with {peak:.0f} N, too short for a stance; not used"
         names = (f"plate {plate.name}", f"{SIDES[column]} foot")
-        findings.append(finding(recording, "contact", names, begin, end, action))
+        findings.append(repair(recording, "contact", names, begin, end, action))
     return findings
 
 
@@ -349,7 +349,7 @@ def _cut_off(touched: Flags, begin: int, end: int, rate: float) -> str:
 
 def judge_unshown(
     recording: Recording, feet: Feet, touched: Flags, valid: Flags, *, ends: bool = True
-) -> list[Finding]:
+) -> list[Repair]:
     """A finding for each stance of `feet`, by the markers of `recording`, that the plates do not
     show, or show in part, and each landing that nothing shows. `touched` (T, 2) is whether each
     foot is on a plate, at the force samples; `valid` (T, 2) is set to False in place over these
@@ -374,10 +374,10 @@ def judge_unshown(
                 if share >= LEAST_SHOWN
                 else f"the plates show only {100 * share:.0f} % of this stance; forces not used"
             )
-            findings.append(finding(recording, "contact", (f"{side} foot",), begin, end, action))
+            findings.append(repair(recording, "contact", (f"{side} foot",), begin, end, action))
     for begin, end in zip(*runs(np.asarray(~(feet.stance | touched).any(axis=1))), strict=True):
         if end - begin > LONGEST_FLIGHT * recording.force_rate:
             valid[begin:end] = False
             action = "neither is seen on the ground, longer than anybody flies; no forces there"
-            findings.append(finding(recording, "contact", ("both feet",), begin, end, action))
+            findings.append(repair(recording, "contact", ("both feet",), begin, end, action))
     return findings

@@ -13,9 +13,9 @@ from scipy.ndimage import binary_erosion
 from gaitval.arrays import Array, runs
 from gaitval.gait.feet_on_plates import SETTLING_SECONDS, Feet, feet_of, reaches
 from gaitval.gait.filters import low_pass
-from gaitval.mocap.findings import Finding, finding
 from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Plate, Recording
+from gaitval.mocap.repairs import Repair, repair
 
 LEAST_UNLOADED_SECONDS: Final = 0.1
 """A plate's offset is its mean over at least this time without a foot on it, s."""
@@ -30,7 +30,7 @@ RESTLESS_CUTOFF_HZ: Final = 20.0
 
 def zero_plates(
     recording: Recording, *, landmarks: Mapping[str, str]
-) -> tuple[Recording, tuple[Finding, ...]]:
+) -> tuple[Recording, tuple[Repair, ...]]:
     """Subtract what the plates show while no foot is on them.
 
     The offset of all six components is the mean in each phase without a foot on the plate (by the
@@ -68,7 +68,7 @@ def zero_plates(
     return replace(recording, plates=tuple(plates)), tuple(findings)
 
 
-def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list[Finding]]:
+def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list[Repair]]:
     rate = recording.force_rate
     settling = round(SETTLING_SECONDS * rate)
     occupied = np.zeros(len(plate.force), dtype=bool)
@@ -118,7 +118,7 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
 
 def without_offset(
     recording: Recording, plate: Plate, middles: Array, means: Array, kept: str
-) -> tuple[Plate, list[Finding]]:
+) -> tuple[Plate, list[Repair]]:
     """A `plate` of `recording` without its offset, and what was done; see `plate_offset`.
 
     Parameters
@@ -148,4 +148,4 @@ def without_offset(
         # Its centre of pressure is found anew.
         plate = plate_under(plate.name, plate.corners, force, moment)
     names = [f"plate {plate.name}"]
-    return plate, [finding(recording, "offset", names, 0, len(plate.force), shown)]
+    return plate, [repair(recording, "offset", names, 0, len(plate.force), shown)]

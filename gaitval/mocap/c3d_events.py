@@ -7,8 +7,8 @@ from typing import Final
 
 from gaitval.coordinates import Side
 from gaitval.mocap.c3d_contents import Contents, continued, labels_of
-from gaitval.mocap.findings import passed_over
 from gaitval.mocap.recording import Event, EventKind
+from gaitval.mocap.repairs import passed_over
 
 SAME_EVENT_S: Final = 0.2
 """Events of the same side and kind that are closer than this are one event, s; half a running step

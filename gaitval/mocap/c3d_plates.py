@@ -11,7 +11,6 @@ from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d_contents import Contents, labels_of
 from gaitval.mocap.c3d_units import length_unit
-from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import (
     CALIBRATIONS,
     CHANNELS,
@@ -23,6 +22,7 @@ from gaitval.mocap.force_plates import (
     plate_wrench,
 )
 from gaitval.mocap.recording import Plate
+from gaitval.mocap.repairs import passed_over
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor, unit_name
 
 CHANGING: Final = (

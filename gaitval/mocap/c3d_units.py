@@ -7,8 +7,8 @@ import numpy as np
 
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d_contents import Contents
-from gaitval.mocap.findings import passed_over
 from gaitval.mocap.recording import PERSON_SPREAD_M
+from gaitval.mocap.repairs import passed_over
 from gaitval.mocap.units import METRES, unit_factor
 
 WHERE: Final = "POINT:UNITS"

@@ -11,9 +11,9 @@ import numpy as np
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
 from gaitval.mocap.exchanges import exchange_back, mirrored_arms
-from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.lost_markers import leave_out_lost
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.repairs import Repair, repair, seen_frames
 from gaitval.mocap.spikes import cut_spikes, jumps
 
 
@@ -24,7 +24,7 @@ def clean(
     *,
     landmarks: Mapping[str, str],
     standing: Recording | None = None,
-) -> tuple[Recording, tuple[Finding, ...]]:
+) -> tuple[Recording, tuple[Repair, ...]]:
     """Correct what can be corrected in the marker trajectories of a trial; also returns what was
     found, in order of time.
 
@@ -65,7 +65,7 @@ def clean(
         )
     never = np.asarray(~seen.any(axis=0))
     findings = [
-        finding(recording, "missing", [name], 0, len(markers), "never seen in this trial; left out")
+        repair(recording, "missing", [name], 0, len(markers), "never seen in this trial; left out")
         for name, gone in zip(recording.names, never, strict=True)
         if gone
     ]
@@ -77,7 +77,7 @@ def clean(
         columns = [recording.names.index(name) for name in pair]
         markers[:, columns] = markers[:, columns[::-1]]
         findings.append(
-            finding(recording, "swap", pair, 0, len(markers), "left and right exchanged back")
+            repair(recording, "swap", pair, 0, len(markers), "left and right exchanged back")
         )
     findings += leave_out_lost(recording, markers, segments, standing)
     spiked = np.zeros(markers.shape[:2], dtype=bool)

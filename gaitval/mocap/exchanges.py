@@ -10,9 +10,9 @@ import numpy as np
 
 from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.repairs import Repair, repair, seen_frames
 from gaitval.mocap.spikes import jump_tolerance, surprise_of
 
 _Exchange = tuple[int, int, int]
@@ -31,7 +31,7 @@ are by 8 mm (Hamner et al. 2010). Exchanged labels are by the width of a step or
 
 def exchange_back(
     recording: Recording, markers: Array, segments: Mapping[str, str]
-) -> list[Finding]:
+) -> list[Repair]:
     """Undo exchanges of two trajectories within the trial: a finding for each part that was
     exchanged back.
 
@@ -203,7 +203,7 @@ def _is_left(name: str, partner: str, landmarks: Mapping[str, str]) -> bool:
 
 def undo_exchanges(
     recording: Recording, markers: Array, next_change: Callable[[set[_Exchange]], _Exchange | None]
-) -> list[Finding]:
+) -> list[Repair]:
     """Change back what changes places; see `exchanges.exchange_back`.
 
     Parameters
@@ -251,7 +251,7 @@ def undo_exchanges(
                 frames = [*frames[:-1], opened] if frames else [0, opened]
         for begin, end in zip(frames[::2], frames[1::2], strict=True):
             findings.append(
-                finding(recording, "swap", pair, begin, end, "trajectories exchanged back")
+                repair(recording, "swap", pair, begin, end, "trajectories exchanged back")
             )
     return findings
 

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Flags
-from gaitval.mocap.findings import seen_frames
+from gaitval.mocap.repairs import seen_frames
 
 LARGEST_DEFORMATION: Final = 0.02
 """m root-mean-square over the markers of a segment between the frames before and after a gap. Skin

@@ -7,8 +7,8 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
-from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.repairs import Repair, repair, seen_frames
 
 RIGID_GAP_FACTOR: Final = 5.0
 """Rebuilding from the segment bridges gaps this many times longer than a spline does."""
@@ -26,7 +26,7 @@ def fill_gaps(
     segments: Mapping[str, str],
     processing: ProcessingSettings,
     spiked: Flags,
-) -> list[Finding]:
+) -> list[Repair]:
     """Fill gaps in place from what was seen, never from what another gap was filled with.
 
     Parameters
@@ -85,5 +85,5 @@ def fill_gaps(
                 )
             if spiked[begin:end, column].any():
                 action += ", after a spike was removed"
-            findings.append(finding(recording, "gap", [name], begin, end, action))
+            findings.append(repair(recording, "gap", [name], begin, end, action))
     return findings

@@ -34,11 +34,11 @@ from gaitval._internal.io.artefacts import read_toml
 from gaitval._internal.io.text_tables import separator_of
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import make_plate, plate_axes, plate_or_fault, plate_wrench
 from gaitval.mocap.laboratory_forces import person_of
 from gaitval.mocap.pressed_plates import measured_points
 from gaitval.mocap.recording import Plate, Recording
+from gaitval.mocap.repairs import passed_over
 from gaitval.mocap.text_cells import cells_of, numbers, whole_rows
 from gaitval.mocap.text_table import sample_rate, text_lines
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor

@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.errors import count_of
-from gaitval.mocap.findings import seen_frames
+from gaitval.mocap.repairs import seen_frames
 
 BESIDE: Final = 3
 """Steps before and after one whose median is the step that a marker usually makes there."""

@@ -10,8 +10,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
-from gaitval.mocap.findings import Finding, finding, passed_over, seen_frames
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.repairs import Repair, passed_over, repair, seen_frames
 from gaitval.model.body import PARENTS
 
 FILLED: Final = 2
@@ -123,7 +123,7 @@ def leave_out_lost(
     markers: Array,
     segments: Mapping[str, str],
     standing: Recording | None = None,
-) -> list[Finding]:
+) -> list[Repair]:
     """Make gaps in place where a marker is not on its segment.
 
     Parameters
@@ -163,7 +163,7 @@ def leave_out_lost(
             until = "from there on" if end == len(markers) else f"for {seconds:.2f} s"
             action = f"{how}: up to {largest:.2f} m off its place on the body; left out {until}"
             if seen[during, number].any():
-                findings.append(finding(recording, "lost", [name], begin, end, action))
+                findings.append(repair(recording, "lost", [name], begin, end, action))
     for found in findings:
         markers[found.first : found.last + 1, names.index(found.names[0])] = np.nan
     return findings

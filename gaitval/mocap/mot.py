@@ -15,11 +15,11 @@ import numpy as np
 from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import UNLOADED_N, plate_or_fault
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import DeviceTorque, Plate
+from gaitval.mocap.repairs import passed_over
 from gaitval.mocap.text_table import (
     XYZ,
     counted,

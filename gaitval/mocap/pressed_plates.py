@@ -7,7 +7,6 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import (
     LONGEST_LEVER_M,
     UNLOADED_N,
@@ -16,6 +15,7 @@ from gaitval.mocap.force_plates import (
     plate_axes,
 )
 from gaitval.mocap.recording import Plate
+from gaitval.mocap.repairs import passed_over
 
 LARGEST_LEVEL_M: Final = 0.005
 """m times the force, of the level parts of a torque about the centre of pressure."""

@@ -14,9 +14,9 @@ from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.centre_points import centre_points
-from gaitval.mocap.findings import passed_over
 from gaitval.mocap.lost_markers import without_fill_values
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.repairs import passed_over
 
 SMALLEST_SPREAD_M: Final = 0.05
 LARGEST_SPREAD_M: Final = 20.0

@@ -9,9 +9,9 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import passed_over, seen_frames
 from gaitval.mocap.force_plates import certain_load, plate_or_fault
 from gaitval.mocap.recording import PERSON_SPREAD_M, Plate, Recording
+from gaitval.mocap.repairs import passed_over, seen_frames
 
 LARGEST_MISMATCH_S: Final = 0.1
 """Markers and forces of one trial end within this time of each other, s; exports differ by a

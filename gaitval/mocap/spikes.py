@@ -7,9 +7,9 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.errors import count_of
-from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.lost_frames import lost_frames, lost_text
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.repairs import Repair, repair, seen_frames
 
 LONGEST_SPIKE: Final = 0.05
 """s. A marker that returns later than this is not a spike; it was somewhere else."""
@@ -63,7 +63,7 @@ def jumps(markers: Array, rate: float) -> bool:
     return False
 
 
-def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Flags]:
+def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Repair], Flags]:
     """Turn frames in which a marker briefly leaves its path into gaps.
 
     Parameters
@@ -79,7 +79,7 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
     rate = recording.marker_rate
     lost = lost_frames(markers)
     findings = [
-        finding(
+        repair(
             recording, "jump", ["all markers"], at, at + 1, f"{lost_text(frames)}; left as it is"
         )
         for at, frames in lost
@@ -93,7 +93,7 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
             path[begin:end] = np.nan
             spiked[begin:end, column] = True
             action = f"up to {1000 * away:.0f} mm off its path; removed"
-            findings.append(finding(recording, "spike", [name], begin, end, action))
+            findings.append(repair(recording, "spike", [name], begin, end, action))
         # A jump that is left when the spikes are cut does not come back.
         surprise = surprise_of(path)
         surprise[of_all] = 0.0
@@ -105,7 +105,7 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
                 "check the label"
             )
             first, last = int(jumps[0]), int(jumps[-1])
-            findings.append(finding(recording, "jump", [name], first, last + 1, action))
+            findings.append(repair(recording, "jump", [name], first, last + 1, action))
     return findings, spiked
 
 

@@ -13,7 +13,7 @@ from gaitval._internal.text.plain_numbers import plain_float, plain_floats
 from gaitval.arrays import Array
 from gaitval.constants import LARGEST_SIZE
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import passed_over
+from gaitval.mocap.repairs import passed_over
 
 SLOWEST_RATE: Final = 5.0
 """Hz. No camera and no force plate is sampled more slowly."""

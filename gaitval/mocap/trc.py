@@ -10,8 +10,8 @@ import numpy as np
 
 from gaitval._internal.text.plain_numbers import plain_float, plain_int
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import passed_over
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.repairs import passed_over
 from gaitval.mocap.text_table import (
     counted,
     cut_off,

@@ -21,10 +21,10 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.raised_plates import without_raised
 from gaitval.mocap.axes import LaboratoryAxes, detect_axes, turn_to_walking_direction
 from gaitval.mocap.cleaning import clean
-from gaitval.mocap.findings import Finding
 from gaitval.mocap.lost_markers import without_lost
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.repairs import Repair
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import RECOGNISED_SHARE, load_marker_set, recognise
 from gaitval.scaling.same_person import check_same_person, displaced
@@ -522,7 +522,7 @@ def prepared(
     return recording
 
 
-def lost_doubt(found: Finding) -> QualityFlag:
+def lost_doubt(found: Repair) -> QualityFlag:
     """The warning about a marker that was `found` lost."""
     return QualityFlag(
         "lost marker", ", ".join(found.names), found.end - found.start, 0.0, "s",
@@ -536,6 +536,6 @@ def trajectories(recording: Recording) -> dict[str, Array]:
     return {name: recording.marker(name) for name in recording.names}
 
 
-def _notify_cleaning(notify: Notify, file: Path, findings: Iterable[Finding]) -> None:
+def _notify_cleaning(notify: Notify, file: Path, findings: Iterable[Repair]) -> None:
     for finding in findings:
         notify("cleaning", f"{file.name}: {finding}")

@@ -26,8 +26,8 @@ from gaitval.inverse.foot_anchoring import AnchoredFeet, anchored
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
 from gaitval.inverse.motion_rates import cardan_coordinates
-from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import Event, FootForces, Recording
+from gaitval.mocap.repairs import Repair
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
@@ -93,7 +93,7 @@ class WalkingTrial:
     belt: float
     cycles: Mapping[Side, tuple[GaitCycle, ...]]
     gait: Mapping[Side, SpatioTemporal]
-    findings: tuple[Finding, ...]
+    findings: tuple[Repair, ...]
     stored_events: "tuple[StoredEvents, ...]"
     warnings: tuple[QualityFlag, ...]
 
@@ -227,7 +227,7 @@ class _Ground(NamedTuple):
     loads: FootForces | None = None
     dynamics: InverseDynamics | None = None
     consistent: "ConsistentMotion | None" = None
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[Repair, ...] = ()
 
     @property
     def measured(self) -> tuple[FootForces, FootForces, InverseDynamics] | None:
@@ -403,7 +403,7 @@ class TrialLoads:
     recording: Recording
     forces: FootForces
     loads: FootForces
-    findings: tuple[Finding, ...]
+    findings: tuple[Repair, ...]
 
     @property
     def wrenches(self) -> tuple[Array, Array, Array]:

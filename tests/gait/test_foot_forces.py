@@ -28,9 +28,9 @@ from gaitval.gait.filters import low_pass
 from gaitval.gait.foot_forces import assign_forces, of_weight, resample_forces
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.findings import Finding
 from gaitval.mocap.foot_markers import foot_markers
 from gaitval.mocap.recording import FootForces, Plate, Recording
+from gaitval.mocap.repairs import Repair
 
 PROCESSING = ProcessingSettings()
 
@@ -46,7 +46,7 @@ def test_contact_begins_at_a_twentieth_of_a_light_weight():
     assert of_weight(PROCESSING, 41.0) == PROCESSING
 
 
-def assigned(recording: Recording, **settings: float) -> tuple[FootForces, tuple[Finding, ...]]:
+def assigned(recording: Recording, **settings: float) -> tuple[FootForces, tuple[Repair, ...]]:
     return assign_forces(recording, PROCESSING, landmarks=LANDMARKS, **settings)
 
 

@@ -12,8 +12,8 @@ from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.cleaning import clean
 from gaitval.mocap.exchanges import opposite_marker
-from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import Recording
+from gaitval.mocap.repairs import Repair
 from gaitval.mocap.trc import read_trc
 from gaitval.mocap.wbds_text import read_wbds_markers
 
@@ -21,7 +21,7 @@ PROCESSING = ProcessingSettings()
 """Turns x forward, y up, z right into x forward, y left, z up."""
 
 
-def cleaned(recording: Recording, **segments: str) -> tuple[Recording, tuple[Finding, ...]]:
+def cleaned(recording: Recording, **segments: str) -> tuple[Recording, tuple[Repair, ...]]:
     return clean(recording, segments or SEGMENTS, PROCESSING, landmarks=LANDMARKS)
 
 

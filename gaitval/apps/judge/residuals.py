@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.findings import passed_over
 from gaitval.mocap.mot_writing import StorageTable
+from gaitval.mocap.repairs import passed_over
 from gaitval.scaling.opensim.model import OsimModel
 from gaitval.scaling.opensim.placing import place
 

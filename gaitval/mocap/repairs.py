@@ -11,13 +11,13 @@ from gaitval.arrays import Array, Flags
 from gaitval.errors import RecordWarning
 from gaitval.mocap.recording import Recording
 
-FindingKind = Literal["missing", "gap", "spike", "swap", "jump", "lost", "offset", "contact"]
+RepairKind = Literal["missing", "gap", "spike", "swap", "jump", "lost", "offset", "contact"]
 OF_FORCES: Final = ("offset", "contact")
 """Kinds that are found in samples of the forces; the others are in frames of the markers."""
 
 
 @dataclass(frozen=True)
-class Finding:
+class Repair:
     """Something found in a recording, and what was done about it.
 
     Attributes
@@ -29,7 +29,7 @@ class Finding:
     action : what was done, in words.
     """
 
-    kind: FindingKind
+    kind: RepairKind
     names: tuple[str, ...]
     first: int
     last: int
@@ -47,17 +47,17 @@ class Finding:
         return f"{self.kind}: {', '.join(self.names)}, {where} ({when}): {self.action}"
 
 
-def finding(
-    recording: Recording, kind: FindingKind, names: Iterable[str], begin: int, end: int, action: str
-) -> Finding:
-    """A finding of a `kind` in frames of the markers, or in samples of the forces (`OF_FORCES`),
+def repair(
+    recording: Recording, kind: RepairKind, names: Iterable[str], begin: int, end: int, action: str
+) -> Repair:
+    """A repair of a `kind` in frames of the markers, or in samples of the forces (`OF_FORCES`),
     from `begin`, counted from 0, to the one before `end`, at the times of `recording`. `names` are
     the markers, plates or feet concerned, `action` says in words what was done about it.
     """
     rate = recording.force_rate if kind in OF_FORCES else recording.marker_rate
     first, last = int(begin), int(end) - 1
     start, stop = recording.start + first / rate, recording.start + last / rate
-    return Finding(kind, tuple(names), first, last, start, stop, action)
+    return Repair(kind, tuple(names), first, last, start, stop, action)
 
 
 def passed_over(message: str) -> None:
