@@ -58,13 +58,6 @@ main()
 """
 
 
-def test_everything_is_in_one_package() -> None:
-    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    assert tomllib.loads(text)["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"] == [
-        "gaitval"
-    ]
-
-
 def test_what_is_registered_for_pytest_is_there() -> None:
     assert import_module(PROJECT["entry-points"]["pytest11"]["gaitval"])
     assert set(PROJECT["entry-points"]) == {"pytest11"}  # the rest is for other distributions
@@ -157,12 +150,6 @@ def helped() -> str:
 @pytest.mark.parametrize("command", sorted(TABLE))
 def test_help_needs_no_library_of_an_extra(helped: str, command: str) -> None:
     assert re.search(rf"^{command}: 0 None\s+Usage: .* {command} ", helped, re.MULTILINE), helped
-
-
-def test_help_that_needs_a_hidden_library_would_be_seen() -> None:
-    code = f"HIDDEN = {HIDDEN!r}\n{WITHOUT}import torch"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert "ModuleNotFoundError: No module named 'torch'" in done.stderr
 
 
 def test_a_cohort_without_its_libraries_says_which_extra_it_needs(tmp_path: Path) -> None:

@@ -65,25 +65,6 @@ def test_what_fails_or_lacks_something_does_not_end_the_others(made, capsys) -> 
     assert "https://github.com/owner/name" in printed.out
 
 
-def test_a_claim_that_a_measurement_no_longer_makes_goes(made) -> None:
-    @measured()
-    def two(_: Given) -> list[Claim]:
-        return [Claim("a", 1.0, "1", 1), Claim("b", 1.0, "1", 1)]
-
-    @measured()
-    def other(_: Given) -> Claim:
-        return Claim("c", 1.0, "1", 1)
-
-    made(one=two, two=other)
-    _, found = made("made_up.one", one=good)
-    assert [row["what"] for row in found] == ["c", "angles, RMSE"]
-
-
-def test_a_claim_that_there_is_not_is_refused_with_the_topics() -> None:
-    with pytest.raises(SystemExit, match=r"nothing.*accuracy"):
-        __main__.chosen(["nothing"])
-
-
 def test_every_measurement_can_be_loaded_and_its_topic_is_documented() -> None:
     found = __main__.measurements()
     assert {name.partition(".")[0] for name in found} == set(claims.TOPICS)

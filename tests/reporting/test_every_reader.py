@@ -225,15 +225,6 @@ def test_the_first_key_leads_past_the_contents_and_only_frames_that_scroll_are_s
 
 
 @pytest.mark.slow
-def test_axe_finds_what_is_wrong(tmp_path: Path, browser: str) -> None:
-    bad = tmp_path / "bad.html"
-    bad.write_text('<p style="color: #ccc; background: #fff">pale</p><img src="data:,">')
-    with opened(browser, bad) as page:
-        found = violations(page)
-    assert {each.partition(":")[0] for each in found} >= {"color-contrast", "image-alt"}
-
-
-@pytest.mark.slow
 def test_a_button_copies_a_table_as_text_with_tabs(folder: Path, browser: str) -> None:
     with opened(browser, folder / "recording.html") as page:
         page.context.grant_permissions(["clipboard-read", "clipboard-write"])
