@@ -150,7 +150,12 @@ def share(probability: float) -> str:
 
 
 def weigh(
-    changes: Iterable[tuple[Change, float]], sound: float, count: float, *, square: float
+    changes: Iterable[tuple[Change, float]],
+    sound: float,
+    count: float,
+    *,
+    square: float,
+    other: float | None = None,
 ) -> Verdict:
     """The probabilities of `changes`.
 
@@ -160,6 +165,8 @@ def weigh(
     sound : log likelihood of the data as they are.
     count : number of independent data.
     square : sum of squares of the data as they are, over their variance, for "something else".
+    other : log likelihood of the data if something else is wrong, where `square` and `count` are
+        not all that is known of it.
     """
     kinds: dict[str, list[tuple[Change, float]]] = {}
     for change, log in changes:
@@ -167,13 +174,15 @@ def weigh(
     logs: list[tuple[Change, float]] = []
     for members in kinds.values():
         best = max(members, key=lambda each: each[1])[0]
-        mean = float(logsumexp([log for _, log in members])) - np.log(len(members))
+        mean = float(np.logaddexp.reduce([log for _, log in members])) - np.log(len(members))
         logs.append((best, mean + np.log(best.prior)))
     spent = sum(change.prior for change, _ in logs) + OTHER.prior
     if spent >= 1.0:
         raise ValueError(f"the priors of the changes add up to {spent:.2f}: leave room for 'none'")
     logs.append((SOUND, sound + np.log(1.0 - spent)))
-    logs.append((OTHER, log_likelihood(square, count, WIDEST) + np.log(OTHER.prior)))
+    if other is None:
+        other = log_likelihood(square, count, WIDEST)
+    logs.append((OTHER, other + np.log(OTHER.prior)))
     total = float(logsumexp([log for _, log in logs]))
     found = [Cause(change, float(np.exp(log - total))) for change, log in logs]
     return Verdict(tuple(sorted(found, key=lambda each: -each.probability)))

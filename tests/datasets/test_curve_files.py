@@ -1,6 +1,7 @@
 """Subjects from anyone's mean curves, and what is said of curves that cannot be used."""
 
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -156,49 +157,29 @@ def later(percent):
     ("damage", "message"),
     [
         (lambda c: c.head(100), "100 rows of data, but there must be 101"),
+        (lambda c: c.head(0), "a header and no rows"),
+        (lambda c: pd.concat([c, c]), "begins again after 101 rows: several trials, people or si"),
+        (lambda c: pd.concat([c, c.tail(1).assign(percent="mean")]), "line 103: 'mean' where a p"),
+        (lambda c: c.assign(percent=np.roll(c.percent, 8)), "percent: 93 in row 2, where 0 is "),
+        (lambda c: c.assign(percent=c.percent / 1000), "percent: 0.001 in row 3, where 1 is"),
+        (lambda c: c.assign(percent=c.percent.where(c.index != 4)), "percent: nan in row 6"),
         (lambda c: c.drop(columns="angle_hip_rotation_l"), "missing columns: angle_hip_rotation_l"),
         (lambda c: c.drop(columns="force_up_r"), "missing columns: force_up_r"),
         (lambda c: c.rename(columns={"angle_knee_angle_r": "angle_knee_angl_r"}),
          r"angle_knee_angl_r: not the name of a curve. Is it angle_knee_angle_r\?"),
-        (change("angle_knee_angle_r", np.negative), "knee_angle_r: smallest at .* Change its sign"),
-        (change("angle_hip_flexion_l", np.negative), "hip_flexion_l: largest .* Change its sign"),
-        (change("angle_ankle_angle_r", np.negative), "ankle_angle_r: larger after push-off"),
-        (change("angle_knee_angle_l", np.radians), "looks like radians. Give --angle-unit rad"),
-        (every("angle_pelvis_", np.pi / 180), "angle_pelvis_rotation_r .*looks like radians"),
-        (change("moment_ankle_angle_r", np.negative), "moment_ankle_angle_r: .* Change its sign"),
-        (change("moment_ankle_angle_l", lambda m: 65 * m), "looks like Nm. Divide moments by the"),
-        (every("moment_", 1000), r"reaches 1\d*; this looks like Nmm/kg. Divide moments by 1000:"),
-        (every("moment_", 65e3), "looks like Nmm. Divide moments by 1000 and by the body mass"),
-        (every("moment_", 100 / 9.80665 / 1.53), "% of body weight times height. Multiply "),
-        (every("moment_", 1000 / 65), "reaches .*; no usual unit has this .*Nmm/kg 500 to 3000"),
-        (every("moment_", 1000 / 65**2), "reach 0.3. and 0.2.; .* divided by the body mass twice"),
-        (change("moment_ankle_angle_l", lambda m: 0 * m), "_l: reaches only 0 Nm/kg"),
-        (every("force_", 100), "force_up_r: .* looks like % of body weight. Divide forces by 100"),
-        (every("force_", 40), "force_up_l: .* no usual unit"),
-        (change("force_up_r", lambda f: 640 * f), "force_up_r: reaches .* looks like N. Divide"),
-        (change("force_up_l", lambda f: 9.8 * f), "force_up_l: .* looks like N/kg"),
-        (change("force_up_l", np.negative), "force_up_l: .* the ground pushes up"),
-        (change("force_forward_r", np.negative), "force_forward_r: it does not brake first"),
-        (change("force_left_l", np.negative), "force_left_l: it points away from the midline"),
-        (lambda c: c.rename(columns={n: n[:-1] + {"r": "l", "l": "r"}[n[-1]] for n in c
-                                     if n != "percent"}), "exchanged, in all columns"),
-        (lambda c: c.assign(force_up_r=np.roll(c.force_up_l, 50)), "force_up_r: .*"),
-        (change("angle_pelvis_list_l", np.negative), "impossible for one pelvis"),
+        (lambda c: c.rename(columns={n: f"{n} (Nm/(kg m))" for n in c if n.startswith("moment")}),
+         "the unit .* is not known here. Give moments in Nm/kg"),
         (change("angle_hip_adduction_r", lambda a: a.where(a.index != 40)), "a number in row 42"),
+        (change("angle_knee_angle_r", lambda a: a.where(a.index != 39, -9999.0)),
+         "-9999 in row 41 stands for a value that is missing"),
         (change("angle_hip_rotation_r", lambda a: a + 30.0 * (a.index == 50)), "jumps by .* betw"),
-        (lambda c: c.assign(percent=np.roll(c.percent, 8)), "percent: 93 in row 2, where 0 is "),
-        (lambda c: c.assign(percent=c.percent / 1000), "percent: 0.001 in row 3, where 1 is"),
-        (lambda c: c.assign(percent=c.percent.where(c.index != 4)), "percent: nan in row 6"),
-        (later(7), "force_up_r: .* at 3-5 %, where the foot has landed"),
-        (later(-5), "force_up_r: .* in swing"),
-        (change("angle_ankle_angle_r", lambda a: a + 90.0), "ankle_angle_r: .* from 90° in stand"),
-        (change("angle_knee_angle_l", lambda a: 180.0 - a), "knee_angle_l: .* from 180° in stand"),
+        (change("angle_knee_angle_l", lambda a: 0.0 * a + 10.0), "is 10 in all rows"),
+        (every("force_", 0.0), "force_up_r: is 0 in all rows"),
     ],
 )  # fmt: skip
-def test_a_wrong_sign_unit_side_or_gap_is_named(good, tmp_path, damage, message):
-    path = written(tmp_path, damage(good))
+def test_a_table_that_is_none_is_refused(good, tmp_path, damage, message):
     with pytest.raises(RecordError, match=message):
-        gait_values(read_mean_curves([path]), str(path))
+        read_mean_curves([written(tmp_path, damage(good))])
 
 
 def stretched(curves, until):
@@ -213,73 +194,69 @@ def of_side(side, kinds, function):
     )
 
 
-def row_of(column, row, value):
-    return lambda curves: curves.assign(
-        **{column: curves[column].where(curves.index != row, value)}
-    )
+def both(name, columns):
+    return columns.assign(**{each: -columns[each] for each in (f"{name}_r", f"{name}_l")})
 
 
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
+        (change("angle_knee_angle_r", np.negative), "Change the sign of angle_knee_angle_r: flex"),
+        (change("angle_hip_flexion_l", np.negative), "Change the sign of angle_hip_flexion_l"),
+        (change("moment_ankle_angle_r", np.negative), "the sign of moment_ankle_angle_r: moments"),
+        (partial(both, "moment_hip_adduction"), "sign of moment_hip_adduction_r and"),
+        (every("moment_", -1.0), "they are external .* Change the sign of all moments"),
+        (change("force_forward_r", np.negative), "Change the sign of force_forward_r"),
+        (change("force_left_l", np.negative), "Change the sign of force_left_l"),
+        (every("angle_", np.pi / 180), "the angles are in radians .* Give --angle-unit rad"),
+        (change("angle_ankle_angle_r", np.radians), "ankle_angle_r is in radians .* in one unit"),
+        (every("moment_", 1000), "the moments are in Nmm/kg .* Divide them by 1000\\."),
+        (every("moment_", 65), "the moments are in Nm .* Divide them by the body mass"),
+        (every("moment_", 65e3), "the moments are in Nmm .* Divide them by 1000 and by the body"),
+        (every("moment_", 100 / 9.80665 / 1.53), "in % of body weight times height .* Multiply"),
+        (every("moment_", 1000 / 65), "about 15.8 times too large, in no usual unit"),
+        (every("force_", 100), "the forces are in % of body weight .* Divide them by 100"),
+        (every("force_", 40), "the forces are about 39.8 times too large, in no usual unit"),
+        (change("force_up_l", lambda f: 9.8 * f), "force_up_l is in N/kg"),
+        (lambda c: c.rename(columns={n: n[:-1] + {"r": "l", "l": "r"}[n[-1]] for n in c
+                                     if n != "percent"}),
+         "exchanged in all columns .* or force_left_. and force_left_. have the other sign"),
         (of_side("l", ("angle", "moment", "force"), lambda c: moved(c, 50)),
-         "knee_angle_l: .* over the other side's cycle, half a stride off"),
-        (of_side("l", "moment", lambda c: moved(c, 50)),
-         "moment_ankle_angle_l: .* in swing .* over the other side's cycle, half a stride"),
-        (change("angle_hip_flexion_l", lambda c: moved(c, 50)),
-         "angle_hip_flexion_l is over the other side's cycle"),
-        (later(39), "angle_knee_angle_r: .* begin at toe-off, not at heel strike"),
-        (lambda c: c.iloc[::-1].reset_index(drop=True).assign(percent=c.percent),
-         "angle_knee_angle_r: .* run backwards"),
-        (lambda c: stretched(c, 61.0), "angle_knee_angle_r: .* are of stance alone"),
-        (lambda c: stretched(c, 200.0), "angle_knee_angle_r: .* are two cycles"),
-        (lambda c: swapped("angle_hip_flexion_r", "angle_knee_angle_r")(c),
-         "angle_hip_flexion_r and angle_knee_angle_r are exchanged"),
-        (lambda c: swapped("force_left_r", "force_forward_r")(c),
-         "force_forward_r and force_left_r are exchanged"),
-        (lambda c: swapped("force_up_r", "force_forward_r")(c),
-         "force_forward_r and force_up_r are exchanged"),
-        (row_of("angle_knee_angle_r", 39, -9999.0), "-9999 in row 41 stands for a value that is m"),
-        (row_of("force_up_r", 69, 9999.0), "force_up_r: 9999 in row 71 stands for a value"),
-        (change("angle_ankle_angle_r", np.radians), "ankle_angle_r: it spans .* unlike other col"),
-        (change("angle_hip_rotation_l", np.radians), "hip_rotation_l: .* looks like radians"),
-        (change("angle_knee_angle_l", lambda a: 0.0 * a + 10.0), "is 10° in all rows"),
-        (every("force_", 0.0), "force_up_r: is 0 in all rows"),
-        (lambda c: every("force_left", 640.0)(every("force_forward", 640.0)(c)),
-         "force_forward_r: reaches .* this looks like N"),
-        (change("angle_hip_flexion_r", lambda a: a - 90.0), "hip_flexion_r: -70° .* from 90°"),
-        (lambda c: every("angle_pelvis_tilt", 1.0)(c).assign(
-            angle_pelvis_tilt_r=c.angle_pelvis_tilt_r - 90.0), "pelvis_tilt_r: .* than the vert"),
-        (lambda c: c.assign(**{n: c[n] + 180.0 for n in c if "pelvis_rotation" in n}),
-         "pelvis_rotation_r: .* an axis of the laboratory"),
-        (lambda c: pd.concat([c, c]), "begins again after 101 rows: several trials, people or si"),
-        (lambda c: pd.concat([c, c.tail(1).assign(percent="mean")]), "line 103: 'mean' where a p"),
-        (lambda c: c.head(0), "a header and no rows"),
-        (lambda c: c.rename(columns={n: f"{n} (Nm/(kg m))" for n in c if n.startswith("moment")}),
-         "the unit .* is not known here. Give moments in Nm/kg"),
+         "all curves of the left side are over the other side's cycle, half a stride off"),
+        (of_side("l", "moment", lambda c: moved(c, 50)), "the moments of the left side are over"),
+        (later(7), "all curves are about 8 % of the cycle too late"),
+        (lambda c: c.assign(**{n: moved(c[n], 7) for n in c if n.startswith("moment")}),
+         "the moments are about 8 % of the cycle too late"),
+        (later(39), "the rows of all curves begin at toe-off, not at heel strike"),
+        (lambda c: c.iloc[::-1].reset_index(drop=True).assign(percent=c.percent), "run backwards"),
+        (lambda c: stretched(c, 61.0), "of stance alone"),
+        (lambda c: stretched(c, 200.0), "are two cycles"),
+        (swapped("angle_hip_flexion_r", "angle_knee_angle_r"), "hip_flexion_r are exchanged"),
+        (swapped("force_up_r", "force_forward_r"), "force_up_r and force_forward_r are exchanged"),
+        (change("angle_ankle_angle_r", lambda a: a + 90.0), "from 90° in standing"),
+        (change("angle_knee_angle_l", lambda a: 180.0 - a), "from 180° in standing"),
     ],
 )  # fmt: skip
-def test_what_became_of_curves_is_named_and_not_only_where_they_are_odd(
-    good, tmp_path, damage, message
-):
+def test_curves_of_no_walker_are_refused_with_what_explains_them(good, tmp_path, damage, message):
     with pytest.raises(RecordError, match=message):
-        read_mean_curves([written(tmp_path, damage(good))])
+        read_mean_curves([written(tmp_path, damage(good))], mass=64.95, height=1.53)
 
 
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
-        (swapped("moment_hip_flexion_r", "moment_knee_angle_r"), "and moment_knee_angle_r are exc"),
+        (partial(both, "angle_hip_adduction"), "Change the sign of angle_hip_adduction_r and .*_l"),
+        (partial(both, "angle_pelvis_list"), "Change the sign of angle_pelvis_list_r and"),
+        (partial(both, "angle_foot_pitch"), "angle_foot_pitch_r and angle_foot_pitch_l have the"),
+        (lambda c: c.assign(**{n: c[n] + 180.0 for n in c if "pelvis_rotation" in n}),
+         "angle_pelvis_rotation_l are measured from an axis of the laboratory"),
+        (change("angle_hip_flexion_l", lambda a: a + 20.0), "angle_hip_flexion_l has another zero"),
+        (lambda c: c.assign(**{f"angle_hip_flexion_{s}": c[f"angle_hip_flexion_{s}"]
+                               - c[f"angle_pelvis_tilt_{s}"] for s in "rl"}),
+         "of the thigh against the vertical"),
         (every("moment_hip_flexion", 0.0), "moment_hip_flexion_r, .* was not measured"),
-        (every("angle_hip_rotation", 0.0), "angle_hip_rotation_r, .* was not measured"),
-        (lambda c: c.assign(**{n: moved(c[n], 5) for n in c if n.startswith("moment")}),
-         "moment_ankle_angle_r: .* after the foot has left the ground"),
         (lambda c: c.assign(**{f"{n[:-1]}l": c[n] for n in c if re.match("angle.*_r$", n)}),
          "one side is a copy of the other"),
-        (lambda c: c.assign(**{n: -c[n] for n in c if "foot_pitch" in n}),
-         "angle_foot_pitch_r.* turn the foot"),
-        (lambda c: c.assign(**{f"angle_hip_flexion_{s}": c[f"angle_hip_flexion_{s}"]
-                               - c[f"angle_pelvis_tilt_{s}"] for s in "rl"}), "another zero"),
     ],
 )  # fmt: skip
 def test_what_people_may_do_is_said_and_not_refused(good, tmp_path, damage, message):
@@ -287,37 +264,25 @@ def test_what_people_may_do_is_said_and_not_refused(good, tmp_path, damage, mess
     assert re.search(message, "; ".join(found)), found
 
 
-def test_hips_from_the_vertical_are_said_without_the_angles_of_the_feet(good, tmp_path):
-    lacking = [n for n in good if any(f"angle_{each}" in n for each in SKIPPED)]
-    thigh = good.drop(columns=lacking).assign(
-        **{f"angle_hip_flexion_{s}": good[f"angle_hip_flexion_{s}"] - good[f"angle_pelvis_tilt_{s}"]
-           for s in "rl"}
-    )  # fmt: skip
-    found = read_mean_curves([written(tmp_path, thigh)]).warnings
-    assert any("both soles off the level" in each for each in found), found
-
-
-def test_angles_that_are_late_are_said_without_forces_too(good, tmp_path):
-    late = later(10)(good.drop(columns=[n for n in good if not n.startswith(("angle", "perc"))]))
-    found = read_mean_curves([written(tmp_path, late)]).warnings
-    assert re.search("1[0-4] % of the cycle too late", "; ".join(found))
-
-
-def test_running_and_stairs_are_named(good, tmp_path):
+def test_running_is_named(good, tmp_path):
     percent = np.arange(101)
     squeezed = np.interp(percent, [0, 36, 100], [0, 61, 100])
     running = good.apply(lambda c: np.interp(squeezed, percent, c)).assign(percent=good.percent)
     with pytest.raises(RecordError, match="this is running"):
         read_mean_curves([written(tmp_path, running)])
-    knee = np.interp(percent, [0, 15, 45, 62, 85, 100], [65, 50, 8, 30, 95, 65])
-    hip = np.interp(percent, [0, 15, 55, 85, 100], [62, 50, 8, 70, 62])
-    climbing = good.assign(
-        **{f"angle_knee_angle_{s}": knee for s in "rl"},
-        **{f"angle_hip_flexion_{s}": hip for s in "rl"},
-    )
-    assert any(
-        "stairs" in each for each in read_mean_curves([written(tmp_path, climbing)]).warnings
-    )
+
+
+def test_moments_without_forces_and_a_lacking_subtalar_angle_are_said(good, tmp_path):
+    """As in every public table of norms."""
+    lacking = [n for n in good if n.startswith("force_") or "subtalar" in n]
+    found = read_mean_curves([written(tmp_path, good.drop(columns=lacking))])
+    assert not found.moments
+    assert "moment_knee_angle_r" in found.left_out
+    assert "moments are not used" in found.in_words()
+    assert "subtalar_angle_r and subtalar_angle_l are not in it" in found.in_words()
+    others = [s.measured().angles["subtalar_angle_r"].mean for s in builtin_subjects()]
+    others += [s.measured().angles["subtalar_angle_l"].mean for s in builtin_subjects()]
+    assert found.angles["subtalar_angle_l"][:-1].mean() == pytest.approx(np.mean(others), abs=1e-6)
 
 
 UNITS = {"angle": " (rad)", "moment": " [Nmm/kg]", "force": " (%BW)"}
@@ -382,72 +347,17 @@ def test_a_first_line_for_excel_is_passed_over(good, tmp_path):
     assert read_mean_curves([path]).angles
 
 
-SKIPPED = ("knee_adduction", "knee_rotation", "ankle_rotation", "foot_")
-
-
-def both(name, columns):
-    return columns.assign(**{each: -columns[each] for each in (f"{name}_r", f"{name}_l")})
-
-
 @pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda each: each.identifier)
-@pytest.mark.parametrize("whole", [True, False], ids=["whole", "without optional curves"])
-def test_the_signs_of_sound_curves_are_not_doubted(subject, whole, tmp_path):
-    curves = table(subject)
-    if not whole:
-        curves = curves[[name for name in curves if not any(each in name for each in SKIPPED)]]
-    warnings = read_mean_curves([written(tmp_path, curves)]).warnings
+def test_sound_curves_are_not_doubted(subject, tmp_path):
+    warnings = read_mean_curves([written(tmp_path, table(subject))]).warnings
     # What the curves do not show is said, and is no doubt.
     assert [each for each in warnings if "do not show whether the sign" not in each] == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda each: each.identifier)
-@pytest.mark.parametrize(
-    "name",
-    ["hip_adduction", "hip_rotation", "subtalar_angle",
-     "pelvis_tilt", "pelvis_list", "pelvis_rotation"],
-)  # fmt: skip
-@pytest.mark.parametrize("whole", [True, False], ids=["whole", "without optional curves"])
-def test_a_reversed_angle_is_never_taken_without_a_word(subject, name, whole, tmp_path):
-    curves = both(f"angle_{name}", table(subject))
-    if not whole:
-        curves = curves[[each for each in curves if not any(one in each for one in SKIPPED)]]
-    warnings = read_mean_curves([written(tmp_path, curves)]).warnings
-    about = [each for each in warnings if f"angle_{name}" in each]
-    assert about
-    assert "positive" in about[0]
-
-
-@pytest.mark.parametrize("name", ["hip_flexion", "hip_adduction", "knee_angle"])
-def test_a_reversed_moment_is_refused_by_the_lever_of_the_ground_reaction(good, name, tmp_path):
-    path = written(tmp_path, both(f"moment_{name}", good))
-    with pytest.raises(RecordError, match=f"moment_{name}_r.*[Cc]hange"):
-        read_mean_curves([path])
-
-
-@pytest.mark.parametrize("name", ["knee_adduction", "hip_rotation", "subtalar_angle"])
-def test_a_reversed_moment_across_the_midline_is_said(good, name, tmp_path):
-    warnings = read_mean_curves([written(tmp_path, both(f"moment_{name}", good))]).warnings
-    assert any(f"moment_{name}_r" in each for each in warnings)
-
-
-def test_an_angle_of_the_wrong_sign_does_not_accuse_moments(good, tmp_path):
-    (warning,) = read_mean_curves([written(tmp_path, both("angle_hip_adduction", good))]).warnings
-    assert "angle_hip_adduction_r and angle_hip_adduction_l" in warning
-
-
-@pytest.mark.parametrize("name", ["hip_flexion_l", "ankle_angle_r"])
-def test_an_angle_with_another_zero_than_on_the_other_side_is_said(good, name, tmp_path):
-    odd = good.assign(**{f"angle_{name}": good[f"angle_{name}"] + 12.0})
-    warnings = read_mean_curves([written(tmp_path, odd)]).warnings
-    assert any(f"angle_{name}" in each and "offset" in each for each in warnings)
-    assert not read_mean_curves([written(tmp_path, good)]).warnings
-
-
-def test_doubts_of_signs_reach_the_user(good, tmp_path):
+def test_doubts_reach_the_user(good, tmp_path):
     path, message = written(tmp_path, both("angle_pelvis_list", good)), []
     new_subject([path], tmp_path / "a.toml", PERSON, **TRIAL, notify=message.append)
-    assert any(each.startswith("Warning: angle_pelvis_list_r") for each in message)
+    assert any("Warning: it seems that angle_pelvis_list_r" in each for each in message)
     with pytest.warns(RecordWarning, match="angle_pelvis_list_r"):
         new_subject([path], tmp_path / "b.toml", PERSON, **TRIAL)
 

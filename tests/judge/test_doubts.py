@@ -89,12 +89,12 @@ HALF = round(100 * STRIDE / 2)
          "ankle_angle_r and ankle_angle_l have the other sign"),
         ({"ik": times("pelvis_tilt", factor=-1.0)}, "pelvis_tilt has the other sign"),
         ({"ik": sides_exchanged}, "right and left are exchanged"),
-        ({"ik": rolled(HALF, "_l")}, "both strike together"),
-        ({"ik": copied}, "both strike together"),
+        ({"ik": rolled(HALF, "_l")}, "the left foot strikes .* half a stride off, or a copy"),
+        ({"ik": copied}, "the left foot strikes .* half a stride off, or a copy"),
         ({"grf": lambda names, time, values: times(
             *(n for n in names if n.endswith("_vx")), factor=-1.0)(names, time, values)},
          "forward and back they point away"),
-        ({"id": moments_exchanged}, "exchanged in the names of the columns"),
+        ({"id": moments_exchanged}, "moments are over the other side's cycle, half a str"),
         ({"id": times("knee_angle_r_moment", factor=0.0)}, "knee_angle_r are 0 throughout"),
         ({"id": times("knee_angle_r_moment", factor=np.nan)}, "knee_angle_r are not a number"),
         ({"id": lambda names, time, values: (

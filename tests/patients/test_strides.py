@@ -44,8 +44,9 @@ def half_a_stride_off(values):
 @pytest.mark.parametrize(
     ("which", "change", "message"),
     [
-        (lambda row: True, lambda v: [x * np.pi / 180 for x in v], "looks like radians"),
-        (lambda row: row[4] == "ankle_2", lambda v: [x * np.pi / 180 for x in v], "unlike other"),
+        (lambda row: True, lambda v: [x * np.pi / 180 for x in v], "the angles are in radians"),
+        (lambda row: row[4] == "ankle_2", lambda v: [x * np.pi / 180 for x in v],
+         "ankle_angle_l are in radians"),
         (lambda row: row[3] == "L", half_a_stride_off, "over the other side's cycle"),
         (lambda row: row[3:5] == ["R", "knee_2"], lambda v: [-x for x in v], "has the other sign"),
         (lambda row: row[3:5] == ["R", "knee_2"], lambda v: [*v[:30], -9999.0, *v[31:]],

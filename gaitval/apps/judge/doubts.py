@@ -18,10 +18,10 @@ from gaitval.apps.judge.gait import JudgedGait, find_gait, mean_curve, valid
 from gaitval.apps.judge.loads import Loads
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.curve_causes import LOADED, explained, load_in_the_air
+from gaitval.consistency import WIDEST, Change, log_likelihood, weigh
+from gaitval.coordinates import SIDES, Side, mirrored
+from gaitval.datasets.curve_consistency import judge_curves
 from gaitval.errors import RecordError
-from gaitval.gait.sampling import SAMPLES
 from gaitval.scaling.opensim.placing import Motion, place
 
 SLOWEST_RATE: Final = 10.0
@@ -37,15 +37,6 @@ NO_WALK: Final = np.deg2rad(5.0)
 """rad. In a walk every knee moves by more."""
 FLAT: Final = slice(20, 41)
 """Rows, % of the cycle, in which the foot is flat on the ground."""
-LEVEL: Final = (10.0, 5.0)
-"""deg. Soles that are both more than the first off the level in mid-stance, but less than the
-second with one thing changed, show that it is wrong."""
-TOGETHER: Final = (0.2, 0.8)
-"""Of the right cycle: between these the left foot strikes, even of a person who limps."""
-HELD: Final = 0.75
-"""Share of the plates' impulse that acts on the feet, under which something may be wrong with all
-of it; and how many times more does so with it changed back."""
-MORE: Final = 1.4
 AWAY: Final = 0.5
 """Of forces and levers, correlation about zero: in a walk forces point to the centre of mass."""
 
@@ -151,35 +142,73 @@ def missing_legs(known: Skeleton, motion: Motion) -> list[str]:
 def find_doubts(
     known: Skeleton, motion: Motion, loads: Loads | None, belt: float | None
 ) -> list[str]:
-    """Sentences on what shows that the `motion` is not that of a walker with this model, or not
-    that of the `loads`; empty if it may be.
+    """A sentence on what shows that the `motion` is not that of a walker with this model, or not
+    that of the `loads`, with what explains it; none if it may be.
     """
-    plain = find_gait(known, motion, None, belt=belt)
-    found = [*_strike_together(plain), *_odd_soles(known, motion, plain, belt)]
-    walks = all(any(one.kinematics_valid for one in plain.cycles[side]) for side in SIDES)
-    if found or loads is None or not walks:
-        return found
-    held = _held(known, motion, loads, belt)
-    if held >= HELD:
+    off = _off(known, motion, loads, belt)
+    if not off or max(abs(value) for value in off.values()) < SEEN:
         return []
-    stride = np.median([one.duration for side in SIDES for one in plain.cycles[side]] or [np.nan])
-    tried = {
-        words: _held(known, changed, loads, belt) for words, changed in _changes(known, motion)
-    }
-    for way, later in (("earlier", 0.5), ("later", -0.5)):
-        if np.isfinite(stride):
-            moved = replace(loads, start=loads.start + later * float(stride))
-            tried[f"they are half a stride {way} than the motion"] = _held(
-                known, _within(motion, moved), moved, belt
-            )
-    best = max(tried, key=lambda words: tried[words])
-    if tried[best] <= max(HELD, MORE * held):
-        return []
-    beside, then = (100.0 * max(1.0 - share, 0.0) for share in (held, tried[best]))
+    changed = [(Change(words, words, prior / len(each)), one, force)
+               for prior, each in _changes(known, motion, loads, belt)
+               for words, one, force in each]  # fmt: skip
+
+    def log(values: Mapping[str, float], widest: float) -> float:
+        # What is not known any more of a changed motion speaks against it.
+        return sum(log_likelihood(values.get(name, SEEN * WIDER) ** 2, 1.0, widest) for name in off)
+
+    verdict = weigh(
+        [(change, log(_off(known, one, force, belt), WIDER)) for change, one, force in changed],
+        log(off, WIDER), 0.0, square=0.0, other=log(off, WIDEST),
+    )  # fmt: skip
+    seen = "; ".join(
+        _SEEN[name.partition(" ")[0]].format(side=name.partition(" ")[2], value=value * scale)
+        for name, value in off.items()
+        for scale in (SPREAD[name.partition(" ")[0]],)
+        if abs(value) >= SEEN
+    )
     return [
-        f"Motion: {beside:.0f} % of the forces act beside the feet, but {then:.0f} % if {best}. "
-        "Look whether it is so, before the forces are blamed."
+        f"Motion: {seen}. "
+        + (f"It seems that {verdict}" if verdict.named else "Nothing explains it")
+        + ". Look whether it is so, before anything else is blamed."
     ]
+
+
+SPREAD: Final = {"strike": 0.06, "sole": 3.0, "held": 0.08}
+"""Of the right cycle, deg, of the plates' impulse: standard deviation of the left foot's
+strike from the middle, of a sole from the level, and of what acts beside the feet."""
+SEEN: Final = 3.0
+"""Standard deviations from which something is said."""
+WIDER: Final = 2.0
+"""Times these that a patient may be off."""
+_SEEN: Final = {
+    "strike": "the left foot strikes {value:+.2f} of a cycle off the middle of the right one's",
+    "sole": "the {side} sole is {value:.0f}° off the level in mid-stance",
+    "held": "{value:.0%} of the forces act beside the feet",
+}
+
+
+def _off(
+    known: Skeleton, motion: Motion, loads: Loads | None, belt: float | None
+) -> dict[str, float]:
+    """Standard deviations by which a motion is off what every walk is like."""
+    plain = find_gait(known, motion, None, belt=belt)
+    found = {f"sole {side}": pitch for side, pitch in _soles(known, motion, plain).items()}
+    if (phase := _left_strike(plain)) is not None:
+        found["strike"] = phase - 0.5
+    if loads is not None and all(valid(plain, side, kinetics=False) for side in SIDES):
+        found["held"] = max(1.0 - _held(known, motion, loads, belt), 0.0)
+    return {name: value / SPREAD[name.partition(" ")[0]] for name, value in found.items()}
+
+
+def _left_strike(gait: JudgedGait) -> float | None:
+    """Where in the right foot's cycle the left one strikes, median; None if nothing shows it."""
+    strikes = np.array([cycle.start for cycle in gait.cycles["left"]])
+    phases = [
+        (at - cycle.start) / cycle.duration
+        for cycle in gait.cycles["right"]
+        for at in strikes[(strikes >= cycle.start - 0.1) & (strikes < cycle.end - 0.1)]
+    ]
+    return float(np.median(phases)) if phases else None
 
 
 def _held(known: Skeleton, motion: Motion, loads: Loads, belt: float | None) -> float:
@@ -205,41 +234,92 @@ def _within(motion: Motion, loads: Loads) -> Motion:
     return replace(motion, time=motion.time[inside], values=values)
 
 
-def _changes(known: Skeleton, motion: Motion) -> Iterator[tuple[str, Motion]]:
-    """What may be wrong with a motion, in words, and the motion with it changed back."""
-    exchanged = {}
-    for ours, name in known.coordinates.items():
-        other = known.coordinates.get(ours[:-1] + {"r": "l", "l": "r"}[ours[-1]])
-        if other is not None:
-            exchanged[name] = motion.values[other]
-    yield "right and left are exchanged in the names of its columns", _with(motion, exchanged)
+def _changes(
+    known: Skeleton, motion: Motion, loads: Loads | None, belt: float | None
+) -> Iterator[tuple[float, list[tuple[str, Motion, Loads | None]]]]:
+    """Families of what may be wrong: their probability before the data, and of each member its
+    words, and motion and loads with it changed back.
+    """
+    opposite = {"r": "l", "l": "r"}
+    exchanged = {
+        name: motion.values[known.coordinates[other]]
+        for ours, name in known.coordinates.items()
+        if (other := ours[:-1] + opposite[ours[-1]]) in known.coordinates
+    }
     turns = _turns(known)
     in_degrees = {name: np.degrees(motion.values[name]) for name in turns}
     yield (
-        f"{', '.join(turns)} are in radians, unlike the other angles",
-        _with(motion, in_degrees),
+        0.05,
+        [
+            (
+                "right and left are exchanged in the names of its columns",
+                _with(motion, exchanged),
+                loads,
+            ),
+            (
+                f"{', '.join(turns)} are in radians, unlike the other angles",
+                _with(motion, in_degrees),
+                loads,
+            ),
+        ],
     )
-    yield from _signs_changed(known, motion, one_side=True)
-
-
-def _signs_changed(
-    known: Skeleton, motion: Motion, *, one_side: bool
-) -> Iterator[tuple[str, Motion]]:
-    """The motion with the sign of each angle of the pelvis or of both legs, or of `one_side` too,
-    changed.
-    """
     kinds: dict[str, list[str]] = {}
     for ours, name in known.coordinates.items():
         if name in motion.given and ours[:-2] in (*LEGS, "hip_adduction"):
             kinds.setdefault(ours[:-2], []).append(name)
-    groups = [[name] for name in _turns(known)]
-    groups += [names for names in kinds.values() if len(names) == 2]
-    if one_side:
-        groups += [[name] for names in kinds.values() for name in names]
-    for names in groups:
-        word = "has" if len(names) == 1 else "have"
-        changed = {name: -motion.values[name] for name in names}
-        yield f"{' and '.join(names)} {word} the other sign", _with(motion, changed)
+    both = [[name] for name in turns] + [names for names in kinds.values() if len(names) == 2]
+    for prior, groups in ((0.05, both), (0.02, [[n] for own in kinds.values() for n in own])):
+        yield (
+            prior,
+            [
+                (
+                    f"{' and '.join(names)} {'has' if len(names) == 1 else 'have'} the other sign",
+                    _with(motion, {name: -motion.values[name] for name in names}),
+                    loads,
+                )
+                for names in groups
+            ],
+        )
+    stride = _stride(find_gait(known, motion, None, belt=belt))
+    if not np.isfinite(stride):
+        return
+    rows = round(0.5 * stride / float(np.median(np.diff(motion.time))))
+    yield (
+        0.03,
+        [
+            (
+                f"the columns of the {side} leg are half a stride off, or a copy of the other's",
+                _with(
+                    motion,
+                    {
+                        name: np.roll(motion.values[name], rows)
+                        for ours, name in known.coordinates.items()
+                        if ours.endswith(f"_{side[0]}")
+                    },
+                ),
+                loads,
+            )
+            for side in SIDES
+        ],
+    )
+    if loads is not None:
+        moved = [
+            (way, replace(loads, start=loads.start + later * stride))
+            for way, later in (("earlier", 0.5), ("later", -0.5))
+        ]
+        yield (
+            0.03,
+            [
+                (f"the forces are half a stride {way} than the motion", _within(motion, one), one)
+                for way, one in moved
+            ],
+        )
+
+
+def _stride(gait: JudgedGait) -> float:
+    """s, median of both sides; NaN without a cycle."""
+    found = [cycle.duration for side in SIDES for cycle in gait.cycles[side]]
+    return float(np.median(found)) if found else float("nan")
 
 
 def _turns(known: Skeleton) -> list[str]:
@@ -251,48 +331,6 @@ def _turns(known: Skeleton) -> list[str]:
 
 def _with(motion: Motion, changed: Mapping[str, Array]) -> Motion:
     return replace(motion, values={**motion.values, **changed})
-
-
-def _strike_together(gait: JudgedGait) -> Iterator[str]:
-    """A sentence if the left foot does not strike in the middle of the right foot's cycle."""
-    strikes = np.array([cycle.start for cycle in gait.cycles["left"]])
-    phases = [
-        (at - cycle.start) / cycle.duration
-        for cycle in gait.cycles["right"]
-        for at in strikes[(strikes >= cycle.start - 0.1) & (strikes < cycle.end - 0.1)]
-    ]
-    if phases and not TOGETHER[0] < float(np.median(phases)) < TOGETHER[1]:
-        yield (
-            f"Motion: the left foot strikes at {100 * float(np.median(phases)):.0f} % of the "
-            "right foot's cycle, so both strike together: the columns of one leg are half a "
-            "stride off, or a copy of the other's."
-        )
-
-
-def _odd_soles(
-    known: Skeleton, motion: Motion, gait: JudgedGait, belt: float | None
-) -> Iterator[str]:
-    """A sentence if no sole is level in mid-stance, and what makes both level."""
-    off = _soles(known, motion, gait)
-    if len(off) < 2 or min(map(abs, off.values())) < LEVEL[0]:
-        return
-    levelled = {}
-    for words, changed in _signs_changed(known, motion, one_side=False):
-        again = _soles(known, changed, gait)
-        if len(again) == 2 and max(map(abs, again.values())) < LEVEL[1]:
-            levelled[words] = max(map(abs, again.values()))
-    both = " and ".join(f"{value:.0f}" for value in off.values())
-    if levelled:
-        best = " or ".join(sorted(levelled, key=lambda words: levelled[words])[:2])
-        yield (
-            f"Motion: in mid-stance the soles are {both}° off the level (right and left); they are "
-            f"level if {best}."
-        )
-    for side in SIDES:
-        if not levelled and (cause := _cause(known, motion, gait, side)):
-            yield (
-                f"Motion: the soles are {both}° off the level in mid-stance; it seems that {cause}."
-            )
 
 
 def _soles(known: Skeleton, motion: Motion, gait: JudgedGait) -> dict[Side, float]:
@@ -322,63 +360,15 @@ def _right(known: Skeleton) -> Array:
     return np.asarray(across / np.linalg.norm(across))
 
 
-def _cause(known: Skeleton, motion: Motion, gait: JudgedGait, side: Side) -> str:
-    angles = sided_curves(known, gait, motion.time, motion.values, side, kinetics=False)
-    degrees = {name: np.degrees(values) for name, values in angles.items()}
-    if not all(f"{name}_{side[0]}" in degrees for name in LEGS):
-        return ""
-    return explained("angle", side[0], degrees).replace("angle_", "", 1)
-
-
-def sided_curves(
-    known: Skeleton,
-    gait: JudgedGait,
-    time: Array,
-    values: Mapping[str, Array],
-    side: Side,
-    *,
-    kinetics: bool,
-) -> dict[str, Array]:
-    """Mean curves (101,) of our coordinates of a side, in our signs."""
-    found = {}
-    for ours, name in known.coordinates.items():
-        sense = known.senses.get(ours, 0)
-        if sense and ours.endswith(f"_{side[0]}") and name in values:
-            curve = mean_curve(time, sense * values[name], valid(gait, side, kinetics=kinetics))
-            if curve is not None:
-                found[ours] = curve[0]
-    return found
-
-
-def odd_moments(curves: Mapping[str, Array], gait: JudgedGait) -> list[str]:
-    """Sentences on moments (Nm/kg, mean `curves` (101,) by our names) that are of another side,
-    time or sign than the motion.
+def odd_curves(angles: Mapping[str, Array], moments: Mapping[str, Array], mass: float) -> list[str]:
+    """A sentence if mean `angles` (101,) rad and `moments` Nm/kg by our names cannot be of one
+    walker of this `mass`, kg, with the mistake that explains them.
     """
-    causes: dict[Side, str] = {}
-    for side in SIDES:
-        if all(f"{name}_{side[0]}" in curves for name in (*LEGS, "hip_adduction")):
-            causes[side] = explained("moment", side[0], curves)
-    if len(causes) == 2 and all("half a stride" in each for each in causes.values()):
-        return [
-            "Moments: of both sides they are half a stride off the motion: right and left are "
-            "exchanged in the names of the columns, or the times are of another stride."
-        ]
-    found = [
-        f"Moments of the {side} side: it seems that {cause}."
-        for side, cause in causes.items()
-        if cause
-    ]
-    for side in SIDES if not found else ():
-        ankle, stance = curves.get(f"ankle_angle_{side[0]}"), gait.stance_fraction[side]
-        if ankle is None or not np.isfinite(stance):
-            continue
-        after = int(np.ceil((SAMPLES - 1) * stance)) + 4
-        if (late := load_in_the_air(ankle, after)) > LOADED:
-            found.append(
-                f"Moments: the {side} ankle is loaded by {late:.2g} Nm/kg after its foot has left "
-                f"the ground (from {after} % of the cycle): they are later than the motion."
-            )
-    return found
+    curves = {f"angle_{name}": np.degrees(values) for name, values in angles.items()}
+    # Those across the midline hang on step width and model.
+    curves |= {f"moment_{name}": m for name, m in moments.items() if name[:-2] in LEGS}
+    judged = judge_curves({n: c for n, c in curves.items() if mirrored(n) in curves}, mass=mass)
+    return [f"Curves: {judged.words}"] if judged.words else []
 
 
 def odd_columns(

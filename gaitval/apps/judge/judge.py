@@ -19,8 +19,8 @@ from gaitval.apps.judge.doubts import (
     jitter,
     missing_legs,
     odd_columns,
+    odd_curves,
     odd_forces,
-    odd_moments,
 )
 from gaitval.apps.judge.gait import (
     JudgedGait,
@@ -189,16 +189,23 @@ def _judged(request: JudgeRequest) -> Judgement:
     check_lengths(model, found.motion, str(request.ik))
     units = check_unit(found.skeleton, found.motion, table.in_degrees, str(request.ik))
     still = check_walk(found.skeleton, found.motion, request.ik)
-    odd = [*units, *still, *missing_legs(found.skeleton, found.motion)]
-    found.findings += [*odd, *jitter(found.skeleton, found.motion)]
-    found.undecided += odd
+    lacking = [*units, *still, *missing_legs(found.skeleton, found.motion)]
+    found.findings += [*lacking, *jitter(found.skeleton, found.motion)]
+    found.undecided += lacking
     _coordinates(found)
     _markers(found)
     _walk(found)
     _dynamics(found)
+    odd = odd_curves(_means(found.angles), _means(found.moments), found.model.mass)
+    found.findings += odd
+    found.undecided += odd
     _muscles(found)
     _undecided(found)
     return found
+
+
+def _means(curves: Mapping[str, tuple[Array, Array]]) -> dict[str, Array]:
+    return {name: mean for name, (mean, _) in curves.items()}
 
 
 def _undecided(found: Judgement) -> None:
@@ -418,11 +425,6 @@ def _compare_sides(
         if min(right.std(), left.std()) > LEAST_SWING:
             correlation = float(np.corrcoef(right, left)[0, 1])
             found.measures.append(measured("side_correlation", f"{name} {kind}", correlation))
-            if correlation < 0.0:
-                found.findings.append(
-                    f"Sign: the {kind} of {name.replace('_', ' ')} goes in opposite directions "
-                    "on the right and on the left."
-                )
 
 
 # ---- Muscles. ----
@@ -557,10 +559,6 @@ def _moments(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None
             f"people's at this speed, if they are in Nm; in {unit} they would be like theirs. "
             "Inverse dynamics' results are in Nm and N: write them so, or export them again."
         )
-    odd = odd_moments({name: mean for name, (mean, _) in found.moments.items()}, gait)
-    found.findings += odd
-    # The moment of one joint may have the other sign in who walks otherwise than healthy people.
-    found.undecided += [each for each in odd if "seems that moment_" not in each]
     for name, (mean, _) in found.moments.items():
         if name[:-2] not in BANDED:
             continue
@@ -570,11 +568,6 @@ def _moments(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None
         found.measures.append(measured("moment_band_distance", name, distance))
         if name[:-2] in SIZED:
             found.measures.append(measured("moment_size_factor", name, band.factor(mean)))
-        if distance > 1.0 and band.distance(-mean) < 0.5 * distance:
-            found.findings.append(
-                f"Sign: the moment of {found.skeleton.coordinates[name]} is {distance:.1f} SD from "
-                f"healthy people's, but with the opposite sign {band.distance(-mean):.1f} SD."
-            )
 
 
 def floor_leg(leg_length: float) -> float:

@@ -18,8 +18,7 @@ from gaitval._internal.io.text_tables import MISSING
 from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, left_strike, smoothed
 from gaitval.arrays import Array
-from gaitval.datasets.curve_causes import explained
-from gaitval.datasets.curve_files import unit_problems
+from gaitval.datasets.curve_consistency import judge_curves
 from gaitval.errors import RecordError
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.sampling import SAMPLES
@@ -140,8 +139,6 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
         for (group, subject), found in rows.items()
     )
     if not problems:
-        problems = [problem for each in people for problem in _units(each)]
-    if not problems:
         problems = [
             f"{name}: nearer to healthy people's with its sign changed, in all people together. "
             f"{POSITIVE}"
@@ -170,28 +167,13 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
     return people
 
 
-def _units(person: PersonStrides) -> list[str]:
-    """A sentence on each angle that is in another unit than degrees."""
-    return [
-        f"{person.subject}: "
-        + problem.removeprefix("column ").replace("Give --angle-unit rad", "Multiply by 180/pi")
-        for problem in unit_problems(person.angles)
-    ]
-
-
 def _causes(person: PersonStrides) -> list[str]:
-    """A sentence on each side that is a walker's with one thing changed back: a sign, the cycle."""
-    never = [
-        f"{person.subject}: {name}: nearer to healthy people's with its sign changed, and nobody "
-        f"walks so. {POSITIVE}"
-        for name in turned((person,))
-        if name in NOBODY
-    ]
-    return never or [
-        f"{person.subject}: it seems that {cause}"
-        for side in "rl"
-        if (cause := explained("angle", side, person.angles))
-    ]
+    """A sentence on what is certainly wrong with a person's strides: a sign, a unit, the cycle."""
+    judged = judge_curves({f"angle_{name}": values for name, values in person.angles.items()})
+    if not judged.refused:
+        return []
+    words = judged.words.replace("Give --angle-unit rad", "Multiply by 180/pi")
+    return [f"{person.subject}: {words.replace(' angle_', ' ')}"]
 
 
 def pelves_apart(people: tuple[PersonStrides, ...]) -> float:
