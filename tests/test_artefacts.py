@@ -3,8 +3,11 @@
 import errno
 import json
 import math
+import os
+import stat
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +16,7 @@ from safetensors import SafetensorError
 
 from gaitval._internal.io.artefacts import (
     file_hash,
+    growing,
     read_arrays,
     read_json,
     replacing,
@@ -24,7 +28,7 @@ from gaitval._internal.io.artefacts import (
     write_json,
     write_text,
 )
-from gaitval._internal.io.disk_errors import is_of_another
+from gaitval._internal.io.partial_files import PARTIAL
 from gaitval.errors import ArtefactError
 
 
@@ -65,12 +69,6 @@ def test_equal_values_give_equal_bytes(tmp_path: Path) -> None:
     write_arrays(tmp_path / "a.npz", arrays)
     write_arrays(tmp_path / "b.npz", arrays)
     assert file_hash(tmp_path / "a.npz") == file_hash(tmp_path / "b.npz")
-
-
-def test_json_refuses_what_json_has_not(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="JSON"):
-        write_json(tmp_path / "a.json", {"x": float("nan")})
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -203,16 +201,6 @@ def test_a_disk_that_cannot_be_written_names_the_file_and_keeps_the_old(
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no device that is always full")
-def test_a_device_that_is_full_is_told_as_such(tmp_path: Path) -> None:
-    def fill() -> None:
-        with replacing(tmp_path / "a.txt"), Path("/dev/full").open("w") as full:
-            full.write("text")
-
-    with pytest.raises(ArtefactError, match=r"a\.txt: cannot be written: there is no space left"):
-        fill()
-
-
 def test_a_file_that_may_not_be_read_is_not_taken_for_the_one_that_is_written(
     tmp_path: Path,
 ) -> None:
@@ -231,13 +219,6 @@ def test_a_fault_that_is_not_the_disks_stays_what_it_is(tmp_path: Path) -> None:
 
     with pytest.raises(OSError, match="Invalid argument"):
         fail()
-
-
-def test_a_file_that_is_named_from_the_root_is_that_of_a_relative_path(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    partial = PermissionError(13, "denied", str(tmp_path / ".partial-walk-x.svg"))
-    assert not is_of_another(partial, Path("walk.svg"))
-    assert is_of_another(partial, Path("elsewhere/walk.svg"))
 
 
 def test_who_names_the_folder_of_several_runs_is_told_where_they_are(tmp_path: Path) -> None:
@@ -263,3 +244,43 @@ def test_what_is_no_number_is_no_json(constant: str, tmp_path: Path) -> None:
 def test_what_is_no_number_is_written_as_null() -> None:
     value = {1: [math.nan, 2.0], "a": (np.float64("inf"), np.int64(3), "NaN")}
     assert without_nan(value) == {"1": [None, 2.0], "a": [None, 3, "NaN"]}
+
+
+class TestGrowing:
+    def test_it_goes_on_and_is_made_in_a_new_folder(self, tmp_path: Path) -> None:
+        path = tmp_path / "new" / "a.log"
+        for _ in range(2):
+            with growing(path, "append") as file:
+                file.write(b"12\n")
+        with growing(path, "change") as file:
+            assert file.read() == b"12\n12\n"
+            file.truncate(3)
+        assert path.read_bytes() == b"12\n"
+        with pytest.raises(FileExistsError):
+            growing(path, "new")
+        with growing(tmp_path / "key", "new", private=True):
+            assert stat.S_IMODE((tmp_path / "key").stat().st_mode) == 0o600
+
+    @pytest.mark.parametrize("how", ["append", "change"])
+    def test_through_no_link_and_into_no_pipe(self, tmp_path: Path, how: str) -> None:
+        other = tmp_path / "other"
+        other.write_text("theirs")
+        (tmp_path / "link").symlink_to(other)
+        os.mkfifo(tmp_path / "pipe")
+        (tmp_path / "folder").mkdir()
+        for name in ("link", "pipe", "folder"):
+            with pytest.raises(ArtefactError, match=rf"{name}: is a link, or no file.* Remove it"):
+                growing(tmp_path / name, how)  # type: ignore[arg-type]
+        assert other.read_text() == "theirs"
+
+
+def test_two_that_write_at_once_leave_one_whole_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    values = [{"of": number, "long": "x" * 100_000} for number in range(4)]
+    each = [threading.Thread(target=write_json, args=(path, value)) for value in values]
+    for one in each:
+        one.start()
+    for one in each:
+        one.join()
+    assert read_json(path) in values
+    assert not list(tmp_path.glob(f"{PARTIAL}*"))

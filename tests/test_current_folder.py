@@ -15,7 +15,6 @@ from typer.main import get_command
 
 import gaitval.cli
 from gaitval import cli
-from gaitval._internal.io import current_folder
 
 ROOT: Any = get_command(cli.app)
 SAMPLES = Path(gaitval.__file__).parent / "samples"
@@ -117,20 +116,6 @@ def test_a_python_that_a_library_starts_takes_nothing_from_it(place):
     assert not ours.ran
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(
-    not shutil.which("gcc") or not shutil.which("objdump"), reason="nobody to ask for a library"
-)
-def test_a_linker_that_is_asked_here_names_a_library_of_this_folder(place):
-    """The same, of WeasyPrint: it loads what a linker script here names."""
-    found = started(place, sys.executable, "-P", "-c", "import weasyprint")
-    assert "libpango-1.0-0.so" in found.ran
-    ours = started(place, sys.executable, "-P", "-c", "import gaitval.reporting.page")
-    assert ours.done.returncode == 0, ours.done.stderr
-    assert not ours.ran
-    assert not ours.read
-
-
 @pytest.fixture(scope="module")
 def everything(place):
     """All modules of gaitval imported, and the help of each command, in one process."""
@@ -208,25 +193,6 @@ def test_workers_of_a_script_take_nothing_from_it(place, way, monkeypatch):
     assert not found.read
 
 
-@pytest.mark.slow  # a walk
-def test_the_pytest_plug_in_takes_nothing_from_the_folder_of_a_project(place, tmp_path):
-    """But for what pytest itself runs there: its settings, conftest.py and tests."""
-    project = tmp_path / "project"
-    (project / "tests").mkdir(parents=True)
-    of_pytest = ("conftest.py", "evil.py")
-    for path in place.folder.glob("*.py"):
-        if path.name not in of_pytest:
-            shutil.copy(path, project)
-    (project / "tests" / "test_walk.py").write_text(
-        "def test_knee(gaitval_check):\n    gaitval_check('S05', ['knee_angle'])\n"
-    )
-    own = SimpleNamespace(**vars(place) | {"folder": project})
-    script = "import sys; from pytest import main; sys.exit(main(['-q', '-p', 'no:randomly']))"
-    found = started(own, sys.executable, "-P", "-c", script)
-    assert found.done.returncode == 0, found.done.stdout + found.done.stderr
-    assert not found.ran
-
-
 def test_numba_that_was_there_before_forgets_what_it_read_here(place):
     code = (
         "import numba; from numba.core import config; assert config.OPT == 1; "
@@ -235,24 +201,3 @@ def test_numba_that_was_there_before_forgets_what_it_read_here(place):
     )
     found = started(place, sys.executable, "-P", "-c", code)
     assert found.done.stdout == "3 '' 0\n", found.done.stderr
-
-
-def test_a_program_of_its_own_keeps_its_settings(place):
-    code = (
-        "import gaitval, matplotlib; print(matplotlib.rcParams['text.usetex']); "
-        "from gaitval.reporting.drawing import new_figure\n"
-        "with new_figure(1.0): print(matplotlib.rcParams['text.usetex'])\n"
-        "print(matplotlib.rcParams['text.usetex'])"
-    )
-    found = started(place, sys.executable, "-P", "-c", code)
-    assert found.done.stdout == "True\nFalse\nTrue\n", found.done.stderr
-
-
-def test_what_is_unseen_is_unseen_by_this_name_alone(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("a").touch()
-    Path("b").touch()
-    with current_folder.unseen("a"):
-        assert (os.path.exists("a"), os.path.exists("b")) == (False, True)
-        assert os.path.exists(tmp_path / "a")
-    assert os.path.exists("a")
