@@ -6,6 +6,7 @@ turns right round, and in no walk does it move by a degree only.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -76,6 +77,40 @@ def check_unit(known: Skeleton, motion: Motion, in_degrees: bool, source: str) -
         for name in other
         if moved[name] < STILL and moved[most] > MOVES
     ]
+
+
+def sound_part(known: Skeleton, motion: Motion) -> tuple[Motion, list[str]]:
+    """The `motion` without whole turns and without frames in which inverse kinematics lost a leg,
+    and a sentence on each.
+    """
+    values, found = dict(motion.values), []
+    for name, angles in _of_legs(known, motion).items():
+        # A leg's joint is within half a turn of straight, whatever its branch.
+        turns = np.round(angles / FULL_TURN)
+        off = np.flatnonzero(turns)
+        if len(off) and np.ptp(angles - FULL_TURN * turns) < np.pi:
+            values[name] = angles - FULL_TURN * turns
+            found.append(
+                f"Motion: {name} is {np.degrees(angles[off[0]]):.0f}° at {motion.time[off[0]]:g} s "
+                f"and, in {len(off)} frames, a whole turn (360°) or more off, which was undone."
+            )
+    lost = np.zeros(len(motion.time), dtype=bool)
+    for name in _of_legs(known, motion):
+        lost |= np.abs(values[name]) > np.pi
+    edges = np.flatnonzero(np.diff(np.concatenate(([True], lost, [True])).astype(int)))
+    runs = list(zip(edges[::2], edges[1::2], strict=True))
+    if not lost.any() or not runs:
+        return replace(motion, values=values), found
+    first, last = max(runs, key=lambda run: run[1] - run[0])
+    if last - first < len(lost) // 4:
+        return motion, []
+    at = motion.time
+    found.append(
+        f"Motion: {int(lost.sum())} of {len(lost)} frames have a leg's joint beyond half a turn: "
+        f"inverse kinematics lost the leg. Judged is {at[first]:g} to {at[last - 1]:g} s."
+    )
+    kept = {name: each[first:last] for name, each in values.items()}
+    return replace(motion, time=at[first:last], values=kept), found
 
 
 def check_lengths(model: OsimModel, motion: Motion, source: str) -> None:

@@ -33,6 +33,8 @@ FASTEST: Final = 1500.0
 1200."""
 JITTER, FINE_RATE = 0.8, 90.0
 """deg from the mean of the neighbouring frames, at so many Hz and more: 0.15 in walking."""
+NOISE: Final = 0.5
+"""The same of moments, as a share of their standard deviation: 0.05 in walking at 100 Hz."""
 NO_WALK: Final = np.deg2rad(5.0)
 """rad. In a walk every knee moves by more."""
 FLAT: Final = slice(20, 41)
@@ -104,21 +106,41 @@ def check_walk(known: Skeleton, motion: Motion, source: str | Path) -> list[str]
 
 def jitter(known: Skeleton, motion: Motion) -> list[str]:
     """A sentence if a knee jumps to and fro between frames, as nothing with a mass does."""
-    rate = 1.0 / float(np.median(np.diff(motion.time)) or np.inf)
-    found = []
-    for ours, name in known.coordinates.items():
-        if rate < FINE_RATE or not ours.startswith("knee_angle") or name not in motion.given:
-            continue
-        values = motion.values[name]
-        off = values[1:-1] - 0.5 * (values[:-2] + values[2:])
-        if (rms := float(np.degrees(np.sqrt(np.mean(off**2))))) > JITTER:
-            found.append(f"{name} by {rms:.1f}°")
+    found = [
+        f"{name} by {np.degrees(rms):.1f}°"
+        for ours, name in known.coordinates.items()
+        if ours.startswith("knee_angle") and name in motion.given
+        if (rms := _between(motion.time, motion.values[name])) > np.radians(JITTER)
+    ]
     if not found:
         return []
     return [
         f"Motion: {' and '.join(found)} (RMS) off the mean of the frames before and after: this is "
         "noise. Inverse dynamics takes its accelerations for forces: filter the markers."
     ]
+
+
+def noisy_moments(known: Skeleton, time: Array, forces: Mapping[str, Array]) -> list[str]:
+    """A sentence if moments of the legs are mostly what noise of the angles makes of them."""
+    legs = [np.nan_to_num(forces[name]) for ours, name in known.coordinates.items()
+            if ours[:-2] in LEGS and name in forces]  # fmt: skip
+    shares = [_between(time, each) / np.std(each) for each in legs if np.std(each) > 0.0]
+    if not shares or (share := float(np.median(shares))) < NOISE:
+        return []
+    return [
+        f"Moments: from frame to frame they jump by {100 * share:.0f} % of what they vary by: this "
+        "is noise. The coordinates were not low-passed before inverse dynamics, which takes their "
+        "accelerations for forces: filter them (6 Hz is usual), and run it again."
+    ]
+
+
+def _between(time: Array, values: Array) -> float:
+    """RMS by which `values` are off the mean of those before and after; 0 of frames that are so far
+    apart that people move in between.
+    """
+    rate = 1.0 / float(np.median(np.diff(time)) or np.inf)
+    off = values[1:-1] - 0.5 * (values[:-2] + values[2:])
+    return 0.0 if rate < FINE_RATE else float(np.sqrt(np.mean(off**2)))
 
 
 def missing_legs(known: Skeleton, motion: Motion) -> list[str]:

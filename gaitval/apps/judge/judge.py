@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from gaitval.apps.judge import markers as of_markers
-from gaitval.apps.judge.angle_units import check_lengths, check_unit
+from gaitval.apps.judge.angle_units import check_lengths, check_unit, sound_part
 from gaitval.apps.judge.beside_import import OfImport, with_import
 from gaitval.apps.judge.body import body_measures, stature_of_legs
 from gaitval.apps.judge.doubts import (
@@ -18,6 +18,7 @@ from gaitval.apps.judge.doubts import (
     find_doubts,
     jitter,
     missing_legs,
+    noisy_moments,
     odd_columns,
     odd_curves,
     odd_forces,
@@ -187,6 +188,9 @@ def _judged(request: JudgeRequest) -> Judgement:
     found.motion = motion_of(model, table, str(request.ik))
     found.findings += check_times(table.time, request.ik)
     check_lengths(model, found.motion, str(request.ik))
+    if table.in_degrees:
+        found.motion, turned = sound_part(found.skeleton, found.motion)
+        found.findings += turned
     units = check_unit(found.skeleton, found.motion, table.in_degrees, str(request.ik))
     still = check_walk(found.skeleton, found.motion, request.ik)
     lacking = [*units, *still, *missing_legs(found.skeleton, found.motion)]
@@ -196,7 +200,8 @@ def _judged(request: JudgeRequest) -> Judgement:
     _markers(found)
     _walk(found)
     _dynamics(found)
-    odd = odd_curves(_means(found.angles), _means(found.moments), found.model.mass)
+    moments = {} if any("not low-passed" in each for each in found.undecided) else found.moments
+    odd = odd_curves(_means(found.angles), _means(moments), found.model.mass)
     found.findings += odd
     found.undecided += odd
     _muscles(found)
@@ -466,6 +471,7 @@ def _dynamics(found: Judgement) -> None:
     forces, unknown = generalised_forces(found.model, table, str(request.id))
     found.findings += check_times(table.time, request.id)
     odd = odd_columns(found.skeleton, forces, unknown, request.id)
+    odd += noisy_moments(found.skeleton, table.time, forces)
     found.findings += odd
     found.undecided += odd
     if table.time[0] > motion.time[-1] or table.time[-1] < motion.time[0]:

@@ -22,7 +22,8 @@ class Motion:
     time : (T,) s.
     values : (T,) rad or m by coordinate.
     given : coordinates that the file has; the others have their default, or follow a coupler.
-    coupler_errors : largest difference of a given value from what its coupler says, rad or m.
+    coupler_errors : largest difference of a given value from what its coupler says, rad or m; of a
+        file in degrees, in that unit in which it is smaller.
     """
 
     time: Array
@@ -72,7 +73,12 @@ def motion_of(model: OsimModel, table: StorageTable, source: str) -> Motion:
     for coupler in model.couplers:
         expected = coupler.function(values[coupler.independent])
         if coupler.dependent in columns:
-            errors[coupler.dependent] = float(np.abs(values[coupler.dependent] - expected).max())
+            given = values[coupler.dependent]
+            # OpenSim 3.3 writes degrees into these columns, OpenSim 4 radians: the numbers show it.
+            units = (1.0, np.pi / 180.0) if table.in_degrees else (1.0,)
+            errors[coupler.dependent] = min(
+                float(np.abs(unit * given - expected).max()) for unit in units
+            )
         values[coupler.dependent] = expected
     return Motion(table.time, values, frozenset(known), errors)
 
