@@ -27,6 +27,8 @@ ADVISED: Final = 0.95
 """Probability from which on a remedy that alters data is printed."""
 MOST: Final = 3
 """Causes that one sentence names."""
+FEWEST: Final = 0.1
+"""Probability below which a cause is not named beside another."""
 OTHER_PRIOR: Final = 0.02
 """Probability, before the data, of a mistake that is not among the changes."""
 WIDEST: Final = 30.0
@@ -113,6 +115,8 @@ class Verdict:
         for each in self.causes:
             if each.change.name == SOUND.name:
                 continue
+            if found and each.probability < FEWEST:
+                break
             found.append(each)
             if sum(cause.probability for cause in found) >= NAMED or len(found) == MOST:
                 break
@@ -149,6 +153,16 @@ def share(probability: float) -> str:
     return f"{probability:.2f}" if probability >= 0.01 else "under 0.01"
 
 
+def verdict_of(logs: Iterable[tuple[Change, float]]) -> Verdict:
+    """The verdict on changes that exclude each other, each with the log of its probability up to a
+    constant, "none" and "something else" among them.
+    """
+    logs = [*logs]
+    total = float(logsumexp([log for _, log in logs]))
+    found = [Cause(change, float(np.exp(log - total))) for change, log in logs]
+    return Verdict(tuple(sorted(found, key=lambda each: -each.probability)))
+
+
 def weigh(
     changes: Iterable[tuple[Change, float]],
     sound: float,
@@ -183,6 +197,4 @@ def weigh(
     if other is None:
         other = log_likelihood(square, count, WIDEST)
     logs.append((OTHER, other + np.log(OTHER.prior)))
-    total = float(logsumexp([log for _, log in logs]))
-    found = [Cause(change, float(np.exp(log - total))) for change, log in logs]
-    return Verdict(tuple(sorted(found, key=lambda each: -each.probability)))
+    return verdict_of(logs)

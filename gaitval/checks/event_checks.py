@@ -12,6 +12,8 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.activities import FEET
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 
+CLOCKS: Final = "clocks"
+STRAY_EVENTS: Final = "events of forces and markers"
 LARGEST_STRAY_S: Final = 0.04
 """s. Of one kind, each event of the forces is as late as the median after that of the markers: at
 most 0.025 (67 strikes and toe-offs of WBDS01 T01 at 0.49 m/s), and 0.013 in the other recordings
@@ -48,7 +50,7 @@ def contact_warnings(forces: FootForces, shown: Sequence[Event]) -> Iterator[Qua
     if abs(drift) > LARGEST_DRIFT_S:
         way = "later" if drift > 0.0 else "earlier"
         yield QualityFlag(
-            "clocks", "forces and markers", abs(drift), LARGEST_DRIFT_S, "s",
+            CLOCKS, "forces and markers", abs(drift), LARGEST_DRIFT_S, "s",
             f"over the events that both show, the forces come {way} and {way} than the markers, by "
             f"{1000 * abs(drift):.0f} ms at the end: a rate in the file is not that of its clock, "
             "or the clocks are not locked. Correct the rate, or synchronise plates and cameras",
@@ -58,7 +60,7 @@ def contact_warnings(forces: FootForces, shown: Sequence[Event]) -> Iterator[Qua
         side, time, stray = max(late, key=lambda one: abs(one[2]))
         if abs(stray) > LARGEST_STRAY_S:
             yield QualityFlag(
-                "events of forces and markers", f"{side} foot", abs(stray), LARGEST_STRAY_S, "s",
+                STRAY_EVENTS, f"{side} foot", abs(stray), LARGEST_STRAY_S, "s",
                 f"by the forces, one of its {name} is at {time:.2f} s, {1000 * abs(stray):.0f} ms "
                 f"{'later' if stray > 0 else 'earlier'} than the markers show it, beside the "
                 "others: the plate was silent or stuck, or something else was on it",

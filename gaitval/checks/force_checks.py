@@ -96,9 +96,10 @@ FREE_MOMENT: Final = "size of the free moment"
 FREE_MOMENT_TURNED: Final = "direction of the free moment"
 NOT_ALONG: Final = frozenset({INWARD, FREE_MOMENT, FREE_MOMENT_TURNED})
 """Checks of a plate that say nothing of its fore-aft force."""
+OUTSIDE: Final = "centre of pressure under the foot"
 CUT_OFF: Final = "forces cut off"
 SATURATED: Final = "saturated channel"
-"""The check of this warning; `said.warnings` names it beside what it looks like."""
+"""The check of this warning, which says better what faults of the vertical force look like."""
 
 
 @dataclass(frozen=True)
@@ -431,7 +432,7 @@ def place_warnings(plate: Plate, outside: int, used: int) -> Iterator[QualityFla
             else "the plate's corners, origin or moments are wrong, or somebody else was on it"
         )
         yield QualityFlag(
-            "centre of pressure under the foot", f"plate {plate.name}", outside, used, "contacts",
+            OUTSIDE, f"plate {plate.name}", outside, used, "contacts",
             f"the centre of pressure is outside the foot in {outside} of {outside + used} "
             f"contacts, whose forces are not used: {why}", plate=plate.name,
         )  # fmt: skip

@@ -12,6 +12,7 @@ import numpy as np
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Plate
 
+UNLOADED_PLATE: Final = "unloaded plate"
 LIGHT: Final = 0.12
 """Of the largest vertical force, below which a plate carries no foot that stands."""
 LEAST_SECONDS: Final = 0.15
@@ -39,7 +40,7 @@ def unloaded_warnings(plate: Plate, rate: float) -> Iterator[QualityFlag]:
     if abs(worst) > UNLOADED * peak:
         drifts = np.ptp(levels) > UNLOADED * peak / 2
         yield QualityFlag(
-            "unloaded plate", f"plate {plate.name}", abs(worst), UNLOADED * peak, "N",
+            UNLOADED_PLATE, f"plate {plate.name}", abs(worst), UNLOADED * peak, "N",
             f"between the steps it shows {worst:.0f} N{', and drifts' if drifts else ''}: it was "
             "not zeroed, or its amplifier drifts. Events, forces and moments are off by it, and "
             "with a centre of pressure instead of moments the file cannot be put right here: zero "

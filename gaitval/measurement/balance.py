@@ -23,6 +23,7 @@ from gaitval.coordinates import SIDES
 from gaitval.gait.filters import low_pass, octave
 from gaitval.gait.sampling import bridged
 from gaitval.inverse.inverse_dynamics import InverseDynamics
+from gaitval.measurement.expected import LEGS
 from gaitval.measurement.standing import StandingForces
 from gaitval.mocap.recording import FootForces, Plate, Recording
 from gaitval.model.body import SEGMENTS, BodyModel
@@ -58,6 +59,8 @@ FALL: Final[tuple[str, ...]] = ("fall of force", "fall of markers")
 """Octaves by which the rate of the forces falls from 5 and 6 Hz to 10 and 12, and that of the
 markers from 4 and 5 Hz to 8 and 10."""
 
+LENGTH: Final = "length of the legs"
+
 
 @dataclass(frozen=True)
 class Data:
@@ -66,7 +69,7 @@ class Data:
     Attributes
     ----------
     names : (F,) of the faults.
-    kind : (N,) of `NEWTON`, `PRESSURE`, `FALL` or `standing.KINDS`.
+    kind : (N,) of `NEWTON`, `PRESSURE`, `FALL`, `standing.KINDS` or `LENGTH`.
     group : (N,) the foot and plate of a pressure, "" of Newton's law.
     phase : (N,) of the stride or of the stance, 0 to 1.
     value : (N,) what was seen.
@@ -136,10 +139,11 @@ def data_of(
     *,
     later: float = 0.0,
     stood: StandingForces | None = None,
+    legs: float | None = None,
 ) -> Data | None:
-    """The data of all `trials` of a person of `mass_kg`, and of the forces when the person `stood`;
-    None if no frame shows the forces of both feet. Those of the trials are taken to come `later`
-    (s) than they should.
+    """The data of all `trials` of a person of `mass_kg`, of the forces when the person `stood`, and
+    of the length of the `legs` over that expected of the stature; None if no frame shows the forces
+    of both feet. Those of the trials are taken to come `later` (s) than they should.
     """
     parts = [part for trial in trials if (part := _of_trial(trial, mass_kg, later))]
     if not parts:
@@ -176,6 +180,11 @@ def data_of(
         most = dict(zip(names, np.abs([of for *_, of in rows]).max(axis=0), strict=True))
         walked = [name for name in stood.force if most.get(f"gain {name}", 0.0) > STEPPED_ON]
         still = stood.rows(mass_kg * STANDARD_GRAVITY, names, walked)
+    if legs is not None:
+        expected, spread = LEGS
+        of_legs = {"stature": -1.0, "scale": 1.0}
+        effect = np.array([of_legs.get(name, 0.0) for name in names])
+        still = [*still, (LENGTH, legs - expected, spread, effect)]
     noises = [usual[key[0]] / np.sqrt(len(values)) for key, _, values, _ in rows]
     return Data(
         names=tuple(names),
@@ -396,6 +405,7 @@ def newton(
         "delay": later,
         "blur of forces": about(blurred[:, :3], blurred[:, 3:]),
         "blur of markers": moved - low_pass(moved, rate=ground.rate, cutoff_hz=SLOW_MARKERS_HZ),
+        "clock": later * (np.arange(len(later)) * step)[:, None],
         "mass": np.hstack([-need_force, -need_turn]),
         "scale": np.hstack([-inertial, -np.cross(centre, measured) - 2 * need_turn]),
         "rate": np.hstack([-2 * inertial, -2 * need_turn]),
@@ -427,6 +437,9 @@ def _plate_effects(wrench: Array, middle: Array, weight: float) -> dict[str, tup
     turned = np.cross(up, f)
     along, across = f[:, 2:] * x, f[:, 2:] * y
     on = (f[:, 2:] > LOADED_N) * weight
+    level = (m - np.cross(middle, f)) * (x + y)
+    safe = np.where(on > 0.0, f[:, 2:], np.inf)
+    free = m[:, 2:] + (m[:, :1] * f[:, :1] + m[:, 1:2] * f[:, 1:2]) / safe
     return {
         "place x": (0 * f, np.cross(x, f)),
         "place y": (0 * f, np.cross(y, f)),
@@ -438,7 +451,12 @@ def _plate_effects(wrench: Array, middle: Array, weight: float) -> dict[str, tup
         "offset x": (on * x, np.cross(middle, on * x)),
         "offset y": (on * y, np.cross(middle, on * y)),
         "offset z": (on * up, np.cross(middle, on * up)),
-        "mirrored moment": (0 * f, 2.0 * (m - np.cross(middle, f)) * x),
+        "vertical gain": (f * up, np.cross(middle, f * up)),
+        "moment gain": (0 * f, level),
+        "mirrored moment": (0 * f, 2.0 * level * x),
+        "free moment sign": (0 * f, 2.0 * free * up),
+        "fore-aft sign": (2.0 * f * x, 2.0 * np.cross(middle, f * x)),
+        "sideways sign": (2.0 * f * y, 2.0 * np.cross(middle, f * y)),
     }
 
 
@@ -506,8 +524,17 @@ def _pressures(trial: PlateTrial, ground: GroundWrenches) -> list[_Row]:
                 seen = point[inside] - ankle[inside, :2, 3]
                 lever = point[inside] - trial.middles[number][:2]
                 one, none = np.ones(len(inside)), np.zeros(len(inside))
+                ahead, inwards_ = axes[inside][:, 0], axes[inside][:, 1]
+                since = inside[:, None] / ground.rate
                 changes = {
                     "delay": later[inside],
+                    "clock": later[inside] * since,
+                    "stature": -seen,
+                    f"foot along {side}": -ahead,
+                    f"foot across {side}": -inwards_,
+                    f"foot turned {side}": np.stack([-seen[:, 1], seen[:, 0]], axis=1),
+                    f"vertical gain {plate.name}": -lever,
+                    f"moment gain {plate.name}": lever,
                     f"plate delay {plate.name}": later[inside],
                     "scale": -ankle[inside, :2, 3],
                     f"place x {plate.name}": np.stack([one, none], axis=1),
@@ -549,12 +576,14 @@ def _falls(recording: Recording) -> list[_Row]:
     ):
         if values.shape[1] and len(values) > 0.5 * rate and rate > 50.0:
             fall = float(np.mean([octave(values, rate, hertz) for hertz in low]))
-            rows.append(
-                _Row(kind, kind, 0, 0.0, fall, (_OF_FALL[kind],), np.array([FALL_EFFECT[kind]]))
-            )
+            names, effects = zip(*FALL_EFFECT[kind].items(), strict=True)
+            rows.append(_Row(kind, kind, 0, 0.0, fall, names, np.array(effects)))
     return rows
 
 
-FALL_EFFECT: Final = {FALL[0]: -2.5, FALL[1]: -3.0}
-"""Octaves more, after a zero-lag low-pass at `SLOW_FORCES_HZ`, `SLOW_MARKERS_HZ`."""
-_OF_FALL: Final = {FALL[0]: "forces low-passed", FALL[1]: "markers low-passed"}
+FALL_EFFECT: Final = {
+    FALL[0]: {"forces low-passed": -2.5, "one-way filter of the forces": -1.6},
+    FALL[1]: {"markers low-passed": -3.0, "one-way filter of the markers": -1.2},
+}
+"""Octaves more, after a zero-lag low-pass at `SLOW_FORCES_HZ`, `SLOW_MARKERS_HZ`, and after a
+filter of second to fourth order that makes them some 35 ms late."""

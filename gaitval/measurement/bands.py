@@ -22,7 +22,7 @@ from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.measurement.estimate import Examined
-from gaitval.measurement.expected import USUAL
+from gaitval.measurement.kinds import KINDS
 from gaitval.measurement.otherwise import heavier, with_fault
 from gaitval.measurement.second_sessions import at_once
 from gaitval.measurement.sources import (
@@ -533,9 +533,7 @@ class _Chain:
         model, _, _ = self.body(self.nothing)
         found = []
         large = {} if seen is None else {
-            part: value
-            for f in seen.found
-            for part, value in zip(f.cause.parts, f.values.tolist(), strict=True)
+            part: value for each in seen.found for part, value in each.parts.items()
         }  # fmt: skip
         for window in self.windows:
             positions = self.moving[window.side]
@@ -543,7 +541,7 @@ class _Chain:
             for fault in PLATES:
                 if loads is None:
                     break
-                usual = USUAL[split_axis(fault)].sound
+                usual = KINDS[split_axis(fault)].sound
                 worst = [abs(v) for name, v in large.items() if name.startswith(fault)]
                 size = float(np.hypot(usual, max(worst, default=0.0)))
                 moved = _cut(with_fault(loads, fault, size), window.frames)

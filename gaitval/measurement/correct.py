@@ -13,15 +13,16 @@ from gaitval.gait.agreement import both_known
 from gaitval.inverse.inverse_dynamics import residuals
 from gaitval.measurement.balance import moment_of, plate_middle
 from gaitval.measurement.estimate import Examined, together
-from gaitval.measurement.fault_text import WORDS, title
-from gaitval.measurement.likelihood import kind_of
+from gaitval.measurement.fault_text import title
+from gaitval.measurement.kinds import KINDS as FAULTS
+from gaitval.measurement.kinds import kind_of
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.average import check_mass, mean_angles, mean_kinetics
 from gaitval.session.request import Notify
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial, work_out_trial
 
-KINDS: Final = ("delay", "place", "rotation", "gain", "cross-talk")
+KINDS: Final = tuple(name for name, kind in FAULTS.items() if kind.corrected)
 """Faults that a recording can be corrected for; others are those of the body or of the cameras, or
 have taken away what cannot be brought back."""
 WORSE: Final = 1.1
@@ -46,18 +47,16 @@ def wanted(given: Sequence[str]) -> tuple[str, ...]:
 
 
 def corrected(found: Import, seen: Examined, kinds: Sequence[str], notify: Notify) -> Import:
-    """The import `found` again, with its plates corrected for the faults of these `kinds`.
-
-    Of a kind that was found, only the plates that have it are changed; of another, those whose
-    estimate is beyond its error (`estimate.together`).
+    """The import `found` again, with its plates corrected for the faults of these `kinds` that were
+    `seen`.
     """
     faults = together(seen, kinds)
     for kind in kinds:
         if not any(kind_of(name) == kind for name in faults):
             notify("correct", f"{kind}: none that its estimate is sure of; nothing is changed")
     for name, value in faults.items():
-        words = WORDS[kind_of(name)]
-        notify("correct", f"{title(name)}: {-words.factor * value:+.1f} {words.unit}")
+        of = FAULTS[kind_of(name)]
+        notify("correct", f"{title(name)}: {-of.factor * value:+.1f} {of.unit}")
     trials = []
     for walk, recording in zip(found.trials, _recordings(found), strict=True):
         trials.append(
@@ -108,7 +107,7 @@ def _recordings(found: Import) -> list[Recording]:
 
 
 def without_faults(recording: Recording, faults: dict[str, float]) -> Recording:
-    """A `recording` whose plates have these `faults`, in the units of `expected.USUAL`, without
+    """A `recording` whose plates have these `faults`, in the units of `kinds.KINDS`, without
     them. One of all plates adds to those of each; if they are turned, they are as one block about
     their middle (`likelihood.balance`). Corners move with a plate, but do not turn: which foot is
     on which plate was found with them.

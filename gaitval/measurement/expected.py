@@ -1,4 +1,4 @@
-"""What sound recordings show: means and spreads of the data of `balance`, and of usual faults.
+"""What sound recordings show: means and spreads of the data of `balance`.
 
 Those of the data are of 33 recordings of 25 people of three laboratories: children and adolescents
 of McGill and Shriners, Montreal; people of Basel, mostly children, who walk faster and have no
@@ -7,7 +7,7 @@ standing trials; one adult of Stanford. A script of version 0.2 printed them
 """
 
 from collections.abc import Mapping
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -63,36 +63,9 @@ SAME_FOOT: Final = 0.95
 """Correlation of one foot on two plates."""
 
 
-class Usual(NamedTuple):
-    """How large a fault usually is where nobody would speak of one, how large where somebody does,
-    and from what size on it matters: its unit is in `UNITS`. What is there whole or not at all has
-    a `mean` where it is there, and `faulty` about it.
-    """
-
-    sound: float
-    faulty: float
-    matters: float
-    mean: float = 0.0
-
-
-USUAL: Final[Mapping[str, Usual]] = {
-    "delay": Usual(0.003, 0.030, 0.010),
-    "plate delay": Usual(0.0, 0.030, 0.010),
-    "place": Usual(0.004, 0.025, 0.010),
-    "rotation": Usual(0.010, 0.09, 0.04),
-    "gain": Usual(0.015, 0.08, 0.05),
-    "fore-aft gain": Usual(0.02, 0.20, 0.10),
-    "cross-talk": Usual(0.006, 0.045, 0.02),
-    "offset": Usual(0.006, 0.04, 0.025),
-    "mirrored moment": Usual(0.0, 0.15, 0.5, 1.0),
-    "mass": Usual(0.02, 0.09, 0.04),
-    "scale": Usual(0.003, 0.025, 0.01),
-    "rate": Usual(0.003, 0.08, 0.04),
-    "tilt": Usual(0.004, 0.035, 0.015),
-    "camera tilt": Usual(0.004, 0.035, 0.015),
-    "forces low-passed": Usual(0.0, 1.0, 0.5),
-    "markers low-passed": Usual(0.0, 1.0, 0.5),
-}
+LEGS: Final = (0.96, 0.05)
+"""Mean and SD of the thigh's and the shank's length over those expected of the stature: seventeen
+people of McGill, Stanford, OpenSim and WBDS, children among them."""
 NUISANCE: Final[Mapping[str, float]] = {
     "acceleration x": 0.12, "acceleration y": 0.15, "acceleration z": 0.05,
     "turning x": 0.25, "turning y": 0.30, "turning z": 0.45,

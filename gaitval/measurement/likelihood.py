@@ -1,17 +1,20 @@
 """The linear model of a session: its data under faults that are all as small as usual.
 
 data = expected + effect · faults + a person's own pattern + noise, Gaussian throughout. What each
-fault would explain beside that, and which of them is there, is `estimate`'s.
+fault would explain beside that, and which of them is there, is `estimate`'s. Something that nobody
+thought of makes the pattern of a part of the data many times as large as that of a person.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
+from scipy.special import logsumexp
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags
+from gaitval.consistency import WIDEST
 from gaitval.measurement.balance import FALL, NEWTON, PRESSURE, Data
 from gaitval.measurement.expected import (
     ACCELERATION,
@@ -23,22 +26,22 @@ from gaitval.measurement.expected import (
     SAME_PERSON,
     STANCE_LENGTH,
     STRIDE_LENGTH,
-    USUAL,
     expected,
     spread,
 )
+from gaitval.measurement.kinds import KINDS, kind_of
 
-ALL: Final = ("place x", "place y", "rotation")
-"""Faults that all plates may have together: the cameras' axes are not those of the plates."""
-CLOSED: Final = "plate delay"
-"""A fault that is too rare for what is left of a session to be measured beside it."""
+ALL: Final = tuple(
+    part
+    for name, kind in KINDS.items()
+    if kind.whose == "each plate or all"
+    for part in kind.parts or (name,)
+)
+"""Effects of faults that all plates may have together."""
 LEAST_SCALE: Final = 0.7
 """Of the covariance, where a session is more regular than others."""
-
-
-def kind_of(name: str) -> str:
-    """The kind of a fault, of the names of `USUAL`."""
-    return next(kind for kind in USUAL if name.startswith(kind))
+SCALE_SD: Final = 0.3
+"""SD of the logarithm of that scale above 1: 17 people with sound plates have 0.2 to 0.95."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,8 @@ class Balance:
     prior, sound : (F,) sizes of real faults, and of those that everybody has.
     mean : (F,) of real faults.
     reach : m, of the plate that is farthest from the middle of them all.
+    covariance, own : (N, N), in a person like others, and what of it is the person's own pattern.
+    kind, group : (N,) of the data.
     """
 
     rest: Array
@@ -68,6 +73,10 @@ class Balance:
     sound: Array
     mean: Array
     reach: float = 0.0
+    covariance: Array = field(default_factory=lambda: np.eye(1))
+    own: Array = field(default_factory=lambda: np.eye(1))
+    kind: Sequence[str] = ()
+    group: Sequence[str] = ()
 
 
 def balance(
@@ -80,12 +89,13 @@ def balance(
     mean = np.zeros(len(kinds))
     deviation = np.zeros(len(kinds))
     size = acceleration_of(data)
-    for kind in set(data.kind):
-        mine = kinds == kind
-        mean[mine] = expected(kind, data.phase[mine], height_m, size)
-        deviation[mine] = spread(kind, data.phase[mine], height_m)
+    for each in set(data.kind):
+        mine = kinds == each
+        mean[mine] = expected(each, data.phase[mine], height_m, size)
+        deviation[mine] = spread(each, data.phase[mine], height_m)
     own = np.where(np.isin(kinds, PRESSURE), OWN_BIN * deviation, 0.0)
-    covariance = _patterns(data, deviation) + np.diag(data.noise**2 + own**2)
+    pattern = _patterns(data, deviation) + np.diag(own**2)
+    covariance = pattern + np.diag(data.noise**2)
     effects = {name: data.effect[:, i] for i, name in enumerate(data.names)}
     plates = [name.removeprefix("gain ") for name in data.names if name.startswith("gain ")]
     for fault in ALL:
@@ -106,25 +116,27 @@ def balance(
     for name, effect in effects.items():
         if name.endswith(" all"):
             continue
-        usual = NUISANCE[name] if name in NUISANCE else USUAL[kind_of(name)].sound
-        if usual == 0.0 or name in without:
+        size_of = NUISANCE[name] if name in NUISANCE else KINDS[kind_of(name)].sound
+        if size_of == 0.0 or name in without:
             continue
         if name.startswith(AMPLITUDES):
-            usual *= max(ACCELERATION / size, 1.0)
-        covariance += usual**2 * np.outer(effect, effect)
+            size_of *= max(ACCELERATION / size, 1.0)
+        covariance += size_of**2 * np.outer(effect, effect)
     rest = data.value - mean
     open_ = covariance.copy()
     for name, effect in effects.items():
-        if name not in NUISANCE and not name.startswith(CLOSED):
-            open_ += USUAL[kind_of(name)].faulty ** 2 * np.outer(effect, effect)
+        if name not in NUISANCE:
+            kind = KINDS[kind_of(name)]
+            open_ += (kind.faulty**2 + kind.mean**2) * np.outer(effect, effect)
     left = float(rest @ cho_solve(cho_factor(open_, lower=True), rest)) / len(rest)
     scale = max(left, LEAST_SCALE) if scaled else 1.0
+    usual = covariance.copy()
     covariance *= scales(data.kind, scale)
     factor = cho_factor(covariance, lower=True)
     names = [name for name in effects if name not in NUISANCE]
     table = np.stack([effects[name] for name in names], axis=1)
     solved = cho_solve(factor, table)
-    usual_ = [USUAL[kind_of(name)] for name in names]
+    usual_ = [KINDS[kind_of(name)] for name in names]
     return Balance(
         rest, factor, left, {name: i for i, name in enumerate(names)},
         effects=table, precision=table.T @ solved,
@@ -136,6 +148,10 @@ def balance(
         ) * np.sqrt(scale),
         mean=np.array([each.mean for each in usual_]),
         reach=reach,
+        covariance=usual,
+        own=pattern,
+        kind=data.kind,
+        group=data.group,
     )  # fmt: skip
 
 
@@ -179,14 +195,54 @@ def _patterns(data: Data, deviation: Array) -> Array:
     return np.asarray(alike * np.outer(deviation, deviation))
 
 
-def contradiction(data: Data, height_m: float, left: Array) -> float:
-    """How much of the `data` is `left`: mean squares over the spread of people of `height_m`, the
-    sum over the kinds of data.
+SIZES: Final = np.geomspace(1.5, WIDEST, 7)
+"""Times its usual size that a person's pattern is tried at."""
+
+
+def log_sound(model: Balance, parts: Sequence[str] = (), scale: float | None = None) -> float:
+    """Log of the probability density of the data of a `model` with the faults `parts` and no other,
+    up to a constant; `scale` of its covariance if it is not its own.
     """
-    kinds, total = np.array(data.kind), 0.0
-    for kind in (*NEWTON, *PRESSURE):
-        mine = kinds == kind
-        if mine.any():
-            usual = float(np.mean(spread(kind, data.phase[mine], height_m)))
-            total += float((left[mine] ** 2).mean()) / usual**2
-    return total
+    scale = max(model.left, LEAST_SCALE) if scale is None else scale
+    beside = _beside(model, parts)
+    found = _log_density(model.rest, model.covariance * scales(model.kind, scale) + beside)
+    return found - 0.5 * float(np.log(max(scale, 1.0)) / SCALE_SD) ** 2
+
+
+def something_else(model: Balance, parts: Sequence[str] = ()) -> float:
+    """Log of the probability of the data of a `model` where a part of them has a pattern larger
+    than that of people, by a factor between 1 and `WIDEST`, beside the faults `parts`; over that of
+    the data with no other fault than these.
+    """
+    calm = min(max(model.left, LEAST_SCALE), 1.0)
+    usual = model.covariance * scales(model.kind, calm) + _beside(model, parts)
+    logs = []
+    for mine in _blocks(model):
+        own = model.own * np.outer(mine, mine)
+        logs += [_log_density(model.rest, usual + (size**2 - 1.0) * own) for size in SIZES]
+    return float(logsumexp(logs) - np.log(len(logs))) - log_sound(model, parts)
+
+
+def _beside(model: Balance, parts: Sequence[str]) -> Array:
+    """(N, N) covariance of faults as large as real ones."""
+    at = [model.order[part] for part in parts]
+    effects = model.effects[:, at] * np.hypot(model.prior[at], model.mean[at])
+    return np.asarray(effects @ effects.T)
+
+
+def _blocks(model: Balance) -> list[Flags]:
+    """Parts of the data that something which nobody thought of may concern: all, the forces, the
+    moments, and the pressures under each foot.
+    """
+    kinds, groups = np.array(model.kind), np.array(model.group)
+    newton, pressure = np.isin(kinds, NEWTON), np.isin(kinds, PRESSURE)
+    found = [newton | pressure, newton, np.isin(kinds, NEWTON[:3]), np.isin(kinds, NEWTON[3:])]
+    found += [pressure & (groups == group) for group in sorted({*groups[pressure]})]
+    return [mine for mine in found if mine.any()]
+
+
+def _log_density(rest: Array, covariance: Array) -> float:
+    """Log probability density of `rest` (N,), up to a constant."""
+    factor = cho_factor(covariance, lower=True)
+    size = 2.0 * float(np.log(np.diag(factor[0])).sum())
+    return -0.5 * (float(rest @ cho_solve(factor, rest)) + size)

@@ -2,7 +2,7 @@
 where the user asks for it.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final
@@ -10,10 +10,20 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.checks.force_checks import HORIZONTAL, SATURATED
+from gaitval.checks.event_checks import CLOCKS, STRAY_EVENTS
+from gaitval.checks.force_checks import (
+    BRAKING,
+    EXCHANGED_AXES,
+    FREE_MOMENT,
+    FREE_MOMENT_TURNED,
+    INWARD,
+    OUTSIDE,
+    SATURATED,
+)
 from gaitval.checks.laboratory_checks import FLOOR_TILTED
 from gaitval.checks.motion_checks import WEIGHT
 from gaitval.checks.smoothed_markers import SMOOTHED
+from gaitval.checks.unloaded_plates import UNLOADED_PLATE
 from gaitval.coordinates import Side, split_side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
@@ -29,16 +39,9 @@ from gaitval.measurement.both_sides import (
     taped_warnings,
 )
 from gaitval.measurement.correct import corrected, wanted
-from gaitval.measurement.estimate import Examined, examined
-from gaitval.measurement.fault_text import (
-    OF_A_PLATE,
-    OF_WEIGHT,
-    FaultRow,
-    rows,
-    undone_text,
-    unused,
-    warnings,
-)
+from gaitval.measurement.estimate import Examined, FoundFault, examined
+from gaitval.measurement.fault_text import FaultRow, rows, unused, warnings
+from gaitval.measurement.kinds import KINDS
 from gaitval.measurement.knee_markers import knee_warnings
 from gaitval.measurement.knee_places import knee_place_warnings, knee_places
 from gaitval.measurement.moved_markers import KNOWN_BY, moved_warnings
@@ -46,17 +49,14 @@ from gaitval.measurement.page import (
     SHOWN,
     TITLES,
     BandRow,
-    FitRow,
     band_rows,
     curves_with_bands,
     draw_bands,
     draw_hips,
-    fits,
     hip_curves,
     hip_rows,
     remedies,
 )
-from gaitval.measurement.reversed_forces import likeliest_signs, of_a_sign
 from gaitval.measurement.standing import standing_of
 from gaitval.scaling.landmarks import Place
 from gaitval.session.pelvis_markers import FROM_CRESTS
@@ -64,11 +64,28 @@ from gaitval.session.request import Notify
 from gaitval.session.session import Import
 from gaitval.session.standing import standing_places
 
-SLOW_MARKERS: Final = ": markers low-passed"
-"""End of the check that says of forces and markers what the markers alone show, too."""
-LIKE_TILT: Final = (": place", ": cross-talk", ": offset", ": tilt")
-"""Ends of the checks of faults that cameras which are not level look like; these are known by the
-floor itself."""
+_OF_WEIGHT: Final = frozenset(("gain", "vertical gain", "offset", "mass"))
+_OF_A_PLATE: Final = frozenset(name for name, kind in KINDS.items() if "plate" in kind.whose)
+_OF_A_FOOT: Final = frozenset(("foot", "foot turned"))
+TOLD: Final[Mapping[str, Set[str]]] = {
+    FLOOR_TILTED: {"place", "cross-talk", "offset", "tilt", "camera tilt"},
+    # with a wrong mass or unit, a plate with the right forces looks wrong by as much
+    WEIGHT: _OF_WEIGHT,
+    SATURATED: _OF_WEIGHT,
+    UNLOADED_PLATE: _OF_WEIGHT | {"moment gain", "place"},
+    BRAKING: {"fore-aft sign"},
+    INWARD: {"sideways sign"},
+    FREE_MOMENT: {"free moment sign"},
+    FREE_MOMENT_TURNED: {"free moment sign"},
+    # a horizontal force that is another's looks like each of these on every plate
+    EXCHANGED_AXES: _OF_A_PLATE,
+    OUTSIDE: _OF_A_PLATE | _OF_A_FOOT,
+    CLOCKS: {"clock", "delay"},
+    STRAY_EVENTS: frozenset(),
+    SMOOTHED: {"markers low-passed", "one-way filter of the markers"},
+}
+"""Checks whose warnings say better what looks like faults of these kinds, or like something else.
+"""
 UNSHOWN: Final = 15.0
 """Degrees; half of a band of 90 % of a sagittal angle is 3 to 8 in recordings that show it. Two
 markers on a foot do not show its subtalar angle (16)."""
@@ -87,7 +104,6 @@ class Measurement:
     bands : of the mean curves.
     curves : what is drawn, of `page.curves_with_bands`.
     hips : hip moments by each regression of the hip centre, of `page.hip_curves`.
-    fits : how groups of data fit the noise model.
     template : of this part of the page.
     """
 
@@ -97,7 +113,6 @@ class Measurement:
     bands: Bands | None = None
     curves: dict[str, tuple[Array, Array]] = field(default_factory=dict)
     hips: dict[str, tuple[str, Array, Array | None]] = field(default_factory=dict)
-    fits: Sequence[FitRow] = ()
     template: str = "gaitval.measurement:measurement.html.j2"
 
     def columns(self) -> dict[str, Array]:
@@ -258,19 +273,23 @@ def _of_both_sides(found: Import, points: Mapping[str, Place]) -> Iterator[Quali
         yield from of_spines or taped_warnings(taped_longer(points, taped))
 
 
-def unexplained(flags: Iterable[QualityFlag], checks: Set[str]) -> Iterator[QualityFlag]:
-    """Those of the `flags` about faults of the plates that what was found before, by its `checks`,
-    does not explain.
-    """
-    for flag in flags:
-        tilted = FLOOR_TILTED in checks and flag.check.endswith(LIKE_TILT)
-        # with a wrong mass or unit, a plate with the right forces looks wrong by as much
-        heavier = WEIGHT in checks and flag.check.endswith(OF_WEIGHT)
-        # a horizontal force that is missing, or another's, looks like each of these on every plate
-        other_force = checks & HORIZONTAL and flag.check.endswith(OF_A_PLATE)
-        told = SMOOTHED in checks and flag.check.endswith(SLOW_MARKERS)
-        if not (tilted or heavier or other_force or told):
-            yield flag
+def untold(found: Iterable[FoundFault], checks: Set[str]) -> tuple[FoundFault, ...]:
+    """Those of the faults `found` that no warning of the `checks` says better."""
+    told = frozenset[str]().union(*(TOLD.get(check, ()) for check in checks))
+    other = bool(checks & TOLD.keys())
+    return tuple(
+        each for each in found if not (other if each.fault is None else each.fault.kind in told)
+    )
+
+
+def _of_a_sign(found: FoundFault) -> bool:
+    return found.fault is not None and found.fault.kind.endswith("sign")
+
+
+def _legs(found: Import) -> float | None:
+    """Length of thighs and shanks over that expected of the stature."""
+    factors = [row.factor for row in found.body.scaled.table if row.segment in ("thigh", "shank")]
+    return float(np.mean(factors)) if factors else None
 
 
 def measured(found: Import, notify: Notify) -> Import:
@@ -293,25 +312,21 @@ def measured(found: Import, notify: Notify) -> Import:
         if request.aid is not None or not at.forces:
             return None
         stood = standing_of(request, at.session)
-        trials, signs = likeliest_signs(at, trials_of(at.body.model, at.trials))
-        seen = examined(trials, request.mass_kg, request.height_m, stood)
-        return None if seen is None else replace(seen, undone=signs)
+        trials = trials_of(at.body.model, at.trials)
+        return examined(trials, request.mass_kg, request.height_m, stood, _legs(at))
 
     seen = left = look(found)
-    of_trials = [warning for walk in found.trials for warning in walk.warnings]
-    cut_off = sorted({warning.plate for warning in of_trials if warning.check == SATURATED})
-    # a wrong sign hides nothing: the estimate is made without it
-    checks = {warning.check for warning in of_trials if not of_a_sign(warning)}
-    checks |= {warning.check for _, warning in found.session.warnings if warning.check == SMOOTHED}
-    flags = [] if seen is None else [*unexplained(warnings(seen, cut_off, kinds), checks)]
+    checks = {warning.check for _, warning in found.warnings}
+    flags = [] if seen is None else [*warnings(untold(seen.found, checks), kinds)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]
     flags += _of_places(found)
     for flag in flags:
         noted("warnings", str(flag))
     result, uncorrected = found, dict[str, AverageCurve | dict[Side, AverageCurve]]()
-    if kinds and seen is not None and seen.undone:
-        noted("correct", f"nothing is corrected before {undone_text(seen)} has the right sign")
+    reversed_ = [] if seen is None else [each for each in seen.found if _of_a_sign(each)]
+    if kinds and reversed_:
+        noted("correct", f"nothing is corrected before this: {reversed_[0].verdict}")
     elif kinds and seen is not None:
         result = corrected(found, seen, kinds, noted)
         uncorrected = {**found.moments, "forces": {**found.forces}}
@@ -330,7 +345,6 @@ def measured(found: Import, notify: Notify) -> Import:
             around,
             curves_with_bands(result, around),
             hip_curves(result, around),
-            () if seen is None else fits(seen),
         )
     return replace(
         result,

@@ -5,15 +5,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.linalg import solve
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.measurement.balance import FALL, NEWTON, PRESSURE
 from gaitval.measurement.bands import Bands, remedy_of
-from gaitval.measurement.estimate import Examined
-from gaitval.measurement.likelihood import LEAST_SCALE, scales
-from gaitval.measurement.standing import KINDS
 from gaitval.scaling.hip_regressions import TITLES as HIP_TITLES
 from gaitval.session.session import Import
 
@@ -22,17 +17,6 @@ SHOWN: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 UNITS: Final = {"angle": (180.0 / np.pi, "°", 1), "moment": (1.0, "Nm/kg", 2)}
 """Factor, unit and digits."""
 TITLES: Final = {"hip_flexion": "Hip flexion", "knee_angle": "Knee", "ankle_angle": "Ankle"}
-GROUPS: Final[Mapping[str, Sequence[str]]] = {
-    "vertical force": NEWTON[2:3],
-    "horizontal forces": NEWTON[:2],
-    "moments about the centre of mass": NEWTON[3:],
-    "centre of pressure in the foot": PRESSURE,
-    "spectra of forces and markers": FALL,
-    "forces in standing": KINDS,
-}
-REGULAR: Final = 0.5
-IRREGULAR: Final = 2.0
-"""Mean squares, over those expected, below and above which a group of data is not as usual."""
 
 _DrawnCurves = Mapping[str, tuple[Array, Array]]
 
@@ -50,22 +34,6 @@ class BandRow:
     sources: str
     cause: str
     remedy: str
-
-
-@dataclass(frozen=True)
-class FitRow:
-    """How a group of `count` data fits: its mean square over what is expected."""
-
-    name: str
-    count: int
-    ratio: float
-
-    @property
-    def said(self) -> str:
-        """In words; "" where it is as usual."""
-        if self.ratio < REGULAR:
-            return "more regular than in others"
-        return "more than in others: something else is wrong" if self.ratio > IRREGULAR else ""
 
 
 def curves_with_bands(found: Import, bands: Bands) -> dict[str, tuple[Array, Array]]:
@@ -219,22 +187,3 @@ def draw_hips(curves: Mapping[str, tuple[str, Array, Array | None]]) -> str:
         if shown is not None:
             shown.legend(fontsize=7.0)
         return svg(figure, "hips")
-
-
-def fits(seen: Examined) -> list[FitRow]:
-    """How each group of data fits the noise model, beside the faults that were found."""
-    model = seen.model
-    lower = np.tril(model.factor[0])
-    covariance = lower @ lower.T / scales(seen.data.kind, max(model.left, LEAST_SCALE))
-    at = [model.order[p] for f in seen.found for p in f.cause.parts if p in model.order]
-    effect = model.effects[:, at] * model.prior[at]
-    covariance += effect @ effect.T
-    kinds = np.array(seen.data.kind)
-    rows = []
-    for name, of in GROUPS.items():
-        mine = np.flatnonzero(np.isin(kinds, of))
-        if len(mine):
-            rest = model.rest[mine]
-            size = float(rest @ solve(covariance[np.ix_(mine, mine)], rest, assume_a="pos"))
-            rows.append(FitRow(name, len(mine), size / len(mine)))
-    return rows

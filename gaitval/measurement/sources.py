@@ -5,7 +5,7 @@ examiners, the others within 12 to 16 mm (root mean square of the distance; Dell
 2005, Gait Posture 21:226), which is divided among three directions. A marker on the sacrum is put
 midway between the two posterior spines, so their errors average. Soft tissue: 5 to 30 mm on the
 thigh, under 15 mm on the shank (Leardini et al. 2005, Gait Posture 21:212), in phase with the joint
-above. Plates: `expected.USUAL`.
+above. Plates: `kinds.KINDS`.
 
 Hip centres: a regression on bones is 12.3 ± 5.9 mm from that in 67 CT images, and the flesh over
 the spines, on which the markers are, is 9.7 ± 7.0 and 19.6 ± 10.9 mm thick (Mantovani et al. 2016,

@@ -17,7 +17,8 @@ from scipy.spatial.transform import Rotation
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.errors import GaitvalError, RecordWarning
-from gaitval.measurement.expected import USUAL
+from gaitval.measurement.kinds import KINDS as FAULTS
+from gaitval.measurement.kinds import kind_of
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.read import SessionRecordings
@@ -25,8 +26,8 @@ from gaitval.session.request import Request
 
 KINDS: Final = ("standing force x", "standing force y", "standing force z")
 NOISE: Final = (0.003, 0.003, 0.004)
-"""Body weights: mean forces of standing people beside what `USUAL` has. Of eleven children (McGill
-and Shriners, Montreal) 0.0008, 0.0012 and, of the eight whose mass is right, 0.002."""
+"""Body weights: mean forces of standing people beside what `kinds.KINDS` has. Of eleven
+children (McGill and Shriners, Montreal) 0.0008, 0.0012 and, of eight whose mass is right, 0.002."""
 LOADED: Final = 0.05
 """Body weights from which on a plate carries a part of the person."""
 WHOLE: Final = (0.85, 1.15)
@@ -66,7 +67,7 @@ class StandingForces:
             if plate in walked:
                 effects |= {f"{name} {plate}": effect for name, effect in of.items()}
             else:
-                sizes = {name: USUAL[name.partition(" ")[0]].sound for name in of}
+                sizes = {name: FAULTS[kind_of(name)].sound for name in of}
                 noise = noise + sum((sizes[name] * of[name]) ** 2 for name in of)
         table = np.stack([effects.get(name, np.zeros(3)) for name in names], axis=1)
         return [

@@ -7,12 +7,14 @@ import pandas as pd
 import pytest
 
 from gaitval.configuration import ProcessingSettings
+from gaitval.consistency import Verdict
 from gaitval.coordinates import RANGES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.importing.importing import work_out
 from gaitval.importing.write import _curve_table
 from gaitval.measurement.bands import CHOICE, _summed, bands, half_holding
-from gaitval.measurement.estimate import DELAY, FoundFault
+from gaitval.measurement.estimate import FoundFault
+from gaitval.measurement.kinds import Fault
 from gaitval.measurement.measured import bands_text, unshown
 from gaitval.measurement.otherwise import with_fault
 from gaitval.mocap.recording import FootForces
@@ -116,7 +118,8 @@ def test_the_subject_keeps_the_width_of_each_band(found, tmp_path):
 @pytest.mark.slow
 def test_a_delay_that_was_found_widens_the_moments(found):
     seen = found.measurement.seen
-    late = FoundFault(DELAY, np.array([0.03]), np.array([0.003]), 1.0, 1.0, (), True)
+    delay = Fault("delay", "", 0.04)
+    late = FoundFault(delay, np.array([0.03]), np.array([0.003]), Verdict(()), matters=True)
     wide = bands(found, replace(seen, found=(late,)))
     name = "moment_hip_flexion_r"
     more = wide.half[name] ** 2 - found.measurement.bands.half[name] ** 2

@@ -10,61 +10,64 @@ import pytest
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import multivariate_normal
 
+from gaitval.consistency import OTHER
 from gaitval.measurement.balance import Data
 from gaitval.measurement.estimate import (
-    DELAY,
-    Cause,
     Examined,
-    FoundFault,
     Lag,
-    _apart,
+    Search,
     _evidence,
-    _left_by_delay,
-    _matters,
     _of_set,
+    _parts,
     _sizes,
-    faults_of,
-    standing_up,
     together,
-    weigh,
 )
-from gaitval.measurement.expected import USUAL
 from gaitval.measurement.fault_text import warnings
-from gaitval.measurement.likelihood import Balance, balance, scales
+from gaitval.measurement.kinds import KINDS, Fault, faults, kind_of
+from gaitval.measurement.likelihood import Balance, balance, log_sound, scales, something_else
 
-GAINS = tuple(Cause(f"gain {plate}", (f"gain {plate}",)) for plate in "12")
-MASS = Cause("mass", ("mass",))
-PLACE = Cause("place 1", ("place x 1", "place y 1"))
-NAMES = ("gain 1", "gain 2", "mass", "place x 1", "place y 1")
+GAINS = tuple(Fault("gain", plate, 0.02) for plate in "12")
+MASS = Fault("mass", "", 0.04)
+PLACE = Fault("place", "1", 0.04)
+DELAY = Fault("delay", "", 0.04)
+AMONG = (*GAINS, MASS, PLACE)
+NAMES = tuple(part for fault in AMONG for part in fault.parts)
 COUNT = 40
+SPREAD = 0.03
+NO_LAG = Lag(0.0, 0.004, -5.0)
 
 
 @pytest.fixture
 def model():
-    """Data of two plates of which each shows a half of the weight."""
+    """Data of two plates of which each shows a half of the weight, by the faults that they have."""
     random = np.random.default_rng(39)
     half = np.repeat([1.0, 0.0], COUNT // 2)
     effects = np.column_stack(
         [half, 1.0 - half, -np.ones(COUNT), *random.standard_normal((2, COUNT))]
     )
-    usual = [USUAL[name.split(" ")[0]] for name in NAMES]
-    sound = np.array([each.sound for each in usual])
-    own = np.diag(np.full(COUNT, 0.03**2))
+    kinds = [KINDS[kind_of(name)] for name in NAMES]
+    sound = np.array([each.sound for each in kinds])
+    own = np.diag(np.full(COUNT, SPREAD**2))
     covariance = own + (effects * sound**2) @ effects.T
     factor = cho_factor(covariance, lower=True)
     solved = cho_solve(factor, effects)
 
-    def of(faults):
+    def of(faults, more=0.0):
         rest = effects @ np.array([faults.get(name, 0.0) for name in NAMES])
-        rest = rest + 0.002 * random.standard_normal(COUNT)
+        rest = rest + 0.002 * random.standard_normal(COUNT) + more
         return Balance(
             rest=rest, factor=factor, left=1.0, order={n: i for i, n in enumerate(NAMES)},
             effects=effects, precision=effects.T @ solved, towards=solved.T @ rest,
-            prior=np.array([each.faulty for each in usual]), sound=sound,
-            mean=np.zeros(len(NAMES)),
+            prior=np.array([each.faulty for each in kinds]), sound=sound,
+            mean=np.zeros(len(NAMES)), covariance=covariance, own=own,
+            kind=("force z",) * COUNT, group=("",) * COUNT,
         )  # fmt: skip
 
     return of, own, covariance
+
+
+def found(model, among=AMONG, lag=NO_LAG, late=None):
+    return Search(among, model, late, lag).found()
 
 
 @pytest.mark.parametrize("whole", [0.0, 1.0])
@@ -80,28 +83,10 @@ def test_evidence_is_the_ratio_of_the_probabilities_of_the_data(model, whole):
     assert _sizes(seen, ("gain 1",))[0][0] == pytest.approx(whole or 0.1, abs=0.02)
 
 
-@pytest.mark.parametrize(
-    ("log", "left", "said"), [(3.0, 1.0, False), (8.0, 1.0, True), (3.0, 2.8, True)]
-)
-def test_what_contradicts_itself_without_one_cause_is_said(model, log, left, said):
-    of, *_ = model
-    data = Data(
-        names=("mass",), kind=("force z",), group=("right",), phase=np.zeros(1),
-        value=np.zeros(1), noise=np.ones(1), effect=np.ones((1, 1)), middles={},
-    )  # fmt: skip
-    weighed = {frozenset(): 0.0, frozenset({MASS}): log, frozenset({PLACE}): log - 0.5}
-    seen = Examined((), data, replace(of({}), left=left), 0.0, Lag(0.0, 0.003, 0.0), weighed)
-    flags = warnings(seen)
-    assert [flag.check for flag in flags] == ["measurement: unexplained"] * said
-    assert all("body mass; plate 1: its place" in str(flag) for flag in flags)
-    assert not warnings(replace(seen, found=(replace(_found(MASS, 0.001), matters=False),)))
-
-
 def test_sizes_are_the_posterior_of_the_whole_fault(model):
     of, own, _ = model
     seen = of({"gain 1": 0.1, "gain 2": -0.05})
-    at = [0, 1]
-    others = [2, 3, 4]
+    at, others = [0, 1], [2, 3, 4]
     rest_covariance = own + (seen.effects[:, others] * seen.sound[others] ** 2) @ (
         seen.effects[:, others].T
     )
@@ -113,42 +98,120 @@ def test_sizes_are_the_posterior_of_the_whole_fault(model):
     np.testing.assert_allclose(covariance, prior - gain @ effect @ prior, atol=1e-9)
 
 
+def test_a_fault_may_be_along_one_axis(model):
+    seen = model[0]({"place x 1": 0.05})
+    along, both = _evidence(seen, ("place x 1",)), _evidence(seen, PLACE.parts)
+    assert both < _of_set(seen, frozenset({PLACE})) < along
+
+
 @pytest.mark.parametrize(
     ("faults", "named"),
     [
         ({}, set()),
-        ({"mass": 0.1}, {"mass"}),
-        ({"gain 2": -0.12}, {"gain 2"}),
-        ({"place x 1": 0.05}, {"place 1"}),
-        ({"mass": 0.15, "place y 1": -0.06}, {"mass", "place 1"}),
+        ({"mass": 0.12}, {"mass"}),
+        ({"gain 2": -0.15}, {"gain 2"}),
+        ({"place x 1": 0.06}, {"place 1"}),
+        ({"mass": 0.2, "place y 1": -0.08}, {"mass", "place 1"}),
     ],
 )
 def test_the_fewest_faults_that_explain_the_data_are_named(model, faults, named):
-    seen = model[0](faults)
-    weighed = weigh(seen, (*GAINS, MASS, PLACE), None)
-    best = max(weighed, key=lambda one: weighed[one])
-    found = faults_of(weighed, best, seen, Lag(0.0, 0.004, -5.0))
-    assert {f.cause.name for f in found} == named
-    for f in found:
-        assert f.cause.name not in {cause.name for cause, _ in f.others}
+    some = found(model[0](faults))
+    assert {each.fault.name for each in some} == named
+    for each in some:
+        assert sum(cause.probability for cause in each.verdict.causes) == pytest.approx(1.0)
+        assert [cause.change.name for cause in each.verdict.named] == [each.fault.name]
+        for part, value in each.parts.items():
+            assert value == pytest.approx(faults.get(part, 0.0), abs=0.03)
 
 
-def test_what_all_plates_have_is_one_cause():
-    assert not _apart(frozenset(GAINS), 2)
-    assert not _apart(frozenset({GAINS[0], MASS}), 1)
-    assert _apart(frozenset({GAINS[0], MASS}), 2)
-    assert _apart(frozenset({GAINS[0]}), 1)
-    crossed, offset, other = (Cause(n, (n,)) for n in ("cross-talk 1", "offset 1", "offset 2"))
-    assert not _apart(frozenset({crossed, offset}), 2)
-    assert _apart(frozenset({crossed, other}), 2)
+def test_the_prior_of_a_set_is_the_product_of_its_faults(model):
+    rare = Fault("scale", "", 0.01)
+    seen = model[0]({})
+    seen = replace(seen, order={**seen.order, "scale": seen.order["mass"]})
+    weighed = Search((MASS, rare), seen, None, NO_LAG)
+    none = 1.0 - OTHER.prior - MASS.prior - rare.prior
+    for some in ({MASS}, {rare}):
+        prior = np.prod([each.prior / none for each in some])
+        log = weighed.weight(frozenset(some)) - _of_set(seen, frozenset(some))
+        assert np.exp(log) == pytest.approx(prior)
+
+
+def test_what_no_fault_explains_is_something_else(model):
+    """A pattern that has no like among the faults, ten times as large as a person's own."""
+    pattern = 10.0 * SPREAD * np.sin(np.arange(COUNT) ** 2)
+    seen = model[0]({}, pattern)
+    (only,) = found(seen)
+    assert only.fault is None
+    assert only.verdict.named[0].change is OTHER
+    assert not only.verdict.remedy
+    (flag,) = warnings([only])
+    assert flag.check == "measurement: unexplained"
+    assert "contradict each other more than in sound recordings" in flag.message
+    calm = model[0]({})
+    assert something_else(calm) < 0.0 < something_else(seen)
+    # a larger scale of all data is a person's own only so far
+    assert log_sound(replace(calm, left=2.5)) < log_sound(calm) - 4.0
+
+
+def test_delays_are_weighed_by_their_grid_and_direction(model):
+    of = model[0]
+    late = of({})
+    among = (
+        DELAY,
+        *(Fault(f"one-way filter of the {of_}", "", 0.01) for of_ in ("markers", "forces")),
+    )
+    for each in among[1:]:
+        late.order[each.name] = 0
+    for value, other in ((0.03, "forces"), (-0.03, "markers")):
+        search = Search(among, of({}), late, Lag(value, 0.004, 20.0))
+        logs = {each.name: search.weight(frozenset({each})) for each in among}
+        prior = np.log(0.04) - search.log_none
+        assert logs["delay"] == pytest.approx(20.0 + prior)
+        assert np.isfinite(logs[f"one-way filter of the {other}"])
+        assert sum(np.isfinite([*logs.values()])) == 2
+    # which of the two it is the data say, or not
+    only, *_ = Search(among[:1], of({}), late, Lag(0.03, 0.004, 20.0)).found()
+    assert only.parts == {"delay": 0.03}
+    assert "--correct delay" in only.verdict.remedy
+
+
+def test_what_all_plates_have_is_one_cause(model):
+    search = Search(AMONG, model[0]({}), None, NO_LAG)
+
+    def apart(*some):
+        return search.apart(frozenset(some))
+
+    crossed, offset, other = (
+        Fault(kind, whose, 0.01)
+        for kind, whose in (("cross-talk", "1"), ("offset", "1"), ("offset", "2"))
+    )
+    vertical = Fault("vertical gain", "2", 0.01)
+    assert not apart(*GAINS)
+    assert not apart(GAINS[0], vertical)  # the same as a wrong mass
+    assert apart(GAINS[0], MASS)
+    assert not apart(crossed, offset)
+    assert apart(crossed, other)
+    assert not apart(DELAY, Fault("one-way filter of the forces", "", 0.01))
+
+
+def test_who_may_have_a_fault():
+    both = [f"{part} {plate}" for part in ("gain", "place x", "place y") for plate in "12"]
+    some = {each.name: each for each in faults([*both, "mass"], ["right"])}
+    assert {"gain 1", "gain 2", "place 1", "place all", "mass"} <= some.keys()
+    assert not {"gain all", "rotation 1", "foot right"} & some.keys()
+    assert some["place all"].parts == ("place x all", "place y all")
+    assert sum(each.prior for each in some.values() if each.kind == "place") == pytest.approx(
+        KINDS["place"].prior
+    )
+    assert "plate delay 1" not in {each.name for each in faults(["gain 1", "plate delay 1"], [])}
 
 
 @pytest.mark.slow
 def test_sets_of_causes_have_one_order_in_every_process():
     # Sums over a set are made in its order, on which their last digits depend.
     code = (
-        "from gaitval.measurement.estimate import Cause; from gaitval.measurement.expected import "
-        "USUAL; print([each.name for each in frozenset(Cause(n, (n,)) for n in USUAL)])"
+        "from gaitval.measurement.estimate import Fault, _parts; from gaitval.measurement.kinds "
+        "import KINDS; print(_parts(frozenset(Fault(n, '', .1) for n in KINDS)))"
     )
     messages = {
         subprocess.run(
@@ -158,61 +221,17 @@ def test_sets_of_causes_have_one_order_in_every_process():
         for seed in ("1", "2")
     }  # fmt: skip
     assert len(messages) == 1
-
-
-def test_a_wrong_frame_rate_is_rarer_than_a_wrong_plate(model):
-    of, _, _ = model
-    seen = of({})
-    rate = Cause("rate", ("mass",))
-    weighed = weigh(seen, (*GAINS, MASS, rate), None)
-    odds = weighed[frozenset({MASS})] - weighed[frozenset({rate})]
-    assert np.exp(odds) == pytest.approx((0.25 / 0.75) / (0.15 / 0.85))
-
-
-def _forces(value):
-    """Data of the vertical force, in the order of the fixture's frames."""
-    return Data(
-        names=NAMES, kind=("force z",) * COUNT, group=("",) * COUNT,
-        phase=np.linspace(0.0, 0.95, COUNT), value=value, noise=np.full(COUNT, 0.01),
-        effect=np.zeros((COUNT, len(NAMES))), middles={},
-    )  # fmt: skip
-
-
-def _found(cause, *values):
-    return FoundFault(cause, np.array(values), np.full(len(values), 0.01), 0.9, 0.9, (), True)
-
-
-def test_a_fault_whose_removal_leaves_more_is_not_there(model):
-    seen = model[0]({"mass": 0.1, "gain 2": -0.1})
-    mass, gain = _found(MASS, 0.1), _found(GAINS[1], -0.1)
-    data = _forces(seen.rest)
-    assert standing_up((mass, gain), data, seen, 1.7) == (mass, gain)
-    wrong = _found(GAINS[0], 0.1)
-    assert standing_up((mass, gain, wrong), data, seen, 1.7) == (mass, gain)
-
-
-@pytest.mark.parametrize(("late", "is_there"), [(0.01, True), (0.03, False)])
-def test_a_delay_without_which_newtons_law_holds_less_is_not_there(model, late, is_there):
-    # Beside what everybody shows both leave as much.
-    seen = model[0]({})
-    shifted, recorded = _forces(np.full(COUNT, late)), _forces(np.full(COUNT, 0.02))
-    found = (_found(DELAY, 0.02),)
-    assert _left_by_delay(found, (shifted, seen), (recorded, seen), 1.7) is is_there
-
-
-def test_a_fault_may_be_along_one_axis(model):
-    seen = model[0]({"place x 1": 0.05})
-    along, both = _evidence(seen, ("place x 1",)), _evidence(seen, PLACE.parts)
-    assert both < _of_set(seen, frozenset({PLACE})) < along
+    assert _parts(frozenset({PLACE, MASS})) == ["mass", "place x 1", "place y 1"]
 
 
 @pytest.mark.parametrize(
     ("name", "reach", "matters"),
-    [("rotation all", 0.3, False), ("rotation all", 0.6, True), ("rotation 1", 0.6, False)],
+    [("all", 0.3, False), ("all", 0.6, True), ("1", 0.6, False)],
 )
-def test_plates_that_turn_together_matter_by_how_far_they_move_aside(name, reach, matters):
-    angle = 0.02  # rad: half of what matters of a turn, and of 10 mm at half a metre
-    assert _matters(Cause(name, (name,)), np.array([angle]), reach) is matters
+def test_plates_that_turn_together_matter_by_how_far_they_move_aside(model, name, reach, matters):
+    angle = np.array([0.02])  # rad: half of what matters of a turn, and of 10 mm at half a metre
+    search = Search(AMONG, replace(model[0]({}), reach=reach), None, NO_LAG)
+    assert search._matters(Fault("rotation", name, 0.01), angle) is matters
 
 
 def test_how_the_rates_of_a_file_fall_is_not_scaled_with_a_persons_own_pattern():
@@ -228,52 +247,33 @@ def test_a_session_in_which_no_plate_was_stepped_on():
         phase=np.linspace(0.0, 0.9, count), value=np.full(count, 0.01), noise=np.full(count, 0.01),
         effect=np.ones((count, len(names))), middles={},
     )  # fmt: skip
-    found = balance(data, 1.7)
-    assert not found.effects[:, found.order["place x all"]].any()
+    made = balance(data, 1.7)
+    assert not made.effects[:, made.order["place x all"]].any()
 
 
-@pytest.mark.parametrize(("feet", "turned"), [(("right 1", "left 1"), True), (("right 1",), False)])
-def test_a_plate_under_one_foot_alone_is_not_turned_back(feet, turned):
-    """Its markers may be what is turned: the warning says so, and `--correct` leaves the plate."""
-    usual, count = USUAL["rotation"], len(feet)
-    data = Data(
-        names=("rotation 1",), kind=("pressure across",) * count, group=feet,
-        phase=np.full(count, 0.5), value=np.full(count, 0.02), noise=np.full(count, 0.001),
-        effect=np.full((count, 1), 0.2), middles={},
-    )  # fmt: skip
-    precision = np.array([[9e3]])  # less than 1 over the square of what is usual
-    seen = Examined(
-        (_found(Cause("rotation 1", ("rotation 1",)), 0.1),), data,
-        Balance(
-            data.value, (np.eye(count), True), 1.0, {"rotation 1": 0}, data.effect, precision,
-            0.1 * precision[0], np.array([usual.faulty]), np.array([usual.sound]), np.zeros(1),
-        ),
-        0.0, Lag(0.0, 0.003, 0.0), {},
-    )  # fmt: skip
-    found = together(seen, ("rotation", "gain"))
-    assert [*found] == (["rotation 1"] if turned else [])
-    assert sum(found.values()) == pytest.approx(0.1 if turned else 0.0, rel=0.05)
-    (flag,) = warnings(seen)
-    assert ("--correct rotation" in str(flag), "one foot alone" in str(flag)) == (
-        turned,
-        not turned,
-    )
-    (flag,) = warnings(seen, corrected=("rotation",))
-    assert ("corrected, as" in str(flag), "one foot alone" in str(flag)) == (turned, not turned)
+def test_what_was_found_is_corrected_and_nothing_else(model):
+    seen = model[0]({"gain 1": 0.15, "place x 1": 0.012})
+    search = Search(AMONG, seen, None, Lag(0.012, 0.004, -5.0))
+    examined = Examined(search.found(), None, seen, search.lag, AMONG, search.weighed)
+    made = together(examined, ("gain", "place", "delay"))
+    assert made == {"gain 1": pytest.approx(0.15, abs=0.02)}
+    assert together(examined, ("place",)) == {}
 
 
-@pytest.mark.parametrize(("fault", "alike"), [("gain 2", True), ("mass", True), ("delay", False)])
-def test_a_saturated_plate_is_named_beside_what_it_looks_like(fault, alike):
-    """What one plate does not show looks like a gain of the other, or a wrong mass."""
-    data = Data(
-        names=("mass",), kind=("force z",), group=("right",), phase=np.zeros(1),
-        value=np.zeros(1), noise=np.ones(1), effect=np.ones((1, 1)), middles={},
-    )  # fmt: skip
-    seen = Examined(
-        (_found(Cause(fault, (fault,)), 0.1),), data, balance(data, 1.7), 0.0,
-        Lag(0.0, 0.003, 0.0), {},
-    )  # fmt: skip
-    (flag,), (beside,) = warnings(seen), warnings(seen, ("1",))
-    assert "saturated" not in str(flag)
-    assert ("the saturated plate 1 does not show" in str(beside)) == alike
-    assert ("--correct" in str(beside)) == (not alike)
+@pytest.mark.parametrize(
+    ("kind", "whose", "values", "said"),
+    [
+        ("place", "1", [-0.03, 0.002], "plate 1: its place in the file is 30 ± 5 mm back of"),
+        ("place", "all", [0.02, -0.02], "20 ± 5 mm forward and 20 ± 5 mm right of"),
+        ("rotation", "2", [0.07], "plate 2: it is turned by 4.0 ± 0.3 deg about the vertical"),
+        ("gain", "1", [-0.1], "shows forces 10.0 ± 0.5 % too small"),
+        ("mass", "", [0.1], "10.0 ± 0.5 % too large, or the forces of all plates are too small"),
+        ("delay", "", [-0.03], "the forces come 30 ± 5 ms earlier than the markers"),
+        ("offset", "1", [0.0, 0.0, -0.05], "it adds 5.0 ± 0.5 % of the weight down while"),
+        ("foot", "left", [0.0, 0.02], "left foot: its markers lie 20 ± 5 mm inwards of"),
+        ("clock", "", [-0.01], "1.0 ± 0.5 % too fast"),
+    ],
+)
+def test_a_fault_is_said_with_its_size_and_direction(kind, whose, values, said):
+    fault = Fault(kind, whose, 0.01)
+    assert said in fault.said(np.array(values), np.full(len(values), 0.005))

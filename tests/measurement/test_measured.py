@@ -8,25 +8,23 @@ from planted_faults import faults
 from scipy.spatial.transform import Rotation
 
 from gaitval.checks.checks import trial_warnings
-from gaitval.checks.force_checks import BRAKING, INWARD
+from gaitval.checks.force_checks import EXCHANGED_AXES, INWARD
 from gaitval.checks.laboratory_checks import FLOOR_TILTED
 from gaitval.checks.motion_checks import ALONG, WEIGHT
 from gaitval.checks.smoothed_markers import SMOOTHED
 from gaitval.configuration import ProcessingSettings
+from gaitval.consistency import Verdict
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ConfigurationError
-from gaitval.gait.quality_flags import QualityFlag
 from gaitval.importing.importing import work_out
 from gaitval.importing.write import _record
 from gaitval.measurement import correct
-from gaitval.measurement.balance import trials_of
 from gaitval.measurement.correct import wanted
-from gaitval.measurement.estimate import alone, examined
-from gaitval.measurement.fault_text import CHECK, rows, title, warnings
+from gaitval.measurement.estimate import FoundFault, alone
+from gaitval.measurement.fault_text import CHECK, rows, title
+from gaitval.measurement.kinds import Fault, kind_of
 from gaitval.measurement.knee_places import KneePlaces, knee_place_warnings, knee_places
-from gaitval.measurement.likelihood import kind_of
-from gaitval.measurement.measured import unexplained
-from gaitval.measurement.reversed_forces import _reversed, likeliest_signs, of_a_sign
+from gaitval.measurement.measured import untold
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
 
@@ -76,7 +74,8 @@ def test_a_sound_recording_has_no_warning_and_a_table(imported):
     table = {row.name: row for row in found.measurement.faults}
     assert abs(table["delay of the forces"].value) < 6.0  # ms; the truth is 0
     assert abs(table["body mass"].value) < 4.0  # %
-    assert all(row.deviation > 0.0 and row.said == "" for row in table.values())
+    assert all(row.deviation > 0.0 and row.limit > 0.0 for row in table.values())
+    assert all(0.0 <= row.probability < 0.5 for row in table.values())
     assert len(_record(found)["measurement"]) == len(table)
 
 
@@ -94,57 +93,24 @@ def test_who_stands_with_one_knee_bent_has_no_marker_beside_the_knee(imported):
 
 
 def test_what_something_found_before_explains_is_no_fault_of_a_plate():
-    flags = [
-        QualityFlag(f"{CHECK}: {kind}", "plate 1", 1.0, 0.5, "1", "is wrong")
-        for kind in ("gain", "offset", "place", "delay", "markers low-passed")
+    some = [
+        FoundFault(Fault(kind, "", 0.01), np.empty(0), np.empty(0), Verdict(()), matters=True)
+        for kind in ("gain", "offset", "place", "delay", "markers low-passed", "sideways sign")
     ]
+    other = FoundFault(None, np.empty(0), np.empty(0), Verdict(()), matters=True)
 
-    def left(*checks):
-        return [each.check.removeprefix(f"{CHECK}: ") for each in unexplained(flags, {*checks})]
+    def told(*checks):
+        left = {each.fault.kind for each in untold(some, {*checks})}
+        return {each.fault.kind for each in some} - left
 
-    assert left() == ["gain", "offset", "place", "delay", "markers low-passed"]
-    assert left("weight") == ["place", "delay", "markers low-passed"]
-    assert left(FLOOR_TILTED) == ["gain", "delay", "markers low-passed"]
-    assert left("push towards the middle line") == ["delay", "markers low-passed"]
-    assert left(SMOOTHED) == ["gain", "offset", "place", "delay"]
-
-
-SUSPECTED = QualityFlag(INWARD, "plate 1", -0.02, 0.0, "1", "is pushed outwards", plate="1")
-SIGN = {"1": frozenset({1})}
-
-
-def with_sign(found, signs, **faults):
-    """Trials whose plate 1 is suspected of a wrong sign, and has it if `signs` say so."""
-    trials = []
-    for trial in trials_of(found.body.model, found.trials):
-        recording = correct.without_faults(trial.walk.recording, faults)
-        warned = (*trial.walk.warnings, SUSPECTED)
-        walk = replace(trial.walk, recording=recording, warnings=warned)
-        once = _reversed(found, replace(trial, walk=walk), SIGN)
-        trials.append(once if signs else _reversed(found, once, SIGN))
-    return trials
-
-
-@pytest.mark.parametrize("signs", [SIGN, {}])
-def test_a_sign_is_undone_only_where_that_fits_the_motion(imported, signs):
-    found = imported(None)
-    assert likeliest_signs(found, with_sign(found, signs))[1] == signs
-
-
-def test_a_moved_plate_is_told_beside_a_wrong_sign(imported):
-    found = imported(None)
-    # 40 mm are taken away from a plate that is where it should be
-    trials, signs = likeliest_signs(found, with_sign(found, SIGN, **{"place x 1": 0.04}))
-    seen = examined(trials, found.request.mass_kg, found.request.height_m)
-    (flag,) = warnings(replace(seen, undone=signs))
-    assert flag.check == f"{CHECK}: place"
-    assert flag.value == pytest.approx(40.0, abs=12.0)
-    assert "plate 1" in flag.message
-
-
-def test_a_force_that_is_nearly_missing_has_no_wrong_sign():
-    assert of_a_sign(SUSPECTED)
-    assert not of_a_sign(replace(SUSPECTED, check=BRAKING, value=0.01))
+    assert told() == set()
+    assert told("weight") == told("saturated channel") == {"gain", "offset"}
+    assert told("unloaded plate") == told(FLOOR_TILTED) | {"gain"} == {"gain", "offset", "place"}
+    assert told(INWARD) == {"sideways sign"}
+    assert told(EXCHANGED_AXES) == {"gain", "offset", "place", "sideways sign"}
+    assert told(SMOOTHED) == {"markers low-passed"}
+    assert untold([other], {"build"}) == (other,)
+    assert untold([other], {"clocks"}) == ()
 
 
 @pytest.mark.parametrize(
@@ -360,7 +326,7 @@ def test_a_fault_that_is_not_sure_is_not_corrected(imported):
 def test_angles_have_bands_without_forces_or_with_an_aid(imported, options):
     found, whole = imported(None, **options).measurement, imported(None).measurement
     assert found.seen is None
-    assert (found.faults, list(found.fits)) == ((), [])
+    assert found.faults == ()
     for name in ("angle_hip_flexion_r", "angle_knee_angle_l", "angle_ankle_angle_r"):
         mine, theirs = (np.median(each.bands.half[name]) for each in (found, whole))
         assert mine == pytest.approx(theirs, rel=0.05)

@@ -1,6 +1,4 @@
-"""The page of an import has the bands, their sources, and how the session fits its noise model."""
-
-from dataclasses import replace
+"""The page of an import has the bands and their sources."""
 
 import numpy as np
 import pytest
@@ -9,17 +7,13 @@ from seen_figures import bands, figure_of, forward, lines
 from gaitval.configuration import ProcessingSettings
 from gaitval.importing.importing import work_out
 from gaitval.importing.summary import summary_of
-from gaitval.measurement.likelihood import LEAST_SCALE
 from gaitval.measurement.page import (
-    GROUPS,
     SHOWN,
     TITLES,
     UNITS,
     BandRow,
-    FitRow,
     draw_bands,
     draw_hips,
-    fits,
     remedies,
 )
 from gaitval.reporting.figures import COLOURS
@@ -65,29 +59,6 @@ def test_the_legend_of_the_hips_is_beside_the_side_that_has_moments(recwarn):
 def test_bands_are_drawn(found):
     draw = _drawings(summary_of(found))["drawings"]["bands"]
     assert draw().startswith("<svg")
-
-
-@pytest.mark.slow
-def test_a_sound_session_fits_and_a_strange_one_is_said_not_to(found):
-    rows = {row.name: row for row in found.measurement.fits}
-    assert set(rows) == {*GROUPS} - {"forces in standing"}  # which the sample has not
-    assert sum(row.count for row in rows.values()) == len(found.measurement.seen.data.kind)
-    assert all(0.05 < row.ratio < 3.0 for row in rows.values())
-    assert FitRow("x", 9, 4.0).said
-    assert not FitRow("x", 9, 1.0).said
-
-
-def test_white_data_of_the_model_have_a_ratio_of_one(found):
-    seen = replace(found.measurement.seen, found=())
-    random = np.random.default_rng(391)
-    lower = np.tril(seen.model.factor[0])
-    of_all = []
-    for _ in range(40):
-        rest = lower @ random.standard_normal(len(lower))
-        drawn = replace(seen, model=replace(seen.model, rest=rest))
-        of_all.append([row.ratio for row in fits(drawn)][:4])
-    scale = max(seen.model.left, LEAST_SCALE)
-    np.testing.assert_allclose(np.mean(of_all, axis=0), scale, rtol=0.2)
 
 
 def test_bands_are_drawn_as_wide_as_they_are_each_side_in_its_colour():
