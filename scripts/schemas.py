@@ -11,8 +11,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from gaitval.apps.balance.results import PERTURB_VERSION, PerturbResult
-from gaitval.apps.changes.results import CHANGE_VERSION, ChangeResult
+from gaitval.apps.balance.results import PerturbResult
+from gaitval.apps.changes.results import ChangeResult
+from gaitval.apps.devices.results import DeviceResult
 from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
 from gaitval.importing.results import IMPORT_VERSION, ImportResult
 from gaitval.metrics.results import (
@@ -22,7 +23,14 @@ from gaitval.metrics.results import (
     Metrics,
 )
 from gaitval.metrics.typed import schema
+from gaitval.reporting.written import Written
 
+WRITTEN: dict[str, type[Written]] = {
+    "balance": PerturbResult,
+    "changes": ChangeResult,
+    "devices": DeviceResult,
+}
+"""Results of applications, by folder."""
 PACKAGE = Path(__file__).parent.parent / "gaitval"
 
 
@@ -38,15 +46,13 @@ def schemas() -> dict[Path, dict[str, Any]]:
         PACKAGE / "apps/judge/judge.schema.json": schema(
             JudgeResult, name="judge", version=JUDGE_VERSION
         ),
-        PACKAGE / "apps/changes/change.schema.json": schema(
-            ChangeResult, name="change", version=CHANGE_VERSION
-        ),
-        PACKAGE / "apps/balance/perturb.schema.json": schema(
-            PerturbResult, name="perturb", version=PERTURB_VERSION
-        ),
         PACKAGE / "importing/import.schema.json": schema(
             ImportResult, name="import", version=IMPORT_VERSION
         ),
+        **{
+            PACKAGE / f"apps/{folder}/{result.NAME}.schema.json": result.schema()
+            for folder, result in WRITTEN.items()
+        },
     }
 
 

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     "gaitval check --baseline S05     # the one that comes with gaitval",
     "gaitval check --baseline reports/patient/baseline --junit accuracy.xml",
     "gaitval check --baseline S05 --quick --json accuracy.json",
-    "gaitval check --baseline reports/S05-hip_exo      # a result of gaitval device",
     after="report",
 )
 def check(
@@ -27,7 +26,7 @@ def check(
             "--baseline",
             metavar="FOLDER|SUBJECT",
             help="Folder of a stored baseline, or the metrics.json in it; or a built-in subject "
-            "(S05), whose baseline comes with gaitval; or a folder of `gaitval device`.",
+            "(S05), whose baseline comes with gaitval.",
         ),
     ],
     junit: Annotated[
@@ -53,7 +52,6 @@ def check(
     what moved if a measure got worse by more than its margin; 2 if the baseline is not as it was
     stored; otherwise 0. Measures that are newer than the baseline are named and fail nothing.
     """
-    from gaitval.apps.regression import device_results
     from gaitval.apps.regression.baseline import changed_inputs, stored_metrics, walk_again
     from gaitval.apps.regression.moved import judge_moved
     from gaitval.apps.regression.regression import LONG_MEASURES, compare
@@ -62,9 +60,6 @@ def check(
     from gaitval.study.inputs import METRICS
 
     _prepare(junit, json)
-    if device_results.is_result(Path(baseline)):
-        _check_result(Path(baseline), junit, json)
-        return
     folder = find_baseline(baseline)
     stored = stored_metrics(folder / METRICS)
     display.messages.print(f"Baseline: {folder}", soft_wrap=True)
@@ -97,14 +92,3 @@ def _write(
         write_junit(rows, junit, about=about)
     if json is not None:
         write_rows(rows, json, about=about)
-
-
-def _check_result(folder: Path, junit: Path | None, json: Path | None) -> None:
-    """The same for a result of `gaitval device`."""
-    from gaitval.apps.devices import results
-    from gaitval.apps.regression import device_results
-    from gaitval.apps.regression.moved import judge_moved
-
-    figures = device_results.check(folder, results)
-    _write(figures, junit, json, about={})
-    judge_moved(figures, folder, "make the result again with `gaitval device`")

@@ -1,6 +1,5 @@
 """`gaitval compare`: many walks in one report, and what changed between two versions."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,8 +24,7 @@ def compare(
         list[Path],
         typer.Argument(
             metavar="RUN...",
-            help="Run folders, stored baselines, or folders that contain some; or folders of "
-            "`gaitval device`.",
+            help="Run folders, stored baselines, or folders that contain some.",
         ),
     ],
     before: Annotated[
@@ -42,7 +40,7 @@ def compare(
         typer.Option(
             "--strict",
             help="Exit code 1 if a measure got worse by more than its margin, or if a subject of "
-            "--before has no walk now, or a device of it no result.",
+            "--before has no walk now.",
         ),
     ] = False,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report.")] = Path(
@@ -55,77 +53,19 @@ def compare(
     what got worse. A change counts only beyond the margin of its measure, which is that of a stored
     baseline where --before is one. Nothing is simulated.
     """
-    from gaitval.apps.regression import device_results
-
-    if strict and not before:
-        raise ConfigurationError("--strict needs an earlier version: add --before FOLDER.")
-    device_runs = [run for run in runs if device_results.is_result(run)]
-    earlier = [each for each in before or () if device_results.is_result(each)]
-    walked = [run for run in runs if run not in device_runs]
-    then = [each for each in before or () if each not in earlier]
-    if before:
-        _check_both("results of `gaitval device`", device_runs, earlier)
-        _check_both("walks", walked, then)
-    # both reports are written before either fails
-    worse = [
-        *(_compare_results(out, device_runs, earlier, strict=strict) if device_runs else ()),
-        *(_compare_walks(out, walked, then, strict=strict) if walked else ()),
-    ]
-    if worse:
-        raise ToleranceError(" ".join(worse))
-
-
-def _check_both(what: str, now: Sequence[Path], before: Sequence[Path]) -> None:
-    """Refuse to compare what is there in one version only: nothing would be compared with it."""
-    if bool(now) == bool(before):
-        return
-    here, there = ("RUN", "--before") if now else ("--before", "RUN")
-    raise ConfigurationError(
-        f"{', '.join(map(str, now or before))}: {what} given with {here}, but none with {there}, "
-        f"so they have nothing to be compared with. Give theirs with {there}, or leave them out."
-    )
-
-
-def _compare_results(
-    out: Path, device_runs: Sequence[Path], earlier: Sequence[Path], *, strict: bool
-) -> list[str]:
-    """Write the report of results of devices; in words, why a strict comparison fails."""
-    from gaitval.apps.devices import results
-    from gaitval.apps.regression import device_results
-    from gaitval.apps.regression.moved import print_moved
-    from gaitval.apps.regression.regression import lost
-
-    found = device_results.compare(out, device_runs, earlier, results)
-    display.plain(f"Devices: {len(device_runs)}. Report: {out / 'devices.html'}, .pdf, .csv")
-    print_moved(found.rows)
-    for names, why in ((found.gone, "no result now"), (found.added, "no result before")):
-        if names:
-            display.plain(f"{why} of {', '.join(names)}")
-    worse = len(lost(found.rows))
-    if not strict or not (worse or found.gone):
-        return []
-    missing = f"; no result now of {', '.join(found.gone)}" if found.gone else ""
-    return [
-        f"{worse} of {len(found.rows)} figures of devices moved by more than their "
-        f"margin{missing}. If the change is intended, compare with results of the new version."
-    ]
-
-
-def _compare_walks(
-    out: Path, runs: Sequence[Path], before: Sequence[Path], *, strict: bool
-) -> list[str]:
-    """Write the report of walks; in words, why a strict comparison fails."""
     from gaitval.apps.regression.collect import collect, collect_versions
     from gaitval.apps.regression.comparison_page import write_comparison
     from gaitval.apps.regression.moved import print_moved
     from gaitval.apps.regression.versions import matched
 
+    if strict and not before:
+        raise ConfigurationError("--strict needs an earlier version: add --before FOLDER.")
     walks = collect(runs)
     versions = matched(*collect_versions(before, walks)) if before else None
     write_comparison(out, "comparison", walks, versions)
     display.plain(f"Walks: {len(walks)}. Report: {out / 'comparison.html'}, .pdf and .csv")
     if versions is None:
-        return []
+        return
     for subject, flip in versions.flipped():
         display.plain(_flip_line(subject, flip))
     worse, improved = versions.lost(), versions.improved()
@@ -139,11 +79,11 @@ def _compare_walks(
     message += f"; compared with another record than before: {', '.join(other)}" if other else ""
     if not strict or not (worse or missing):
         display.plain(message)
-        return []
-    return [
+        return
+    raise ToleranceError(
         f"{message}. The report in {out} says which; if the change is intended, compare with a "
         "baseline of the new version."
-    ]
+    )
 
 
 def _flip_line(subject: str, flip: "Flip") -> str:

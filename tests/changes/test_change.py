@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from smooth_curves import smooth_curves
 
-from gaitval.apps.changes.change import change_between, headline, sentence
+from gaitval.apps.changes.change import change_between, headline
 from gaitval.apps.changes.results import ChangeResult
 from gaitval.apps.changes.visits import Visit, VisitFigure
 from gaitval.apps.changes.write import write_change
@@ -79,7 +79,7 @@ def test_a_large_change_is_said_in_words_with_its_band():
     assert region.difference == pytest.approx(16.0, abs=1.5)
     # two sessions, each with a band of 4
     assert region.half == pytest.approx(4.0 * math.sqrt(2.0))
-    said = sentence(curve, region, found)
+    said = region.words
     assert said.startswith("Left knee flexion in swing +1")
     assert "± 5.7°" in said
     assert "% of the cycle" in said
@@ -105,7 +105,7 @@ def test_strides_that_hardly_differ_have_no_band():
     found = change_between(before, moved(before, name, 3.0))
     assert found.same_markers
     curve, region = found.findings()[0]
-    said = sentence(curve, region, found)
+    said = region.words
     assert curve.name == name
     assert "+3.0°" in said
     assert "±" not in said

@@ -10,7 +10,6 @@ from gaitval.apps.devices.costs import (
     PERSON,
     change_of,
     cost_changes,
-    group_band,
     in_words,
     person_band,
     rate_in_words,
@@ -90,40 +89,6 @@ def test_a_band_of_a_person_holds_people_who_change_unlike():
         low, high = person_band(changes)
         inside += low <= change <= high
     assert inside / 4000 == pytest.approx(0.90, abs=0.02)
-
-
-def test_a_band_of_a_group_holds_the_mean_of_other_people():
-    """Six walk in models, fifteen others are measured."""
-    random = np.random.default_rng(3)
-    inside = 0
-    for _ in range(4000):
-        means = {"bhargava": random.normal(), JOINTS: random.normal()}
-        apart = 0.2 * random.normal(size=6)
-        change = _true(random, means) + PERSON * random.normal(size=(2, 15)).mean(axis=1).sum()
-        seen = {model: mean + apart for model, mean in means.items()}
-        low, high = group_band(seen, 15)
-        inside += low <= change <= high
-    assert inside / 4000 == pytest.approx(0.90, abs=0.03)
-
-
-def test_what_is_common_is_left_of_a_band_of_many_people_and_a_person_has_all():
-    apart = np.linspace(-1e-6, 1e-6, 6)
-    changes = {"bhargava": 0.4 + apart, JOINTS: 0.6 + apart}
-    means = {model: float(each.mean()) for model, each in changes.items()}
-
-    def wide(band):
-        return (band[1] - band[0]) / 2
-
-    one, few, many = (wide(group_band(changes, n)) for n in (1, 10, 10**8))
-    assert one == pytest.approx(wide(person_band(means)), rel=1e-3)
-    assert many < few < one
-    assert many == pytest.approx(1.645 * COMMON * size(means), rel=1e-3)
-
-
-def test_of_one_walker_no_band_of_a_group_is_known():
-    low, high = group_band({"bhargava": np.array([0.4]), JOINTS: np.array([0.6])}, 15)
-    assert low == -np.inf
-    assert high == np.inf
 
 
 def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():

@@ -2,9 +2,7 @@
 
 import json
 import math
-import os
 import shutil
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,8 +10,7 @@ from typing import Any
 import pytest
 from safetensors.numpy import load_file, save_file
 
-from gaitval._internal.io.folder_lock import locked
-from gaitval.apps.regression.baseline import remove_abandoned, seal_again, stored_metrics
+from gaitval.apps.regression.baseline import seal_again, stored_metrics
 from gaitval.apps.regression.seal import (
     SEAL,
     UNKNOWN_VERSIONS,
@@ -263,48 +260,6 @@ def test_what_has_changed_since_is_told(folder: Path) -> None:
     ]
     seal(folder, versions=None, commit=None)
     assert changes(read_seal(folder), before, before, versions) == [UNKNOWN_VERSIONS]
-
-
-def _abandoned(where: Path, *, seconds: float) -> Path:
-    folder = where / "gaitval-check-x"
-    (folder / "policy").mkdir(parents=True)
-    (folder / "policy" / "policy.json").write_text("{}")
-    then = time.time() - seconds
-    os.utime(folder, (then, then))
-    return folder
-
-
-@pytest.mark.parametrize("seconds", [3600.0, -86400.0], ids=["an hour ago", "clock gone back"])
-def test_what_a_killed_check_has_left_is_removed(tmp_path: Path, seconds: float) -> None:
-    left = _abandoned(tmp_path, seconds=seconds)
-    theirs = tmp_path / "something"
-    theirs.mkdir()
-    remove_abandoned(tmp_path)
-    assert not left.exists()
-    assert theirs.exists()
-
-
-def test_a_check_that_runs_keeps_its_folder(tmp_path: Path) -> None:
-    young = _abandoned(tmp_path, seconds=1.0)
-    remove_abandoned(tmp_path)
-    assert young.exists()
-    shutil.rmtree(young)
-    old = _abandoned(tmp_path, seconds=3600.0)
-    with locked(old):
-        os.utime(old, (0.0, 0.0))
-        remove_abandoned(tmp_path)
-        assert (old / "policy" / "policy.json").exists()
-
-
-@pytest.mark.skipif(not hasattr(os, "symlink"), reason="there are no links")
-def test_a_link_in_the_place_of_such_a_folder_is_not_followed(tmp_path: Path) -> None:
-    theirs = tmp_path / "theirs"
-    theirs.mkdir()
-    (theirs / "kept.txt").write_text("")
-    os.utime(theirs, (0.0, 0.0))
-    (tmp_path / "gaitval-check-link").symlink_to(theirs)
-    remove_abandoned(tmp_path)
-    assert (theirs / "kept.txt").exists()
 
 
 def test_a_part_that_is_missing_is_named(folder: Path) -> None:

@@ -85,7 +85,7 @@ def perturb(
     from gaitval.apps.balance.disturb import usual_grounds
     from gaitval.apps.balance.stored import walker_of
     from gaitval.apps.balance.study import recoveries
-    from gaitval.apps.balance.write import NAME, write_recoveries
+    from gaitval.apps.balance.write import write_recoveries
     from gaitval.study.stored_policy import page_folder
 
     delays = None if delay is None else _delays(delay)
@@ -106,7 +106,7 @@ def perturb(
             )
         write_recoveries(found, who, folder)
     _say(found.result)
-    display.plain(f"Page: {folder / NAME}.html")
+    display.plain(f"Page: {folder / 'perturb.html'}")
 
 
 def _say(result: "PerturbResult") -> None:

@@ -67,21 +67,8 @@ def published() -> tuple[Published, ...]:
 
 
 def _published(row: Mapping[str, str]) -> Published:
-    value, low, high = (float(row[n]) if row[n] else None for n in ("value", "low", "high"))
-    return Published(
-        row["kind"],
-        row["quantity"],
-        int(row["sign"]) if row["sign"] else None,
-        value,
-        low,
-        high,
-        row["unit"],
-        row["of"],
-        row["words"],
-        row["source"],
-        row["doi"],
-        row["locator"],
-    )
+    numbers = {n: float(row[n]) if row[n] else None for n in ("value", "low", "high")}
+    return Published(**dict(row) | numbers | {"sign": int(row["sign"]) if row["sign"] else None})  # type: ignore[arg-type]
 
 
 class Guessed(NamedTuple):

@@ -1,14 +1,12 @@
-"""Content of `perturb.json`, as typed models; `scripts/schemas.py` writes the schema beside it."""
+"""What `gaitval perturb` found, as typed models: `perturb.json` and its page."""
 
 from collections.abc import Mapping
-from typing import Annotated, Final, Literal
+from typing import Annotated, ClassVar, Final, Literal
 
 from pydantic import Field
 
 from gaitval.metrics.typed import Count, Flag, Number, Result, Size, StrictPositive
-
-PERTURB_VERSION: Final = 1
-"""Of `perturb.json`."""
+from gaitval.reporting.written import Written
 
 _Figure = Number | None
 _Pair = Annotated[list[_Figure], Field(min_length=2, max_length=2)]
@@ -130,11 +128,13 @@ class ComparedQuantity(Result):
     """Within the published bounds; null without any."""
 
 
-class PerturbResult(Result):
+class PerturbResult(Written):
     """What `gaitval perturb` found."""
 
+    NAME: ClassVar[str] = "perturb"
+    TEMPLATE: ClassVar[str] = "gaitval.apps.balance:perturb.html.j2"
+
     schema_version: Literal[1]
-    versions: dict[str, str]
     walker: str
     mass_kg: StrictPositive
     pendulum_m: StrictPositive

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from gaitval._internal.io.artefacts import versions
 from gaitval._internal.text.display import Displayed
 from gaitval.apps.balance.compared import (
     Guessed,
@@ -29,7 +28,6 @@ from gaitval.apps.balance.experiment import (
     steady_walks,
 )
 from gaitval.apps.balance.results import (
-    PERTURB_VERSION,
     ComparedQuantity,
     PerturbResult,
     setting_words,
@@ -48,6 +46,7 @@ from gaitval.metrics.push_ensembles import NOISE, STARTS, RobustPushes, robust_p
 from gaitval.metrics.push_recovery import Push
 from gaitval.metrics.pushed_steps import forces_of
 from gaitval.metrics.typed import tidy
+from gaitval.reporting.written import taken
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -206,33 +205,27 @@ def _result(
 ) -> PerturbResult:
     seconds = walker.task.configuration.environment.push_seconds
     rows = [
-        _compared(each, compared[each.quantity])
+        ComparedQuantity.model_validate(tidy(_compared(each, compared[each.quantity])))
         for each in published()
         if each.quantity in compared
     ]
-    values: dict[str, Any] = {
-        "schema_version": PERTURB_VERSION,
-        "versions": versions(),
-        "walker": name,
-        "mass_kg": walker.model.mass,
-        "pendulum_m": plain.pendulum,
-        "delays_s": list(walker.task.configuration.environment.observation_delays),
-        "steady_fell": plain.fell,
-        "pushes": [
+    return PerturbResult.made(
+        walker=name,
+        mass_kg=walker.model.mass,
+        pendulum_m=plain.pendulum,
+        delays_s=walker.task.configuration.environment.observation_delays,
+        steady_fell=plain.fell,
+        pushes=[
             _pushed_step(push, walk, plain, seconds)
             for push, walk in zip(tried, walks, strict=True)
         ],
-        "steady": _map(maps[0]),
-        "moved": _map(maps[1]),
-        "grounds": [_ground(each, stood) for each, stood in grounds],
-        "largest": None if robust is None else _robust(robust),
-        "quantities": rows,
-    }
-    checked = [ComparedQuantity.model_validate(tidy(each)) for each in rows]
-    values["as_people"] = {
-        who: list(as_people(checked, who)) for who in ("walker", "nothing", "pendulum")
-    }
-    return PerturbResult.model_validate(tidy(values))
+        steady=maps[0],
+        moved=maps[1],
+        grounds=[_ground(each, stood) for each, stood in grounds],
+        largest=None if robust is None else _robust(robust),
+        quantities=rows,
+        as_people={who: as_people(rows, who) for who in ("walker", "nothing", "pendulum")},
+    )
 
 
 def push_axis(push: Push) -> int:
@@ -248,20 +241,19 @@ def _pushed_step(
     axis = push_axis(push)
     rows = slice(walk.onset, min(len(walk.time), len(plain.time)))
     spin, lean = (getattr(walk, n)[rows] - getattr(plain, n)[rows] for n in ("spin", "trunk"))
-    empty = [None, None]
+    known = ("number", "lead", "foot", "extrapolated", "offset", "time")
+    pairs = ("foot", "extrapolated", "offset")
     return {
         "phase": push.phase,
         "direction": math.degrees(push.direction),
         "force": push.force,
         "fell": walk.fell,
-        "number": None if step is None else step.number,
         "side": None if step is None else SIDES[step.column],
-        "lead": None if step is None else step.lead,
-        "foot": empty if step is None else step.foot,
-        "extrapolated": empty if step is None else step.extrapolated,
-        "offset": empty if step is None else step.offset,
-        "pendulum": empty if step is None else step.guess,
-        "time": None if step is None else step.time,
+        "pendulum": (None, None) if step is None else step.guess,
+        **{
+            name: (None, None) if step is None and name in pairs else getattr(step, name, None)
+            for name in known
+        },
         "recovered": steps_to_recover(steps, (axis,)),
         "spin": [_peak(spin[:, 0]), _peak(spin[:, 1])],
         "lean": [math.degrees(_peak(lean[:, each])) for each in (0, 1)],
@@ -271,10 +263,6 @@ def _pushed_step(
 def _peak(values: Any) -> float:
     """The value of the largest size, with its sign; 0 of none."""
     return float(values[np.abs(values).argmax()]) if len(values) else 0.0
-
-
-def _map(found: LinearMap | None) -> dict[str, Any] | None:
-    return None if found is None else found._asdict()
 
 
 def _ground(each: DisturbedWalk, stood: tuple[bool, ...]) -> dict[str, Any]:
@@ -304,18 +292,15 @@ def _robust(found: RobustPushes) -> dict[str, Any]:
 
 
 def _compared(row: Published, values: Guessed) -> dict[str, Any]:
-    return {
-        "kind": row.kind,
-        "name": row.quantity,
-        **{name: getattr(row, name) for name in ("unit", "words", "of", "source", "locator")},
-        "sign": row.sign,
-        "published": row.value,
-        "low": row.low,
-        "high": row.high,
+    return taken(
+        ComparedQuantity,
+        row,
+        name=row.quantity,
+        published=row.value,
         **values._asdict(),
-        "right_sign": row.right_sign(values.walker),
-        "inside": row.inside(values.walker),
-    }
+        right_sign=row.right_sign(values.walker),
+        inside=row.inside(values.walker),
+    )
 
 
 def as_people(rows: Sequence[ComparedQuantity], who: str) -> tuple[int, int]:

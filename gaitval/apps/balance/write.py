@@ -1,21 +1,16 @@
 """Write what `gaitval perturb` found: `perturb.json` and a page."""
 
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
-from gaitval._internal.io.artefacts import write_json
 from gaitval.apps.balance.compared import MEASURED, Pushes
 from gaitval.apps.balance.experiment import TestedWalker
 from gaitval.apps.balance.figures import DrawnSteps
 from gaitval.apps.balance.study import Recoveries
-from gaitval.reporting.page import write_page
-
-NAME: Final = "perturb"
 
 
 def write_recoveries(found: Recoveries, walker: TestedWalker, folder: Path) -> None:
     """Write `perturb.json`, `.html` and `.pdf` of what was `found` of a `walker` into `folder`."""
-    write_json(folder / f"{NAME}.json", found.result.as_dict())
     result = found.result
     drawn = None
     if found.walks:
@@ -26,8 +21,7 @@ def write_recoveries(found: Recoveries, walker: TestedWalker, folder: Path) -> N
         drawn = DrawnSteps.of(aside, along, walker.task.reference.stride_time)
     known = {row.name: row for row in result.quantities}
     offset = known.get("offset_change")
-    context: dict[str, Any] = {
-        "result": result,
+    shown: dict[str, Any] = {
         "units": {name: row.unit for name, row in known.items()},
         "words": MEASURED,
         "offset": None if offset is None else offset.walker,
@@ -36,4 +30,4 @@ def write_recoveries(found: Recoveries, walker: TestedWalker, folder: Path) -> N
         "drawings": {} if drawn is None else {"placement": drawn.placement},
         "data": {} if drawn is None else drawn.tables(),
     }
-    write_page(folder, NAME, "gaitval.apps.balance:perturb.html.j2", context)
+    result.write(folder, **shown)

@@ -9,11 +9,12 @@ stayed where they were, and the test is all that is asked.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from scipy.stats import norm
 
+from gaitval.apps.changes.results import ChangedRegion, Level
 from gaitval.apps.changes.visits import UNITS, Visit, common
 from gaitval.arrays import Array, runs
 from gaitval.coordinates import SIDES, Side
@@ -28,9 +29,6 @@ from gaitval.metrics.norms import norms_at
 from gaitval.metrics.statistics_results import GaitProfile
 from gaitval.reporting.grids import title
 
-Level = Literal["changed", "perhaps", "re-measuring"]
-"""More than re-measuring would; more than it usually would of this curve; no more than that."""
-
 SAME_STATURE: Final = 0.03
 """m by which two statures of one adult may differ: shoes, time of day, who measured; convention."""
 SAME_MASS: Final = 0.15
@@ -41,31 +39,6 @@ changes from trial to trial; convention."""
 LEAST: Final = {"angles": 0.5, "moments": 0.02, "forces": 0.5}
 """deg, Nm/kg and % of body weight below which a change is none, whatever the test says;
 convention."""
-
-
-@dataclass(frozen=True)
-class RegionOfChange:
-    """Where a curve changed.
-
-    Attributes
-    ----------
-    first, last : % of the cycle.
-    at : % of the cycle where it changed most, relative to what re-measuring may do.
-    difference : there, after less before.
-    half : of the band of 90 % of that difference there; None without bands.
-    level : None without bands: then only the test is known.
-    tested : whether the cycles of the two sessions differ there by the test.
-    by_speed : what the difference of walking speeds does to healthy adults there, if it is known.
-    """
-
-    first: int
-    last: int
-    at: int
-    difference: float
-    half: float | None
-    level: Level | None
-    tested: bool
-    by_speed: float | None
 
 
 @dataclass(frozen=True)
@@ -87,7 +60,7 @@ class CurveChange:
     limit: Array | None
     t: Array | None
     p: float | None
-    regions: tuple[RegionOfChange, ...]
+    regions: tuple[ChangedRegion, ...]
 
     @property
     def difference(self) -> Array:
@@ -130,14 +103,14 @@ class Change:
         """Whether anything could be called changed."""
         return self.test is not None or self.at_once is not None
 
-    def findings(self) -> list[tuple[CurveChange, RegionOfChange]]:
+    def findings(self) -> list[tuple[CurveChange, ChangedRegion]]:
         """All regions: first what is more than re-measuring would be, then the rest, by size."""
         ranks = {"changed": 0, None: 1, "perhaps": 2, "re-measuring": 3}
         every = [(curve, region) for curve in self.curves.values() for region in curve.regions]
         return sorted(every, key=lambda one: (ranks[one[1].level], -_size(*one)))
 
 
-def _size(curve: CurveChange, region: RegionOfChange) -> float:
+def _size(curve: CurveChange, region: ChangedRegion) -> float:
     scale = region.half if region.half else LEAST[curve.name.partition("/")[0]]
     return abs(region.difference) / scale
 
@@ -311,11 +284,7 @@ def _kept_none(before: Visit, after: Visit) -> str:
 
 
 def _counts(visit: Visit) -> str:
-    found = []
-    for side in SIDES:
-        sizes = [len(v) for n, v in visit.cycles.items() if n.endswith(f"_{side[0]}")]
-        found.append(f"{max(sizes, default=0)} {side}")
-    return " and ".join(found)
+    return " and ".join(f"{count} {side}" for side, count in visit.counts().items())
 
 
 def _at_once(before: Visit, after: Visit, names: Sequence[str]) -> float | None:
@@ -377,8 +346,8 @@ def _curve(
         assert half is not None
         chosen = np.abs(difference) > half
     regions = [
-        _region(int(start), int(end) - 1, difference, half, limit, by_speed.get(name[:-2]),
-                tested=tested is not None, same_markers=same_markers)
+        _region(name, int(start), int(end) - 1, difference, half, limit, by_speed.get(name[:-2]),
+                after, tested=tested is not None, same_markers=same_markers)
         for start, end in zip(*runs(chosen & enough), strict=True)
     ]  # fmt: skip
     return CurveChange(
@@ -407,16 +376,18 @@ def _of_cycles(before: Visit, after: Visit, name: str, correlation: float) -> Ar
 
 
 def _region(
+    name: str,
     first: int,
     last: int,
     difference: Array,
     half: Array | None,
     limit: Array | None,
     by_speed: Array | None,
+    after: Visit,
     *,
     tested: bool,
     same_markers: bool,
-) -> RegionOfChange:
+) -> ChangedRegion:
     part = slice(first, last + 1)
     size = np.abs(difference[part])
     at = first + int(np.argmax(size if half is None else size / np.maximum(half[part], 1e-9)))
@@ -429,16 +400,19 @@ def _region(
             level = "perhaps"
         if (size > limit[part]).any():
             level = "changed"
-    return RegionOfChange(
-        first,
-        last,
-        at,
-        float(difference[at]),
-        None if half is None else float(half[at]),
-        level,
-        tested,
-        None if by_speed is None else float(by_speed[at]),
+    region = ChangedRegion(
+        first=first,
+        last=last,
+        at=at,
+        difference=float(difference[at]),
+        half=None if half is None else float(half[at]),
+        level=level,
+        tested=tested,
+        by_speed=None if by_speed is None else float(by_speed[at]),
+        words="",
     )
+    words = _sentence(name, region, after, same_markers=same_markers)
+    return region.model_copy(update={"words": words})
 
 
 def _profiles(curves: Mapping[str, CurveChange]) -> tuple[GaitProfile, GaitProfile] | None:
@@ -477,9 +451,10 @@ CHANGED: Final = ("changed", None)
 """Levels of what is counted as a change; without bands the test of the cycles alone says so."""
 
 
-def sentence(curve: CurveChange, region: RegionOfChange, change: Change) -> str:
+def _sentence(name: str, region: ChangedRegion, after: Visit, *, same_markers: bool) -> str:
     """What changed there, in words."""
-    digits, sign = _DIGITS[curve.unit], _SIGNS[curve.unit]
+    unit = UNITS[name.partition("/")[0]]
+    digits, sign = _DIGITS[unit], _SIGNS[unit]
     size = f"{region.difference:+.{digits}f}".replace("-", "−")
     spread = "" if region.half is None else f"{region.half:.{digits}f}"
     if spread and float(spread) > 0.0:
@@ -488,14 +463,13 @@ def sentence(curve: CurveChange, region: RegionOfChange, change: Change) -> str:
     if region.last - region.first >= 100:
         where = "all over the cycle"
     said = _LEVELS[region.level]
-    if change.same_markers and spread and float(spread) == 0.0:
+    if same_markers and spread and float(spread) == 0.0:
         said = "the difference itself, since the strides of each hardly differ there"
-    elif change.same_markers:
+    elif same_markers:
         said = "more than strides differ by chance, the markers being the same"
-    name = curve_words(curve.name)
+    words = curve_words(name)
     return (
-        f"{name[0].upper()}{name[1:]}{_phase(curve.name, region, change)} "
-        f"{size}{sign} ({where}), {said}"
+        f"{words[0].upper()}{words[1:]}{_phase(name, region, after)} {size}{sign} ({where}), {said}"
     )
 
 
@@ -511,9 +485,9 @@ def headline(change: Change) -> str:
     return f"{count} change{'' if count == 1 else 's'} {what}."
 
 
-def _phase(name: str, region: RegionOfChange, change: Change) -> str:
+def _phase(name: str, region: ChangedRegion, after: Visit) -> str:
     """In swing or in stance, where all of a region is in one; else nothing."""
-    toe_off = change.after.parameters.get(f"stance_fraction_{name[-1]}")
+    toe_off = after.parameters.get(f"stance_fraction_{name[-1]}")
     if toe_off is None or not np.isfinite(toe_off.mean):
         return ""
     percent = 100.0 * toe_off.mean

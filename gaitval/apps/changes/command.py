@@ -8,9 +8,6 @@ import typer
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
-SHOWN = 12
-"""Most sentences in the terminal; the page has all."""
-
 
 @added_command(
     "gaitval change reports/before reports/after --out change      # two imports",
@@ -41,9 +38,9 @@ def change(
     on again would change. Writes OUT/change.html, change.pdf, change.json and tables as CSV.
     """
     from gaitval._internal.io.folder_lock import locked
-    from gaitval.apps.changes.change import CHANGED, change_between, headline, sentence
+    from gaitval.apps.changes.change import CHANGED, change_between, headline
     from gaitval.apps.changes.visits import read_visit
-    from gaitval.apps.changes.write import NAME, write_change
+    from gaitval.apps.changes.write import write_change
 
     found = change_between(
         read_visit(before, walk=walks), read_visit(after, walk=walks), same_person=same_person
@@ -53,13 +50,7 @@ def change(
     for line in (result.speed, headline(found), *result.notes):
         if line:
             display.plain(line)
-    said = [
-        sentence(curve, region, found)
-        for curve, region in found.findings()
-        if region.level in CHANGED
-    ]
-    for line in said[:SHOWN]:
+    said = [region.words for _, region in found.findings() if region.level in CHANGED]
+    for line in said:
         display.plain(f"{line}.")
-    if len(said) > SHOWN:
-        display.plain(f"And {len(said) - SHOWN} more changes, on the page.")
-    display.plain(f"Page: {out / NAME}.html")
+    display.plain(f"Page: {out}/change.html")

@@ -1,19 +1,15 @@
-"""The page of what changed, `change.html` and `change.pdf`; needs the libraries that make pages."""
+"""What the page of what changed shows beside the result: rows, and figures of curves."""
 
-from pathlib import Path
 from typing import Any, Final
 
-from gaitval.apps.changes.change import CHANGED, Change, headline, sentence
-from gaitval.apps.changes.results import ChangeResult
+from gaitval.apps.changes.change import CHANGED, Change, CurveChange, headline
+from gaitval.apps.changes.results import ChangedRegion, ChangeResult
 from gaitval.apps.changes.visits import Visit
 from gaitval.coordinates import SIDES, Side
 from gaitval.metrics.norms import norms_at
 from gaitval.reporting import grids
 from gaitval.reporting.grids import DrawnCurve, Panel
-from gaitval.reporting.page import write_page
 
-SHOWN: Final = 12
-"""Most sentences of the first sheet; all are in the table of the last."""
 _ALL: Final = {
     "kinematics": grids.KINEMATICS,
     "moments": grids.MOMENTS,
@@ -21,21 +17,18 @@ _ALL: Final = {
 }
 
 
-def write_change_page(found: Change, result: ChangeResult, folder: Path) -> None:
-    """Write the page of what was `found`, with its `result`, into `folder`."""
+def shown(found: Change, result: ChangeResult) -> dict[str, Any]:
+    """What the template is shown beside the `result` of what was `found`."""
     every = found.findings()
     changed = [one for one in every if one[1].level in CHANGED]
     perhaps = [one for one in every if one[1].level == "perhaps"]
-    context = {
-        "result": result,
+    return {
         "headline": headline(found),
-        "before": _head(found.before),
-        "after": _head(found.after),
-        "changed": [_row(*one, found) for one in changed][:SHOWN],
-        "changed_count": len(changed),
-        "perhaps": [_row(*one, found) for one in perhaps],
+        "folders": [str(visit.folder) for visit in (found.before, found.after)],
+        "changed": [_row(*one) for one in changed],
+        "perhaps": [_row(*one) for one in perhaps],
         "rest": len(every) - len(changed) - len(perhaps),
-        "rows": [_row(*one, found) for one in every],
+        "rows": [_row(*one) for one in every],
         "parameters": _parameters(result),
         "sagittal": [
             (side, _grid(found, grids.SAGITTAL, side, f"sagittal-{side}", 0.79))
@@ -51,7 +44,6 @@ def write_change_page(found: Change, result: ChangeResult, folder: Path) -> None
             )
         ],
     }  # fmt: skip
-    write_page(folder, "change", "gaitval.apps.changes:change.html.j2", context)
 
 
 _NAMES: Final = {
@@ -93,27 +85,10 @@ def _parameters(result: ChangeResult) -> list[dict[str, Any]]:
     return [row | {"cells": row["cells"] if both else row["cells"][:2]} for row in rows]
 
 
-def _head(visit: Visit) -> dict[str, Any]:
+def _row(curve: CurveChange, region: ChangedRegion) -> dict[str, Any]:
     return {
-        "folder": str(visit.folder),
-        "source": visit.source,
-        "speed": visit.speed,
-        "mass": visit.mass_kg,
-        "height": visit.height_m,
-        "cycles": {
-            side: max(
-                (len(v) for name, v in visit.cycles.items() if name.endswith(f"_{side[0]}")),
-                default=0,
-            )
-            for side in SIDES
-        },
-    }
-
-
-def _row(curve: Any, region: Any, found: Change) -> dict[str, Any]:
-    return {
-        "words": sentence(curve, region, found),
-        "short": sentence(curve, region, found).partition("), ")[0] + ")",
+        "words": region.words,
+        "short": region.words.partition("), ")[0] + ")",
         "by_speed": region.by_speed,
         "unit": curve.unit,
         "digits": 2 if curve.unit == "Nm/kg" else 1,

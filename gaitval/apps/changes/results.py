@@ -1,15 +1,15 @@
-"""Content of `change.json`, as typed models; `scripts/schemas.py` writes the schema beside them."""
+"""What changed between two sessions, as typed models: `change.json`, its tables, its page."""
 
-from typing import Annotated, Final, Literal
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from gaitval.metrics.statistics_results import GaitProfile
 from gaitval.metrics.typed import Count, Flag, Number, Result, Sha256, Share, Size
+from gaitval.reporting.written import Written
 
-CHANGE_VERSION: Final = 2
-"""Of `change.json`."""
-
+Level = Literal["changed", "perhaps", "re-measuring"]
 _Figure = Number | None
 _Points = Annotated[list[Number], Field(min_length=101, max_length=101)]
 
@@ -39,8 +39,9 @@ class ChangedRegion(Result):
     """After less before, there."""
     half: _Figure
     """Half of the band of 90 % of that difference; null without bands."""
-    level: Literal["changed", "perhaps", "re-measuring"] | None
-    """`changed`: more than re-measuring would; null where that is not known."""
+    level: Level | None
+    """`changed`: more than re-measuring would; `perhaps`: more than it usually would of this curve;
+    null where that is not known."""
     tested: Flag
     """Whether the cycles were tested, and differ there."""
     by_speed: _Figure
@@ -85,11 +86,44 @@ class ChangedProfile(Result):
     """That matters clinically, deg (Baker et al. 2012)."""
 
 
-class ChangeResult(Result):
+class ChangeRow(Result):
+    """A row of `change.csv`: a region, or the change of a parameter, which has no place."""
+
+    curve: str
+    unit: str
+    first: Count | None = None
+    last: Count | None = None
+    at: Count | None = None
+    difference: Number
+    half: _Figure = None
+    level: str | None = None
+    tested: Flag | None = None
+    by_speed: _Figure = None
+    words: str | None = None
+
+
+class CurvePoint(Result):
+    """A row of `change_curves.csv`."""
+
+    curve: str
+    percent: Count
+    unit: str
+    before: Number
+    after: Number
+    difference: Number
+    half: _Figure
+    limit: _Figure
+    t: _Figure
+
+
+class ChangeResult(Written):
     """What changed between two sessions of one person."""
 
+    NAME: ClassVar[str] = "change"
+    TEMPLATE: ClassVar[str] = "gaitval.apps.changes:change.html.j2"
+    TABLES: ClassVar[Mapping[str, str]] = {"change": "rows", "change_curves": "points"}
+
     schema_version: Literal[2]
-    versions: dict[str, str]
     before: SessionResult
     after: SessionResult
     same_markers: Flag
@@ -109,3 +143,39 @@ class ChangeResult(Result):
     profile: ChangedProfile | None
     findings: list[str]
     """In words, the largest first."""
+
+    @property
+    def rows(self) -> list[ChangeRow]:
+        """Rows of `change.csv`: every region, then the parameters."""
+        regions = [
+            ChangeRow(curve=name, unit=curve.unit, **dict(region))
+            for name, curve in self.curves.items()
+            for region in curve.regions
+        ]
+        order = {words: place for place, words in enumerate(self.findings)}
+        return [
+            *sorted(regions, key=lambda row: order[row.words or ""]),
+            *(
+                ChangeRow(curve=each.name, unit=each.unit, difference=each.after - each.before)
+                for each in self.parameters
+            ),
+        ]
+
+    @property
+    def points(self) -> list[CurvePoint]:
+        """Rows of `change_curves.csv`: every percent of every curve."""
+        return [
+            CurvePoint(
+                curve=name,
+                percent=at,
+                unit=curve.unit,
+                before=curve.before[at],
+                after=curve.after[at],
+                difference=round(curve.after[at] - curve.before[at], 6),
+                half=None if curve.half is None else curve.half[at],
+                limit=None if curve.limit is None else curve.limit[at],
+                t=None if curve.t is None else curve.t[at],
+            )
+            for name, curve in self.curves.items()
+            for at in range(101)
+        ]

@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitval._internal.io.artefacts import file_hash, read_arrays
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
@@ -93,6 +93,16 @@ class Visit:
     processing: Mapping[str, Any] | None = None
     marker_set: str = ""
     files: Mapping[str, str] = field(default_factory=dict)
+
+    def counts(self) -> dict[Side, int]:
+        """Gait cycles that are kept one by one, the most of any curve of a side."""
+        return {
+            side: max(
+                (len(each) for name, each in self.cycles.items() if name.endswith(f"_{side[0]}")),
+                default=0,
+            )
+            for side in SIDES
+        }
 
     def words(self) -> str:
         """What it is, for a sentence."""

@@ -4,8 +4,7 @@ A change is of one person between two walks at one speed, so most of what models
 person cancels. What is left is of two kinds. Common to everybody is by how much the models are off,
 which more people do not make smaller: a share of the change's size (`COMMON`), found at groups of
 people who were measured. A person's own is that people do not change alike (`PERSON`, in each of
-two walks): it is whole in the band of one person (`person_band`), and falls with their number in
-that of a group's mean (`group_band`).
+two walks), which the band of one person has, too (`person_band`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,7 +17,6 @@ from gaitval._internal.text.number_text import number
 from gaitval.apps.devices.answer import WORDS
 from gaitval.apps.devices.results import MARGINS
 from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
-from gaitval.arrays import Array
 from gaitval.quantities.metabolic_cost import JOINTS as OF_JOINTS
 from gaitval.quantities.metabolic_rate import CENTRAL
 
@@ -114,10 +112,9 @@ def change_of(outcome: DeviceOutcome, without: DeviceOutcome) -> CostChange:
     return CostChange(outcome.assumption, before.middle, now.middle, changes)
 
 
-def middle(changes: Mapping[str, Array] | Mapping[str, float]) -> Array:
+def middle(changes: Mapping[str, float]) -> float:
     """The stated change, of `changes` by model: the mean of the muscles' and the joints'."""
-    known = [np.asarray(changes[each]) for each in (CENTRAL, OF_JOINTS) if each in changes]
-    return np.asarray(np.mean(known, axis=0))
+    return float(np.mean([changes[each] for each in (CENTRAL, OF_JOINTS) if each in changes]))
 
 
 def size(changes: Mapping[str, float]) -> float:
@@ -131,28 +128,7 @@ def size(changes: Mapping[str, float]) -> float:
 def person_band(changes: Mapping[str, float]) -> tuple[float, float]:
     """Low and high of 90 % of one person's change that models gave as `changes`, W/kg."""
     own = np.sqrt(2.0) * PERSON
-    return _around(float(middle(changes)), REACH * COMMON * size(changes), REACH * own)
-
-
-def group_band(
-    changes: Mapping[str, Array], measured: int, common: float = COMMON
-) -> tuple[float, float]:
-    """Low and high of 90 % of the mean change of a `measured` number of people, of others' changes
-    (people,) W/kg by model.
-    """
-    means = {model: float(each.mean()) for model, each in changes.items()}
-    own = REACH * own_error(changes, measured)
-    return _around(float(middle(means)), REACH * common * size(means), own)
-
-
-def own_error(changes: Mapping[str, Array], measured: int) -> float:
-    """Standard error of the difference between the mean change of a `measured` number of people and
-    that of others' `changes` (people,) by model, were the models right: of who was measured, and of
-    who walked.
-    """
-    of_each = middle(changes)
-    walked = float(np.std(of_each, ddof=1)) if len(of_each) > 1 else np.inf
-    return float(np.hypot(PERSON * np.sqrt(2.0 / measured), walked / np.sqrt(len(of_each))))
+    return _around(middle(changes), REACH * COMMON * size(changes), REACH * own)
 
 
 def _around(at: float, *reaches: float) -> tuple[float, float]:

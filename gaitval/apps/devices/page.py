@@ -10,9 +10,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitval import __version__
-from gaitval._internal.io.artefacts import copy_file, write_text
-from gaitval._internal.io.text_tables import csv_text
 from gaitval.apps.devices.answer import WORDS, answers, kept_in_words, torques
 from gaitval.apps.devices.costs import (
     cost_changes,
@@ -24,7 +21,7 @@ from gaitval.apps.devices.costs import (
 )
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.apps.devices.replayed import replayed, shown_method
-from gaitval.apps.devices.results import TITLES, figures_of, write_result
+from gaitval.apps.devices.results import TITLES, DeviceResult, figures, figures_of
 from gaitval.apps.devices.study import CYCLES, PUSHES, DeviceOutcome, Wearer, at_kept_speed
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.devices.device import Device, write_devices
@@ -33,10 +30,8 @@ from gaitval.model.urdf import write_urdf
 from gaitval.policy.storage import Policy, save_policy
 from gaitval.quantities.metabolic_cost import LEFT_OUT
 from gaitval.reporting.drawing import legend_above, link, new_figure, svg
-from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS
 
-TEMPLATE: Final = "gaitval.apps.devices:device.html.j2"
 LINES: Final = {
     "without": {"color": "#1a1a1a", "linestyle": "-"},
     "kinematics kept": {"color": "#009e73", "linestyle": "--"},
@@ -156,17 +151,6 @@ def strap_loads(outcome: DeviceOutcome) -> list[dict[str, Any]]:
     return rows
 
 
-def _table(outcomes: Sequence[DeviceOutcome]) -> str:
-    """All figures as CSV: assumption, side, quantity, value."""
-    rows = [
-        [outcome.assumption, side, name, f"{value:.6g}"]
-        for outcome in outcomes
-        for side in SIDES
-        for name, value in figures_of(outcome, side).items()
-    ]
-    return csv_text([["assumption", "side", "quantity", "value"], *rows])
-
-
 def write_report(
     folder: Path,
     person: Wearer,
@@ -175,7 +159,7 @@ def write_report(
     policy: Policy | None,
 ) -> None:
     """Write device.html, device.pdf, device.csv, the devices, the person's body, the learned policy
-    and what `gaitval check` and `compare` read into `folder`; walks are of `CYCLES`.
+    and device.json into `folder`; walks are of `CYCLES`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_urdf(person.task.model, folder / "model.urdf")
@@ -191,8 +175,10 @@ def write_report(
         ]
         for side, found in sides.items()
     }
+    result = DeviceResult.made(
+        person=person.name, walker=person.origin, cycles=CYCLES, figures=figures(outcomes)
+    )
     context = {
-        "version": __version__,
         "person": person.name,
         "devices": devices,
         "mass": sum(device.mass for device in devices),
@@ -224,11 +210,7 @@ def write_report(
             "forces": partial(_force_figure, curves),
         },
     }
-    write_page(folder, "device", TEMPLATE, context, scripts=SCRIPTS)
-    write_text(folder / "device.csv", _table(outcomes))
-    if person.file is not None:
-        copy_file(person.file, folder / person.origin)
-    write_result(folder, person, outcomes, CYCLES)
+    result.write(folder, scripts=SCRIPTS, **context)
     shutil.rmtree(folder / "policy", ignore_errors=True)  # of an earlier run that learned
     if policy is not None:
         save_policy(policy, folder / "policy")

@@ -66,7 +66,7 @@ class Wearer:
     policy : stored for this person, or the general one.
     mu : (14,) body parameters.
     own : devices that are part of the subject: of `[[devices]]` in its file.
-    origin : what `wearer` finds this person by; for a subject's `file`, the name of its copy.
+    origin : what `wearer` found this person by.
     """
 
     name: str
@@ -75,7 +75,6 @@ class Wearer:
     mu: Array
     own: tuple[Device, ...] = ()
     origin: str = ""
-    file: Path | None = None
     height: float | None = None
 
 
@@ -105,7 +104,7 @@ def wearer(name_or_path: str, fitted: Sequence[Device] = ()) -> Wearer:
     task = WalkingTask.of(model, subject.record(), configuration)
     policy = general_walker(configuration.environment, task.record, subject.leg_length_m)
     return Wearer(
-        subject.identifier, task, policy, nominal_parameters(), own, "person.toml", path,
+        subject.identifier, task, policy, nominal_parameters(), own, name_or_path,
         subject.height_m,
     )  # fmt: skip
 
@@ -242,13 +241,12 @@ def outcomes(
     devices: Sequence[Device],
     *,
     samples: int,
-    learned: Policy | None = None,
     cycles: float = CYCLES,
     say: Say = lambda _: None,
 ) -> tuple[list[DeviceOutcome], Policy | None]:
     """The `person` without and with `devices`, and the policy that has learned them, over `cycles`
-    of each walk. `samples` are of the learned adaptation; none is made for 0. With `learned`, a
-    policy that has learned the devices, they need not be learned. `say` is told what begins.
+    of each walk. `samples` are of the learned adaptation; none is made for 0. `say` is told what
+    begins.
 
     Who walks with the devices is held to the speed and cadence without them, as on the treadmill of
     most published experiments: else a device that makes a person slow would seem to save work.
@@ -286,20 +284,19 @@ def outcomes(
     results.append(found("kinematics kept", kept.walk, None, kept.own))
     say("walking with the device, the person's control kept")
     results.append(walked("moments kept", person.policy))
-    if learned is None:
-        if not samples:
-            return results, None
-        say("learning to walk with the device")
-        learned = adapt(
-            task,
-            person.policy,
-            samples=samples,
-            effort=PROSTHETIC_EFFORT if stumps else EFFORT,
-            pace=pace,
-            on_progress=lambda done, total, length: say(
-                f"learning: {min(100, 100 * done // total)} %"
-                + ("" if length is None else f", episodes of {length:.1f} gait cycles")
-            ),
-        )
+    if not samples:
+        return results, None
+    say("learning to walk with the device")
+    learned = adapt(
+        task,
+        person.policy,
+        samples=samples,
+        effort=PROSTHETIC_EFFORT if stumps else EFFORT,
+        pace=pace,
+        on_progress=lambda done, total, length: say(
+            f"learning: {min(100, 100 * done // total)} %"
+            + ("" if length is None else f", episodes of {length:.1f} gait cycles")
+        ),
+    )
     results.append(walked("learned", learned))
     return results, learned

@@ -1,12 +1,8 @@
 """Store the results of a finished run, and simulate its policy again to compare."""
 
-import os
-import shutil
-import stat
 import tempfile
-import time
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +17,6 @@ from gaitval._internal.io.artefacts import (
 )
 from gaitval._internal.io.build_info import source_commit
 from gaitval._internal.io.disk_errors import why_unwritable
-from gaitval._internal.io.folder_lock import locked
 from gaitval.apps.regression.finished import Record, check_finished, read_records
 from gaitval.apps.regression.seal import changes, check_seal, measures_known, read_seal, seal
 from gaitval.apps.regression.whole_folder import disk_message, writing_whole
@@ -46,14 +41,8 @@ from gaitval.study.walking_stages import push_stage, repeat_stage, simulate_stag
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
 
-TEMPORARY = "gaitval-check-"
-"""How the names of folders begin in which a check walks."""
-
 WALKING = ("scale", "reference", "simulate", "repeat", "push", "validate")
 """Stages of a run that `check` runs again, in this order."""
-
-_ABANDONED = 60.0
-"""Seconds after which a folder of a check that nobody has locked is nobody's."""
 
 
 def store_baseline(folder: Path, target: Path, identifier: str | None = None) -> None:
@@ -307,10 +296,9 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> "M
 
 @contextmanager
 def _temporary() -> Iterator[Path]:
-    """A temporary folder to walk in; what killed checks have left is removed first."""
+    """A temporary folder to walk in."""
     try:
-        remove_abandoned()
-        made = tempfile.TemporaryDirectory(prefix=TEMPORARY)
+        made = tempfile.TemporaryDirectory(prefix="gaitval-check-")
     except OSError as error:
         why = why_unwritable(error) or f"{error.strerror}. Make room"
         where = str(Path(error.filename).parent) if error.filename else "no temporary folder"
@@ -346,22 +334,3 @@ def _walked(run: Run, baseline: Path, *, quick: bool) -> "Metrics":
     for stage in (repeat_stage(run), push_stage(run), validate_stage(run)):
         run_stage(stage, run.folder, observer=run.observer)
     return read_metrics(run.folder)
-
-
-def remove_abandoned(folder: Path | None = None) -> None:
-    """Remove what killed checks of this user have left in `folder`, by default that of temporary
-    files.
-
-    A running check holds the lock of its folder. The lock is valid even where several containers
-    share the folder, and process numbers mean nothing.
-    """
-    where = Path(tempfile.gettempdir()) if folder is None else folder
-    user = os.getuid() if hasattr(os, "getuid") else None
-    for left in where.glob(f"{TEMPORARY}*"):
-        with suppress(OSError, ArtefactError):
-            about = left.lstat()
-            # one of tomorrow is not new either: the clock has gone back
-            old = abs(time.time() - about.st_mtime) > _ABANDONED
-            if stat.S_ISDIR(about.st_mode) and old and user in (None, about.st_uid):
-                with locked(left):
-                    shutil.rmtree(left)

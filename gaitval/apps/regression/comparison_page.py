@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from gaitval._internal.io.artefacts import write_text
 from gaitval._internal.io.text_tables import csv_text
 from gaitval._internal.text.number_text import number
-from gaitval.apps.regression.pair_grids import pair_grids
 from gaitval.apps.regression.quantity_tables import (
     FIGURE_COLUMNS,
     WalkQuantities,
@@ -97,7 +96,6 @@ def write_comparison(
             "three_abreast": len(walks) == 1,
             "before": bool(before),
             "versions": None if versions is None else _versions(versions),
-            "pairs": [] if versions is None else pair_grids(versions.pairs),
         },
     )
 
