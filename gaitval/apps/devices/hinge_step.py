@@ -22,15 +22,16 @@ from gaitval.simulation.dynamics import accelerations, integrate
 from gaitval.simulation.physics_steps import Account, WalkerBody, Workspace, enter, forces
 
 # Columns of the numbers of a hinge.
-SPRING, REST, PULLS, DAMPING, RATCHET = 0, 1, 2, 3, 4
-TORQUE, FASTEST, POWER, BANDWIDTH = 5, 6, 7, 8
-STRAPPED, STRAP, STRAP_DAMPING, INERTIA, PLAY = 9, 10, 11, 12, 13
-NUMBERS: Final = 14
+(
+    SPRING, REST, PULLS, DAMPING, RATCHET, TORQUE, FASTEST, POWER, BANDWIDTH,
+    STRAPPED, STRAP, STRAP_DAMPING, INERTIA, PLAY,
+) = range(14)  # fmt: skip
+NUMBERS: Final = PLAY + 1
 """Stiffness Nm/rad, rest rad, -1 pulls down, 1 up, 0 both, damping Nms/rad, 1 if the clutch takes
 up slack; Nm, rad/s, W, 1/s; 1 if there is a strap, its Nm/rad and Nms/rad, kg m², rad."""
 # Columns of the state of a hinge.
 COMMAND, ENGAGED, HELD, EXTRA, ANGLE, SPEED, MOTOR, LIMB, STORED = range(9)
-STATE: Final = 9
+STATE: Final = STORED + 1
 """Motor's command Nm, 1 if spring and damper act, rest angle rad that the ratchet holds, further
 damping Nms/rad; the device's angle rad and speed rad/s, the motor's torque, the torque on the limb
 Nm, and the energy in spring and strap J."""
