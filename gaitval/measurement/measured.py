@@ -29,22 +29,21 @@ from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.measurement.balance import trials_of
 from gaitval.measurement.bands import AXES, Bands, bands
-from gaitval.measurement.both_sides import (
-    low_knees,
-    low_knees_warnings,
-    low_spines,
-    low_spines_warnings,
-    standing_warnings,
-    taped_longer,
-    taped_warnings,
-)
 from gaitval.measurement.correct import corrected, wanted
 from gaitval.measurement.estimate import Examined, FoundFault, examined
 from gaitval.measurement.fault_text import FaultRow, rows, unused, warnings
 from gaitval.measurement.kinds import KINDS
-from gaitval.measurement.knee_markers import knee_warnings
-from gaitval.measurement.knee_places import knee_place_warnings, knee_places
-from gaitval.measurement.moved_markers import KNOWN_BY, moved_warnings
+from gaitval.measurement.misplaced import (
+    KNOWN_BY,
+    knee_forward,
+    knee_warnings,
+    low_knees,
+    low_knees_warnings,
+    low_spines,
+    low_spines_warnings,
+    moved_warnings,
+    standing_warnings,
+)
 from gaitval.measurement.page import (
     SHOWN,
     TITLES,
@@ -58,7 +57,6 @@ from gaitval.measurement.page import (
     remedies,
 )
 from gaitval.measurement.standing import standing_of
-from gaitval.scaling.landmarks import Place
 from gaitval.session.pelvis_markers import FROM_CRESTS
 from gaitval.session.request import Notify
 from gaitval.session.session import Import
@@ -235,42 +233,27 @@ def bands_text(found: Bands) -> str:
     )
 
 
-def _of_places(found: Import) -> list[QualityFlag]:
+def _of_places(found: Import) -> Iterator[QualityFlag]:
     """What the walk says of the places of the markers: of the knees', else of all that are in
-    standing, too.
+    standing, too; and of a standing trial in which both sides are misplaced alike, or the person
+    did not stand as people walk.
     """
     marker_set, body = found.session.marker_set, found.body
-    stood = standing_places(found.session.standing)
+    landmarks, stood = marker_set.landmarks, standing_places(found.session.standing)
     points = marker_set.on_landmarks({name: at.tolist() for name, at in stood.items()})
-    places = knee_places(body, found.trials, marker_set.landmarks, points)
-    fitted = body.model, body.markers, found.trials, marker_set.landmarks
-    of_knees = knee_warnings(*fitted)
-    if places is not None:
-        of_knees = knee_place_warnings(places, marker_set.landmarks)
-    seen = [*of_knees]
-    known = any(warning.check in KNOWN_BY for _, warning in found.warnings)
-    if not (seen or known or found.request.stands_in_walk):
-        seen += moved_warnings(*fitted)
-    # what is wrong on both sides alike explains nothing of one side
-    return [*seen, *_of_both_sides(found, points)]
-
-
-def _of_both_sides(found: Import, points: Mapping[str, Place]) -> Iterator[QualityFlag]:
-    """What the walk says of a standing trial (`points`, (3,) m on landmarks) in which both sides
-    are misplaced alike, or the person did not stand as people walk.
-    """
+    of_knees = [*knee_warnings(knee_forward(body, found.trials, landmarks, points), landmarks)]
+    yield from of_knees
     if found.request.stands_in_walk:
         return
-    landmarks, body = found.session.marker_set.landmarks, found.body
+    if not of_knees and not any(warning.check in KNOWN_BY for _, warning in found.warnings):
+        yield from moved_warnings(body.model, body.markers, found.trials, landmarks)
+    # what is wrong on both sides alike explains nothing of one side
     yield from standing_warnings(body.model, body.placement.standing, found.trials)
     yield from low_knees_warnings(low_knees(found.trials, landmarks, points), landmarks)
     marked = not any(warning.check == FROM_CRESTS for _, warning in found.session.warnings)
     if marked and found.request.joint_centres == "harrington":
-        taped = found.request.taped_legs
-        spines = low_spines(body, points, taped)
-        of_spines = [*low_spines_warnings(spines, landmarks, body.chosen.pelvic_tilt)]
-        # spines that are too low make every tape too long
-        yield from of_spines or taped_warnings(taped_longer(points, taped))
+        spines = low_spines(body, points, found.request.taped_legs)
+        yield from low_spines_warnings(spines, landmarks, body.chosen.pelvic_tilt)
 
 
 def untold(found: Iterable[FoundFault], checks: Set[str]) -> tuple[FoundFault, ...]:
@@ -320,7 +303,7 @@ def measured(found: Import, notify: Notify) -> Import:
     flags = [] if seen is None else [*warnings(untold(seen.found, checks), kinds)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]
-    flags += _of_places(found)
+    flags += [*_of_places(found)]
     for flag in flags:
         noted("warnings", str(flag))
     result, uncorrected = found, dict[str, AverageCurve | dict[Side, AverageCurve]]()

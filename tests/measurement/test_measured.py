@@ -14,7 +14,6 @@ from gaitval.checks.motion_checks import ALONG, WEIGHT
 from gaitval.checks.smoothed_markers import SMOOTHED
 from gaitval.configuration import ProcessingSettings
 from gaitval.consistency import Verdict
-from gaitval.coordinates import COORDINATES
 from gaitval.errors import ConfigurationError
 from gaitval.importing.importing import work_out
 from gaitval.importing.write import _record
@@ -23,7 +22,6 @@ from gaitval.measurement.correct import wanted
 from gaitval.measurement.estimate import FoundFault, alone
 from gaitval.measurement.fault_text import CHECK, rows, title
 from gaitval.measurement.kinds import Fault, kind_of
-from gaitval.measurement.knee_places import KneePlaces, knee_place_warnings, knee_places
 from gaitval.measurement.measured import untold
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
@@ -77,19 +75,6 @@ def test_a_sound_recording_has_no_warning_and_a_table(imported):
     assert all(row.deviation > 0.0 and row.limit > 0.0 for row in table.values())
     assert all(0.0 <= row.probability < 0.5 for row in table.values())
     assert len(_record(found)["measurement"]) == len(table)
-
-
-def test_who_stands_with_one_knee_bent_has_no_marker_beside_the_knee(imported):
-    found = imported(None)
-    body, landmarks = found.body, found.session.marker_set.landmarks
-    standing = body.placement.standing.copy()
-    standing[COORDINATES.index("knee_angle_r")] += np.radians(15.0)
-    bent = replace(body, placement=replace(body.placement, standing=standing))
-    places = knee_places(bent, found.trials, landmarks, {})
-    assert places.forward > 0.012
-    assert not places.shown
-    assert not list(knee_place_warnings(places, landmarks))
-    assert list(knee_place_warnings(KneePlaces(places.forward, places.sound), landmarks))
 
 
 def test_what_something_found_before_explains_is_no_fault_of_a_plate():

@@ -1,21 +1,15 @@
 """Markers that are too high, loose or wrongly filled in are said; sound ones are not."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from known_walk import known_walk
 from scipy.interpolate import CubicSpline
 
 from gaitval.checks.filled_markers import filled_warnings
 from gaitval.checks.loose_markers import loose_warnings
 from gaitval.checks.pelvis_checks import pelvis_level_warnings
-from gaitval.measurement.moved_markers import MOVED, moved_warnings
 from gaitval.mocap.recording import Recording
-from gaitval.model.body import SEGMENTS
-from gaitval.model.markers import ModelMarker
-from gaitval.model.tree import segment_frames
 
 SPINES = {
     "R.ASIS": (0.1, -0.125, 0.95), "L.ASIS": (0.1, 0.125, 0.95),
@@ -146,44 +140,3 @@ def test_paths_that_were_seen_are_no_fills():
     recording = foot()
     recording.markers[100:150] = recording.markers[100]  # at rest
     assert not [*filled_warnings(recording, SET)]
-
-
-OF = {"ASIS": "pelvis", "Knee": "thigh", "Ankle": "shank", "Heel": "foot", "MT5": "foot"}
-
-
-def carried(**moved):
-    """The known walk with markers on its landmarks, some moved (m) on their segments, by name."""
-    walk = known_walk()
-    positions = walk.positions[:120]
-    frames = segment_frames(walk.model, positions)
-    markers, paths = [], []
-    for side in "RL":
-        for part, segment in OF.items():
-            on = segment if segment == "pelvis" else f"{segment}_{side.lower()}"
-            place = np.array([0.05, -0.05 if side == "R" else 0.05, -0.02])
-            markers.append(ModelMarker(f"{side}.{part}", on, place))
-            frame = frames[:, SEGMENTS.index(on)]
-            at = place + moved.get(f"{side}_{part}", np.zeros(3))
-            paths.append(frame[:, :3, :3] @ at + frame[:, :3, 3])
-    names = tuple(marker.name for marker in markers)
-    recording = Recording("walk", "project", names, np.stack(paths, axis=1), 100.0)
-    kinematics = SimpleNamespace(positions=positions, converged=np.ones(len(positions), dtype=bool))
-    trial = SimpleNamespace(name="walk", recording=recording, kinematics=kinematics)
-    landmarks = {name: name for name in names}
-    return [*moved_warnings(walk.model, markers, [trial], landmarks)]
-
-
-@pytest.mark.parametrize("part", [*OF])
-@pytest.mark.parametrize("axis", [0, 1, 2])
-def test_a_marker_beside_its_place_in_the_walk(part, axis):
-    limit = MOVED[part][axis]
-    (found,) = carried(**{f"R_{part}": 1.5 * limit * np.eye(3)[axis]})
-    assert found.where == f"R.{part} and L.{part}"
-    assert found.value == pytest.approx(1.5 * limit)
-    assert ("forward", "inward", "up")[axis] in found.message  # the right's left is inwards
-    assert not carried(**{f"R_{part}": 0.7 * limit * np.eye(3)[axis]})
-
-
-def test_skin_that_moves_both_sides_alike_is_no_moved_marker():
-    outward = {"R_Knee": np.array([0.01, -0.02, 0.01]), "L_Knee": np.array([0.01, 0.02, 0.01])}
-    assert not carried(**outward)

@@ -7,27 +7,26 @@ import pytest
 from known_walk import known_walk
 
 from gaitval.coordinates import COORDINATES
-from gaitval.measurement.balance import GroundWrenches, _plate_effects, newton
-from gaitval.measurement.both_sides import (
-    FORWARD,
+from gaitval.measurement.misplaced import (
     FORWARD_BY,
-    KNEE_SHARE,
-    LEG,
-    NEARER,
-    TILT,
-    TILT_SD,
+    MOVED,
+    PEOPLE,
+    knee_forward,
+    knee_warnings,
     low_knees,
     low_knees_warnings,
     low_spines,
     low_spines_warnings,
+    moved_warnings,
     standing_warnings,
-    taped_longer,
-    taped_warnings,
 )
-from gaitval.measurement.estimate import causes
 from gaitval.mocap.recording import Recording
+from gaitval.model.body import SEGMENTS
+from gaitval.model.markers import ModelMarker
+from gaitval.model.tree import segment_frames
 
 SPINE, SHANK = 0.98, 0.42
+TILT = PEOPLE["tilt"]
 NAMES = {f"{side}.{name}": f"{side}{name}" for side in "RL" for name in ("ASIS", "Knee", "Ankle")}
 
 
@@ -38,13 +37,15 @@ def legs(up, skin=0.003):
     for side in "rl":
         positions[:, COORDINATES.index(f"knee_angle_{side}")] = angle
     noise = np.random.default_rng(2).normal(0.0, skin, 200)
-    apart = SHANK + up + (NEARER - up if skin else 0.0) * (1.0 - np.cos(angle)) + noise
+    apart = (
+        SHANK + up + (PEOPLE["nearer"].mean - up if skin else 0.0) * (1.0 - np.cos(angle)) + noise
+    )
     markers = np.zeros((200, 4, 3))
     markers[:, [0, 2], 2] = apart[:, None]
     recording = Recording("w", "project", ("RKnee", "RAnkle", "LKnee", "LAnkle"), markers, 100.0)
     kinematics = SimpleNamespace(positions=positions, converged=np.ones(200, dtype=bool))
     points = {f"{side}.ASIS": [0.1, 0.0, SPINE] for side in "RL"}
-    points |= {f"{side}.Knee": [0.0, 0.0, KNEE_SHARE * SPINE + up] for side in "RL"}
+    points |= {f"{side}.Knee": [0.0, 0.0, PEOPLE["knee share"].mean * SPINE + up] for side in "RL"}
     return [SimpleNamespace(recording=recording, kinematics=kinematics)], points
 
 
@@ -77,33 +78,30 @@ def test_both_front_spines_too_low(low, tape, said):
     """By hips and tilt alone from 48 mm on, with the legs' lengths from 24; a tape that measured
     somebody else is not asked.
     """
-    tilt = TILT + low / 0.15
-    chosen = SimpleNamespace(hip_forward=FORWARD + FORWARD_BY * low, pelvic_tilt=tilt)
+    tilt = TILT.mean + low / 0.15
+    chosen = SimpleNamespace(
+        hip_forward=PEOPLE["forward"].mean + FORWARD_BY * low, pelvic_tilt=tilt
+    )
     points = {f"{side}.ASIS": [0.15, 0.1, SPINE] for side in "RL"}
     points |= {"Sacrum": [0.0, 0.1, SPINE]}
     points |= {f"{side}.Ankle": [0.15, 0.1, 0.08] for side in "RL"}
-    leg = None if tape is None else SPINE - 0.08 + LEG + tape
+    leg = None if tape is None else SPINE - 0.08 + PEOPLE["leg"].mean + tape
     found = low_spines(SimpleNamespace(chosen=chosen), points, (leg, leg))
     flags = [*low_spines_warnings(found, NAMES, tilt)]
     assert [each.where for each in flags] == ["RASIS and LASIS"] * said
     if said:
         assert found.value == pytest.approx(low, abs=0.002)
-    of_tape = [*taped_warnings(taped_longer(points, (leg, leg)))]
-    assert [each.value for each in of_tape] == pytest.approx(
-        [0.061] if tape is not None and abs(tape) > 0.06 else [], abs=1e-3
-    )
-    assert all("62 mm shorter" in str(each) for each in of_tape)
 
 
 @pytest.mark.parametrize(("sds", "said"), [(3.2, True), (2.8, False), (-3.2, True)])
 def test_a_tilt_that_nobody_has_is_said_whatever_the_tape_says(sds, said):
     """Rear spines on a belt: the legs by the tape are right, and the fit hardly moves the hips."""
-    tilt = TILT + sds * TILT_SD
-    chosen = SimpleNamespace(hip_forward=FORWARD, pelvic_tilt=tilt)
+    tilt = TILT.mean + sds * TILT.sd
+    chosen = SimpleNamespace(hip_forward=PEOPLE["forward"].mean, pelvic_tilt=tilt)
     points = {f"{side}.ASIS": [0.15, 0.1, SPINE] for side in "RL"}
     points |= {"Sacrum": [0.0, 0.1, SPINE]}
     points |= {f"{side}.Ankle": [0.15, 0.1, 0.08] for side in "RL"}
-    leg = SPINE - 0.08 + LEG
+    leg = SPINE - 0.08 + PEOPLE["leg"].mean
     found = low_spines(SimpleNamespace(chosen=chosen), points, (leg, leg))
     flags = [*low_spines_warnings(found, NAMES, tilt)]
     assert len(flags) == said
@@ -163,42 +161,84 @@ def test_one_knee_bent_in_standing():
     assert "bent by 18° in standing" in str(flag)
 
 
-def test_a_moment_of_the_wrong_sign_once_more_is_the_right_one():
-    """The effect of size one, of what the mirrored plate shows, is what it shows too much."""
-    random = np.random.default_rng(3)
-    middle = np.array([0.3, 0.2, 0.0])
-    right = random.standard_normal((5, 6))
-    right[:, 2] += 700.0
-    about = right[:, 3:] - np.cross(middle, right[:, :3])
-    mirrored = right.copy()
-    mirrored[:, 3:] = about * [-1.0, 1.0, 1.0] + np.cross(middle, right[:, :3])
-    force, moment = _plate_effects(mirrored, middle, 700.0)["mirrored moment"]
-    assert np.allclose(mirrored - np.hstack([force, moment]), right)
+OF = {"ASIS": "pelvis", "Knee": "thigh", "Ankle": "shank", "Heel": "foot", "MT5": "foot"}
 
 
-def test_a_plate_that_alone_is_late_shows_what_its_delay_adds():
-    """Two plates, the second late by 5 ms: what Newton's law has too much is that of its effect."""
-    time, late = np.arange(300) / 100.0, 0.005
+def carried(**moved):
+    """The known walk with markers on its landmarks, some moved (m) on their segments, by name."""
+    walk = known_walk()
+    positions = walk.positions[:120]
+    frames = segment_frames(walk.model, positions)
+    markers, paths = [], []
+    for side in "RL":
+        for part, segment in OF.items():
+            on = segment if segment == "pelvis" else f"{segment}_{side.lower()}"
+            place = np.array([0.05, -0.05 if side == "R" else 0.05, -0.02])
+            markers.append(ModelMarker(f"{side}.{part}", on, place))
+            frame = frames[:, SEGMENTS.index(on)]
+            at = place + moved.get(f"{side}_{part}", np.zeros(3))
+            paths.append(frame[:, :3, :3] @ at + frame[:, :3, 3])
+    names = tuple(marker.name for marker in markers)
+    recording = Recording("walk", "project", names, np.stack(paths, axis=1), 100.0)
+    kinematics = SimpleNamespace(positions=positions, converged=np.ones(len(positions), dtype=bool))
+    trial = SimpleNamespace(name="walk", recording=recording, kinematics=kinematics)
+    landmarks = {name: name for name in names}
+    return [*moved_warnings(walk.model, markers, [trial], landmarks)]
 
-    def wrenches(seconds):
-        each = []
-        for phase, by in ((0.0, 0.0), (np.pi, seconds)):
-            up = 350.0 * (1.0 + np.sin(2.0 * np.pi * (time - by) + phase))
-            each.append(np.stack([0.1 * up, 0.02 * up, up, 0.1 * up, -0.4 * up, 0.0 * up], axis=1))
-        return GroundWrenches(
-            feet=np.stack(each, axis=1), on=np.ones((300, 2), bool), valid=np.ones((300, 2), bool),
-            plates=np.stack(each), height=0.0, rate=100.0,
-        )  # fmt: skip
 
-    plates = SimpleNamespace(plates=[SimpleNamespace(name="1"), SimpleNamespace(name="2")])
-    centre, needed = np.tile([0.3, 0.1, 0.9], (300, 1)), np.zeros((300, 6))
-    known = centre, needed, plates, [np.zeros(3)] * 2, 700.0
-    right, _ = newton(wrenches(0.0), *known)
-    wrong, effects = newton(wrenches(late), *known)
-    inside = slice(5, -5)
-    added = late * effects["plate delay 2"]
-    assert np.abs(wrong - right)[inside].max() > 0.01
-    assert np.allclose((wrong - right)[inside], added[inside], atol=3e-4)
-    both = {cause.name for cause in causes(["gain 1", "gain 2", "plate delay 1", "plate delay 2"])}
-    assert {"plate delay 1", "plate delay 2"} <= both
-    assert not any("delay" in each.name for each in causes(["gain 1", "plate delay 1"]))
+@pytest.mark.parametrize("part", [*OF])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_marker_beside_its_place_in_the_walk(part, axis):
+    limit = MOVED[part][axis]
+    (found,) = carried(**{f"R_{part}": 1.5 * limit * np.eye(3)[axis]})
+    assert found.where == f"R.{part} and L.{part}"
+    assert found.value == pytest.approx(1.5 * limit)
+    assert ("forward", "inward", "up")[axis] in found.message  # the right's left is inwards
+    assert not carried(**{f"R_{part}": 0.7 * limit * np.eye(3)[axis]})
+
+
+def test_skin_that_moves_both_sides_alike_is_no_moved_marker():
+    outward = {"R_Knee": np.array([0.01, -0.02, 0.01]), "L_Knee": np.array([0.01, 0.02, 0.01])}
+    assert not carried(**outward)
+
+
+def one_knee(grows=0.0, fitted=0.0, bent=0.0, medial=False):
+    """A walk in which the right knee's marker parts from the ankle's by `grows` times the sine of
+    the flexion, is moved forward by the fit by `fitted`, m, and stands `bent` more, rad.
+    """
+    walks, _ = legs(0.0)
+    recording = walks[0].recording
+    angle = walks[0].kinematics.positions[:, COORDINATES.index("knee_angle_r")]
+    recording.markers[:, 0, 2] += grows * np.sin(angle)
+    standing = np.zeros(len(COORDINATES))
+    standing[COORDINATES.index("knee_angle_r")] = bent
+
+    def placed(at):
+        return [ModelMarker("RKnee", "shank_r", np.array([at, 0.0, 0.0])),
+                ModelMarker("LKnee", "shank_l", np.zeros(3))]  # fmt: skip
+
+    body = SimpleNamespace(
+        markers=placed(fitted), placement=SimpleNamespace(markers=placed(0.0), standing=standing)
+    )
+    points = {"R.Knee.Medial": [0.0, 0.0, 0.5]} if medial else {}
+    return knee_forward(body, walks, NAMES, points)
+
+
+def test_one_knees_marker_is_too_far_forward_by_the_sum_of_what_shows_it():
+    grown, fitted = one_knee(grows=0.02), one_knee(fitted=0.01)
+    assert grown.value == pytest.approx(0.47 * 0.02, abs=1e-4)
+    assert fitted.value == pytest.approx(0.016, abs=1e-4)
+    both = one_knee(grows=0.02, fitted=0.01, bent=np.radians(5.0))
+    assert both.value == pytest.approx(0.47 * 0.02 + 0.016 + 0.062 * np.radians(5.0), abs=1e-4)
+    assert both.limit == pytest.approx(0.0099)
+    half = one_knee(grows=0.02, fitted=0.01, bent=np.radians(5.0), medial=True)
+    assert half.value == pytest.approx(both.value / 0.7)
+    (flag,) = knee_warnings(both, NAMES)
+    assert "LKnee is some 31 mm too far back, or RKnee too far forward" in flag.message
+    assert not [*knee_warnings(grown, NAMES)]
+
+
+def test_who_stands_with_one_knee_bent_has_no_marker_beside_the_knee():
+    """Most of the sum is the standing pose then, or it says the opposite of the walk."""
+    assert one_knee(grows=0.005, bent=np.radians(15.0)) is None
+    assert one_knee(grows=-0.02, bent=np.radians(15.0)) is None
