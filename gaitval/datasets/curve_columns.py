@@ -21,9 +21,9 @@ from scipy.interpolate import PchipInterpolator
 from gaitval._internal.io import file_gate
 from gaitval._internal.io.text_tables import text_table, without_unit
 from gaitval.arrays import Array
-from gaitval.constants import STANDARD_GRAVITY
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import SAMPLES
+from gaitval.units import ANGLE, FORCE_PER_WEIGHT, MOMENT_PER_MASS, Quantity, unit_of
 
 AngleUnit = Literal["deg", "rad"]
 
@@ -40,24 +40,11 @@ _PERCENT: Final = ("percent", "%", "cycle", "gait_cycle", "percent_cycle", "cycl
 """Names of a column that says where in the cycle a row lies."""
 _BESIDE: Final = ("_sd", "_band90", "_uncorrected")
 _WITH_UNIT: Final = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]")
-_UNITS: Final[Mapping[str, Mapping[str, float]]] = {
-    "angle_": {
-        **dict.fromkeys(("deg", "degree", "degrees", "°", "grad"), 1.0),
-        **dict.fromkeys(("rad", "radian", "radians"), float(np.degrees(1.0))),
-    },
-    "moment_": {
-        **dict.fromkeys(("nm/kg", "nmkg-1", "nm/kgbm"), 1.0),
-        **dict.fromkeys(("nmm/kg", "nmmkg-1"), 1e-3),
-    },
-    "force_": {
-        **dict.fromkeys(("bw", "xbw", "bodyweight", "bodyweights", "n/n"), 1.0),
-        **dict.fromkeys(("%bw", "%bodyweight"), 1e-2),
-        **dict.fromkeys(("n/kg", "nkg-1"), 1.0 / STANDARD_GRAVITY),
-    },
+_QUANTITIES: Final[Mapping[str, Quantity]] = {
+    "angle_": ANGLE,
+    "moment_": MOMENT_PER_MASS,
+    "force_": FORCE_PER_WEIGHT,
 }
-"""Units that a header may give, without blanks and dots, and the factor to degrees, Nm/kg and body
-weights."""
-_WANTED: Final = {"angle_": "deg or rad", "moment_": "Nm/kg or Nmm/kg", "force_": "BW, %BW or N/kg"}
 
 
 @dataclass(frozen=True)
@@ -127,15 +114,16 @@ def _plain(column: str, unit: str) -> tuple[str, str]:
 
 
 def _factor(path: Path, column: str, name: str, unit: str, angle_unit: AngleUnit) -> float:
-    kind = next(each for each in KINDS if name.startswith(each))
-    known = re.sub(r"[\s.·*⋅^()]|⁻¹", "", unit.replace("⁻¹", "-1").lower())
-    factor = _UNITS[kind].get(known)
-    if factor is None:
+    """From the `unit` of a header to `angle_unit`, Nm/kg or body weights."""
+    quantity = _QUANTITIES[next(kind for kind in KINDS if name.startswith(kind))]
+    known = quantity.named(unit)
+    if known is None:
         raise RecordError(
-            f"{path}: column {column.strip()}: the unit {unit!r} is not known here. Give "
-            f"{kind.rstrip('_')}s in {_WANTED[kind]}, and say so in the header or leave it out."
+            f"{path}: column {column.strip()}: {unit_of(quantity, unit).sentence}. Say another one "
+            "in the header, or leave it out."
         )
-    return float(np.radians(factor)) if kind == "angle_" and angle_unit == "rad" else factor
+    in_degrees = quantity is ANGLE and angle_unit == "deg"
+    return float(np.degrees(known.factor)) if in_degrees else known.factor
 
 
 # ---- Rows. ----
@@ -148,9 +136,9 @@ def _units_below(table: pd.DataFrame) -> dict[str, str]:
     cells = {str(name): str(cell).strip() for name, cell in table.iloc[0].items()}
     curves = {name: cell for name, cell in cells.items() if _plain(name, "")[0].startswith(KINDS)}
     texts = [cell for cell in curves.values() if cell and not _is_number(cell)]
-    known = {unit for units in _UNITS.values() for unit in units}
-    few = {re.sub(r"[\s.·*()\[\]]", "", text.lower()) for text in texts}
-    of_units = len(texts) == len(curves) > 0 and bool(few & known)
+    of_units = len(texts) == len(curves) > 0 and any(
+        quantity.named(text) for text in texts for quantity in _QUANTITIES.values()
+    )
     return {name: cell.strip("[]() ") for name, cell in curves.items()} if of_units else {}
 
 

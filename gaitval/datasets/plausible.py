@@ -3,6 +3,7 @@ it.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -12,31 +13,44 @@ from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import FittedCurve
-from gaitval.mocap.confused_units import REACH_M, from_middle, unit_of
+from gaitval.mocap.confused_units import REACH_M, from_middle
+from gaitval.mocap.confused_units import unit_of as looks_like
+from gaitval.units import (
+    AGE,
+    BODY_MASS,
+    LEFT_PHASE,
+    MEAN_FORCE,
+    STANCE,
+    STATURE,
+    STRIDE_TIME,
+    VERTICAL_FORCE,
+    WALKING_SPEED,
+    Quantity,
+    unit_of,
+)
 
-Range = tuple[float, float]
-
-# Plausible ranges. They catch units and swapped columns, not unusual people: from two years on,
-# with steps as unequal as 20 to 80, who drag a foot or walk with an aid.
-HEIGHT = (0.8, 2.3)  # m
-MASS = (10.0, 200.0)  # kg
-BMI = (10.0, 80.0)  # kg/m²
-OBESE = 45.0  # kg/m², above which pounds for kilograms are as likely
-OBESE_CHILD = 35.0  # kg/m², likewise of children, who weigh less for their stature; convention
-THIN = 14.0  # kg/m², below which an adult hardly walks, and many a child is; convention
-SMALL = 1.4  # m, below which hardly an adult is
-LEG_RATIO = (0.38, 0.60)  # leg length / height; WBDS 0.48-0.56, at two years 0.42
-AGE = (2.0, 105.0)  # years
-SPEED = (0.1, 2.5)  # m/s, walking
-STRIDE_TIME = (0.5, 3.5)  # s
-STEP_LIKE = 2.3  # stride time over sqrt(leg length / g): a fast walker's is 2.7, a runner's 2.3
-LEFT_PHASE = (0.2, 0.8)
-STANCE_FRACTION = (0.4, 0.9)
-VERTICAL_FORCE = (0.85, 1.1)  # body weights; exactly 1 for periodic gait and perfect calibration
-LEAST_WITH_AID = 0.1  # body weights on the feet of a person whose aid carries the rest
-LARGEST_ANGLE = 3.0  # rad
-LARGEST_MOMENT = 5.0  # Nm/kg
-LARGEST_FORCE = 3.0  # body weights
+BUILD: Final[Mapping[str, float]] = {
+    "thinnest": 10.0,
+    "fattest": 80.0,
+    "thin": 14.0,
+    "obese": 45.0,
+    "obese child": 35.0,
+    "small": 1.4,
+}
+"""Body mass index, kg/m²: the least and most that a person has; below which an adult hardly walks,
+and many a child is so; above which pounds for kilograms are as likely, and the same of children,
+who weigh less for their stature. And the stature, m, below which hardly an adult is. Convention."""
+LEG_RATIO: Final = (0.38, 0.60)
+"""Leg length over stature: WBDS 0.48 to 0.56, at two years 0.42."""
+STEP_LIKE: Final = 2.3
+"""Stride time over sqrt(leg length / g): a fast walker's is 2.7, a runner's 2.3."""
+LEAST_WITH_AID: Final = 0.1
+"""Body weights on the feet of a person whose aid carries the rest."""
+LARGEST: Final[Mapping[str, tuple[float, str, str]]] = {
+    "angles": (3.0, "rad", "this looks like degrees; multiply by pi/180"),
+    "moments": (5.0, "Nm/kg", "this looks like Nm; divide by the body mass"),
+}
+"""Of curves in a file of a subject: what nobody reaches, and what it looks like."""
 
 
 _STATURES: Final = {
@@ -89,9 +103,64 @@ def mass_and_height_problems(mass: float, height: float) -> list[str]:
     """What is wrong with a body `mass` (kg) and a stature `height` (m), one sentence each; wrong
     units and swapped values are named.
     """
-    if _within(mass, MASS) and _within(height, HEIGHT) and _within(mass / height**2, BMI):
+    if _is_body(mass, height, BUILD["fattest"]):
         return []
-    return no_body(mass, height, MASS, HEIGHT, (BMI[0], OBESE))
+    readings = [
+        (m, h)
+        for m in BODY_MASS.units
+        for h in STATURE.units
+        if _is_body(mass * m.factor, height * h.factor, BUILD["obese"])
+    ]
+    (kilograms, *_), (metres, *_) = BODY_MASS.units, STATURE.units
+    swapped = [
+        (height * of_mass, mass * of_height)
+        for of_height in (1.0, 0.01)
+        for of_mass in (1.0, 100.0)
+        if _is_body(height * of_mass, mass * of_height, BUILD["obese"])
+    ]
+    metric = any(m is kilograms and h.name == "centimetres" for m, h in readings)
+    if swapped and not metric:
+        american = [
+            f" If these are pounds and inches, give mass_kg = {mass * m.factor:.1f} and height_m = "
+            f"{height * h.factor:.3f}."
+            for m, h in readings
+            if (m.name, h.name) == ("pounds", "inches")
+        ]
+        return [
+            f"mass_kg = {mass:g} and height_m = {height:g}: the columns look swapped. Give mass_kg "
+            f"= {swapped[0][0]:g} and height_m = {swapped[0][1]:g}.{''.join(american)}"
+        ]
+    for m, h in readings:
+        if h is metres:
+            return [
+                f"mass_kg = {mass:g}: this looks like {m.name}. Give kilograms: mass_kg = "
+                f"{mass * m.factor:.1f}."
+            ]
+        if m is kilograms:
+            digits = "g" if h.name == "centimetres" else ".3f"
+            return [
+                f"height_m = {height:g}: this looks like {h.name}. Give metres: height_m = "
+                f"{height * h.factor:{digits}}."
+            ]
+    outside = [
+        f"{name} = {value:g}: outside {of.low:g}-{of.high:g} {unit}. Check value and unit."
+        for name, value, of, unit in (
+            ("mass_kg", mass, BODY_MASS, "kg"),
+            ("height_m", height, STATURE, "m"),
+        )
+        if not of.fits(value)
+    ]
+    return outside or [
+        f"mass_kg = {mass:g} and height_m = {height:g}: the body mass index is "
+        f"{mass / height**2:.1f} kg/m², outside {BUILD['thinnest']:g}-{BUILD['obese']:g}. Check "
+        "both values and their units."
+    ]
+
+
+def _is_body(mass: float, height: float, fattest: float) -> bool:
+    index = mass / height**2 if height else np.inf
+    thin = BUILD["thinnest"]
+    return BODY_MASS.fits(mass) and STATURE.fits(height) and thin <= index <= fattest
 
 
 def unusual_build(mass: float, height: float, age: float | None) -> Iterator[QualityFlag]:
@@ -100,31 +169,31 @@ def unusual_build(mass: float, height: float, age: float | None) -> Iterator[Qua
     """
     index = mass / height**2
     child = age is not None and age <= OLDEST_CHILD
-    if OBESE_CHILD < index <= OBESE and child:
+    if BUILD["obese child"] < index <= BUILD["obese"] and child:
         yield QualityFlag(
-            "build", "the person", index, OBESE_CHILD, "kg/m²",
+            "build", "the person", index, BUILD["obese child"], "kg/m²",
             f"{mass:g} kg at {height:g} m and {age:g} years is a body mass index of {index:.0f} "
-            f"kg/m², an adult's: hardly a child has more than {OBESE_CHILD:.0f}. Check mass, "
+            f"kg/m², an adult's: hardly a child has over {BUILD['obese child']:.0f}. Check mass, "
             "stature and age",
         )  # fmt: skip
-    if index < THIN and (age is None or age >= ADULT) and height >= SMALL:
+    if index < BUILD["thin"] and (age is None or age >= ADULT) and height >= BUILD["small"]:
         age_text = "no age was given" if age is None else f"{age:g} years old"
         yield QualityFlag(
-            "build", "the person", index, THIN, "kg/m²",
+            "build", "the person", index, BUILD["thin"], "kg/m²",
             f"{mass:g} kg at {height:g} m, and {age_text}: a body mass index of {index:.1f} kg/m² "
             "is a child's, and the masses of the segments are those of an adult. Check the mass, "
             "and give the age in years, if this is a child",
         )  # fmt: skip
-    if index > OBESE:
+    if index > BUILD["obese"]:
         yield QualityFlag(
-            "build", "the person", index, OBESE, "kg/m²",
+            "build", "the person", index, BUILD["obese"], "kg/m²",
             f"{mass:g} kg at {height:g} m is a body mass index of {index:.0f} kg/m². If the mass "
             f"is in pounds, give {mass * 0.45359237:.1f}",
         )  # fmt: skip
-    if (age is None or age >= ADULT) and height < SMALL:
+    if (age is None or age >= ADULT) and height < BUILD["small"]:
         age_text = "no age was given" if age is None else f"{age:g} years old"
         yield QualityFlag(
-            "build", "the person", height, SMALL, "m",
+            "build", "the person", height, BUILD["small"], "m",
             f"{height:g} m tall, and {age_text}: the masses of the segments are those of an adult. "
             "Give the age in years, if this is a child",
         )  # fmt: skip
@@ -140,23 +209,26 @@ def unusual_build(mass: float, height: float, age: float | None) -> Iterator[Qua
             )  # fmt: skip
 
 
-def _range_problem(
-    values: Mapping[str, Any],
-    name: str,
-    limits: tuple[float, float],
-    unit: str,
-    other_units: Mapping[str, float] | None = None,
-) -> list[str]:
-    """A value out of range; `other_units` maps a unit's name to the factor from it to `unit`."""
+def _range_problem(values: Mapping[str, Any], name: str, of: Quantity) -> list[str]:
+    """A sentence on a value that is out of the range of its quantity, and the unit it may be in."""
     value = _number(values, name)
-    if value is None or _within(value, limits):
+    if value is None or of.fits(value):
         return []
-    return [out_of_range(name, value, limits, unit, other_units or {})]
+    first = of.units[0].name
+    for unit in unit_of(of, size=value).candidates:
+        return [
+            f"{name} = {value:g}: this looks like {unit.name}; "
+            f"give {first}: {name} = {value * unit.factor:g}."
+        ]
+    return [
+        f"{name} = {value:g}: outside the plausible {of.low:g}-{of.high:g} {first}. "
+        "Check value and unit."
+    ]
 
 
 def age_problems(age: float | None) -> list[str]:
     """What is wrong with an `age` in years, in a sentence; nothing if it is not known."""
-    return _range_problem({"age_years": age}, "age_years", AGE, "years", {"months": 1 / 12})
+    return _range_problem({"age_years": age}, "age_years", AGE)
 
 
 def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
@@ -174,7 +246,7 @@ def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
         return [
             f"markers: {len(far)} of {len(positions)} are more than {REACH_M:g} m from the middle "
             f"of the person (the first is {far[0]} at {positions[far[0]].tolist()}). Correct their "
-            f"places, or the unit{unit_of(away)}."
+            f"places, or the unit{looks_like(away)}."
         ]
     problems = []
     for side in "RL":
@@ -206,10 +278,7 @@ def _curve_values(curve: Any, until: float = 1.0) -> np.ndarray[Any, np.dtype[np
 
 def _curve_problems(gait: Mapping[str, Any], stance: Mapping[str, Any]) -> list[str]:
     problems = []
-    for group, largest, unit, fix in (
-        ("angles", LARGEST_ANGLE, "rad", "this looks like degrees; multiply by pi/180"),
-        ("moments", LARGEST_MOMENT, "Nm/kg", "this looks like Nm; divide by the body mass"),
-    ):
+    for group, (largest, unit, fix) in LARGEST.items():
         curves = gait.get(group)
         for name, curve in curves.items() if isinstance(curves, Mapping) else ():
             values = _curve_values(curve)
@@ -225,7 +294,7 @@ def _curve_problems(gait: Mapping[str, Any], stance: Mapping[str, Any]) -> list[
         values = None if until is None or up is None else _curve_values(up, until)
         if values is None:
             continue
-        if np.abs(values).max() > LARGEST_FORCE:
+        if np.abs(values).max() > VERTICAL_FORCE.high:
             problems.append(
                 f"gait.forces.{side}.up: reaches {np.abs(values).max():.3g} body weights; this "
                 f"looks like N or N/kg. Divide N/kg by {STANDARD_GRAVITY}."
@@ -248,7 +317,7 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
     problems = []
     if mass is not None and height is not None:
         problems += mass_and_height_problems(mass, height)
-    if leg is not None and height is not None and _within(height, HEIGHT):
+    if leg is not None and height is not None and STATURE.fits(height):
         if _within(leg / 100 / height, LEG_RATIO):
             problems.append(
                 f"leg_length_m = {leg:g}: this looks like centimetres. "
@@ -260,30 +329,21 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
                 f"{LEG_RATIO[0]:g}-{LEG_RATIO[1]:g}. Leg length is from hip to floor, in metres."
             )
     problems += age_problems(_number(values, "age_years"))
-    problems += _range_problem(
-        values, "walking_speed_m_s", SPEED, "m/s", {"km/h": 1 / 3.6, "cm/s": 0.01, "mm/s": 1e-3}
-    )
-    problems += _range_problem(values, "stride_time_s", STRIDE_TIME, "s", {"milliseconds": 1e-3})
+    problems += _range_problem(values, "walking_speed_m_s", WALKING_SPEED)
+    problems += _range_problem(values, "stride_time_s", STRIDE_TIME)
     time = _number(values, "stride_time_s")
-    if time is not None and leg is not None and time >= STRIDE_TIME[0] and leg <= HEIGHT[1]:
+    if time is not None and leg is not None and time >= STRIDE_TIME.low and leg <= STATURE.high:
         pendulum = np.sqrt(max(leg, 0.1) / STANDARD_GRAVITY)
         if time < STEP_LIKE * pendulum:
             problems.append(
                 f"stride_time_s = {time:g}: nobody walks so fast on legs of {leg:g} m; this looks "
                 f"like the time of a step. A stride is two: stride_time_s = {2 * time:g}."
             )
-    problems += _range_problem(
-        values, "left_phase", LEFT_PHASE, "of the right gait cycle", {"per cent": 0.01}
-    )
-    least = VERTICAL_FORCE[0] if values.get("aid") is None else LEAST_WITH_AID
-    of_weight, share = {"N/kg": 1 / STANDARD_GRAVITY}, _number(values, "mean_vertical_force")
+    problems += _range_problem(values, "left_phase", LEFT_PHASE)
+    aided = MEAN_FORCE if values.get("aid") is None else replace(MEAN_FORCE, low=LEAST_WITH_AID)
+    share = _number(values, "mean_vertical_force")
     carried = "" if mass is None or share is None else f" The plates carry {share * mass:.1f} kg."
-    problems += [
-        f"{each}{carried}"
-        for each in _range_problem(
-            values, "mean_vertical_force", (least, VERTICAL_FORCE[1]), "body weights", of_weight
-        )
-    ]
+    problems += [f"{p}{carried}" for p in _range_problem(values, "mean_vertical_force", aided)]
     stance = values.get("stance_fraction")
     stance = stance if isinstance(stance, Mapping) else {}
     gait = values.get("gait")
@@ -293,100 +353,10 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
         if stance and stance.get(side) is None and not unseen:
             problems.append(f"stance_fraction.{side}: missing. Add it.")
         problems += [
-            f"stance_fraction.{problem}"
-            for problem in _range_problem(
-                stance, side, STANCE_FRACTION, "of the gait cycle", {"per cent": 0.01}
-            )
+            f"stance_fraction.{problem}" for problem in _range_problem(stance, side, STANCE)
         ]
     if isinstance(values.get("markers"), Mapping):
         problems += _marker_problems(values["markers"])
     if isinstance(values.get("gait"), Mapping):
         problems += _curve_problems(values["gait"], stance)
     return problems
-
-
-def no_body(
-    mass: float, height: float, mass_range: Range, height_range: Range, of_both: Range
-) -> list[str]:
-    """What is wrong with a body `mass` (kg) and a stature `height` (m) outside the plausible
-    `mass_range` and `height_range`, or `of_both`: their body mass index, kg/m².
-    """
-
-    def plausible(mass: float, height: float) -> bool:
-        each = _within(mass, mass_range) and _within(height, height_range)
-        return each and _within(mass / height**2, of_both)
-
-    swapped = [
-        (new_mass, new_height)
-        for new_height in (mass, mass / 100)
-        for new_mass in (height, height * 100)
-        if plausible(new_mass, new_height)
-    ]
-    seen = f"mass_kg = {mass:g} and height_m = {height:g}"
-    if plausible(mass, height / 100):
-        return [
-            f"height_m = {height:g}: this looks like centimetres. "
-            f"Give metres: height_m = {height / 100:g}."
-        ]
-    if swapped:
-        new_mass, new_height = swapped[0]
-        pounds, inches = mass * 0.45359237, height * 0.0254
-        american = (
-            f" If these are pounds and inches, give mass_kg = {pounds:.1f} and height_m = "
-            f"{inches:.3f}."
-            if plausible(pounds, inches)
-            else ""
-        )
-        return [
-            f"{seen}: the columns look swapped (a body mass of {mass:g} kg at {height:g} m is "
-            f"impossible, {new_mass:g} kg at {new_height:g} m is not). "
-            f"Give mass_kg = {new_mass:g} and height_m = {new_height:g}.{american}"
-        ]
-    if plausible(mass * 0.45359237, height):
-        return [
-            f"mass_kg = {mass:g}: with height_m = {height:g} the body mass index is "
-            f"{mass / height**2:.1f} kg/m², outside {of_both[0]:g}-{of_both[1]:g}; this looks like "
-            f"pounds. Give kilograms: mass_kg = {mass * 0.45359237:.1f}."
-        ]
-    for unit, in_metres in (("feet", 0.3048), ("inches", 0.0254), ("millimetres", 1e-3)):
-        if plausible(mass, height * in_metres):
-            return [
-                f"height_m = {height:g}: this looks like {unit}. "
-                f"Give metres: height_m = {height * in_metres:.3f}."
-            ]
-    for unit, in_kilograms in (("newtons", 1.0 / STANDARD_GRAVITY), ("grams", 1e-3)):
-        if plausible(mass * in_kilograms, height):
-            return [
-                f"mass_kg = {mass:g}: this looks like {unit}. "
-                f"Give kilograms: mass_kg = {mass * in_kilograms:.1f}."
-            ]
-    problems = [
-        f"{name} = {value:g}: outside {limits[0]:g}-{limits[1]:g} {unit}. Check value and unit."
-        for name, value, limits, unit in (
-            ("mass_kg", mass, mass_range, "kg"),
-            ("height_m", height, height_range, "m"),
-        )
-        if not _within(value, limits)
-    ]
-    return problems or [
-        f"{seen}: the body mass index is {mass / height**2:.1f} kg/m², outside "
-        f"{of_both[0]:g}-{of_both[1]:g}. Check both values and their units."
-    ]
-
-
-def out_of_range(
-    name: str, value: float, limits: Range, unit: str, other_units: Mapping[str, float]
-) -> str:
-    """A sentence on the `value` of this `name` outside `limits`, in `unit`; `other_units` maps a
-    unit's name to the factor from it to `unit`.
-    """
-    for other, factor in other_units.items():
-        if _within(value * factor, limits):
-            return (
-                f"{name} = {value:g}: this looks like {other}; "
-                f"give {unit}: {name} = {value * factor:g}."
-            )
-    return (
-        f"{name} = {value:g}: outside the plausible {limits[0]:g}-{limits[1]:g} {unit}. "
-        "Check value and unit."
-    )

@@ -89,6 +89,8 @@ HALF = round(100 * STRIDE / 2)
          "ankle_angle_r and ankle_angle_l have the other sign"),
         ({"ik": times("pelvis_tilt", factor=-1.0)}, "pelvis_tilt has the other sign"),
         ({"ik": sides_exchanged}, "right and left are exchanged"),
+        ({"ik": lambda names, time, values: values - 0.055 * np.array(
+            [name == "pelvis_ty" for name in names])}, "off the floor .* of another person"),
         ({"ik": rolled(HALF, "_l")}, "the left foot strikes .* half a stride off, or a copy"),
         ({"ik": copied}, "the left foot strikes .* half a stride off, or a copy"),
         ({"grf": lambda names, time, values: times(

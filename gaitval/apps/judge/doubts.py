@@ -22,6 +22,7 @@ from gaitval.consistency import WIDEST, Change, log_likelihood, weigh
 from gaitval.coordinates import SIDES, Side, mirrored
 from gaitval.datasets.curve_consistency import judge_curves
 from gaitval.errors import RecordError
+from gaitval.inverse.inverse_dynamics import ground_level
 from gaitval.scaling.opensim.placing import Motion, place
 
 SLOWEST_RATE: Final = 10.0
@@ -195,9 +196,12 @@ def find_doubts(
     ]
 
 
-SPREAD: Final = {"strike": 0.06, "sole": 3.0, "held": 0.08}
+SOLE: Final = 0.015
+"""m, of the origins of heel or toes of models above the sole."""
+SPREAD: Final = {"strike": 0.06, "sole": 3.0, "held": 0.08, "floor": 0.015}
 """Of the right cycle, deg, of the plates' impulse: standard deviation of the left foot's
-strike from the middle, of a sole from the level, and of what acts beside the feet."""
+strike from the middle, of a sole from the level, of what acts beside the feet; and m, of a loaded
+foot from the floor."""
 SEEN: Final = 3.0
 """Standard deviations from which something is said."""
 WIDER: Final = 2.0
@@ -206,6 +210,7 @@ _SEEN: Final = {
     "strike": "the left foot strikes {value:+.2f} of a cycle off the middle of the right one's",
     "sole": "the {side} sole is {value:.0f}° off the level in mid-stance",
     "held": "{value:.0%} of the forces act beside the feet",
+    "floor": "the {side} foot is {value:+.3f} m off the floor of the plates in mid-stance",
 }
 
 
@@ -218,7 +223,9 @@ def _off(
     if (phase := _left_strike(plain)) is not None:
         found["strike"] = phase - 0.5
     if loads is not None and all(valid(plain, side, kinetics=False) for side in SIDES):
-        found["held"] = max(1.0 - _held(known, motion, loads, belt), 0.0)
+        gait = _with_forces(known, motion, loads, belt)
+        found["held"] = max(1.0 - _held(known, motion, loads, gait), 0.0)
+        found |= {f"floor {side}": high - SOLE for side, high in _floors(known, motion, gait)}
     return {name: value / SPREAD[name.partition(" ")[0]] for name, value in found.items()}
 
 
@@ -233,19 +240,42 @@ def _left_strike(gait: JudgedGait) -> float | None:
     return float(np.median(phases)) if phases else None
 
 
-def _held(known: Skeleton, motion: Motion, loads: Loads, belt: float | None) -> float:
-    """Share of the plates' vertical impulse that acts on a foot."""
+def _with_forces(
+    known: Skeleton, motion: Motion, loads: Loads, belt: float | None
+) -> JudgedGait | None:
+    """The gait with the forces on its feet; None if these do not belong to the motion."""
     try:
-        gait = find_gait(known, motion, loads, belt=belt)
+        return find_gait(known, motion, loads, belt=belt)
     except RecordError:
-        return 0.0
-    if gait.forces is None:
+        return None
+
+
+def _held(known: Skeleton, motion: Motion, loads: Loads, gait: JudgedGait | None) -> float:
+    """Share of the plates' vertical impulse that acts on a foot."""
+    if gait is None or gait.forces is None:
         return 0.0
     time = loads.start + np.arange(len(loads.plates[0].force)) / loads.rate
     inside = (time >= motion.time[0]) & (time <= motion.time[-1])
     total = sum(float((plate.force[inside] @ known.model.up).sum()) for plate in loads.plates)
     on_feet = np.where(gait.forces.valid, gait.forces.force[:, :, 2], 0.0)
     return 0.0 if total <= 0.0 else float(np.nansum(on_feet)) / total
+
+
+def _floors(
+    known: Skeleton, motion: Motion, gait: JudgedGait | None
+) -> Iterator[tuple[Side, float]]:
+    """m, mean in mid-stance, of the lower of the origins of heel and toes above the plates."""
+    if gait is None or gait.forces is None:
+        return
+    poses = place(known.model, motion.values)
+    ground = ground_level(gait.forces.centre_of_pressure)
+    for side in SIDES:
+        bodies = [known.bodies.get(f"{part}_{side[0]}") for part in ("foot", "toes")]
+        heights = [poses[body][1] @ known.model.up for body in bodies if body is not None]
+        cycles = valid(gait, side, kinetics=True)
+        curve = mean_curve(motion.time, np.min(heights, axis=0), cycles) if heights else None
+        if curve is not None and np.isfinite(ground):
+            yield side, float(curve[0][FLAT].mean()) - ground
 
 
 def _within(motion: Motion, loads: Loads) -> Motion:
@@ -325,6 +355,14 @@ def _changes(
         ],
     )
     if loads is not None:
+        off = [
+            high - SOLE
+            for _, high in _floors(known, motion, _with_forces(known, motion, loads, belt))
+        ]
+        if off:
+            raised = {name: motion.values[name] - np.mean(off) for name in _upward(known)}
+            words = "the legs of the model are of another person, or were scaled otherwise"
+            yield 0.03, [(words, _with(motion, raised), loads)]
         moved = [
             (way, replace(loads, start=loads.start + later * stride))
             for way, later in (("earlier", 0.5), ("later", -0.5))
@@ -342,6 +380,22 @@ def _stride(gait: JudgedGait) -> float:
     """s, median of both sides; NaN without a cycle."""
     found = [cycle.duration for side in SIDES for cycle in gait.cycles[side]]
     return float(np.median(found)) if found else float("nan")
+
+
+def _upward(known: Skeleton) -> list[str]:
+    """The coordinate that lifts the root."""
+    still = {name: np.zeros(1) for name in known.model.coordinates}
+    root = known.model.root()
+    names = root.coordinates if root else ()
+    body = root.child.body if root else ""
+    rests = place(known.model, still)[body][1][0] if root else np.zeros(3)
+    lifted = {
+        name: float((place(known.model, {**still, name: np.ones(1)})[body][1][0] - rests)
+                    @ known.model.up)
+        for name in names
+        if known.model.coordinates[name].motion == "translational"
+    }  # fmt: skip
+    return [name for name, way in lifted.items() if way > 0.9]
 
 
 def _turns(known: Skeleton) -> list[str]:

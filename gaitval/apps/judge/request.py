@@ -4,8 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
+from gaitval.datasets.plausible import mass_and_height_problems
 from gaitval.errors import ConfigurationError
+from gaitval.units import BODY_MASS, STATURE
 
 
 @dataclass(frozen=True)
@@ -49,11 +50,12 @@ class JudgeRequest:
         if self.mass is not None and self.height is not None:
             problems = mass_and_height_problems(self.mass, self.height)
         else:
-            given = (("mass", self.mass, MASS, "kg"), ("height", self.height, HEIGHT, "m"))
+            given = (("mass", self.mass, BODY_MASS), ("height", self.height, STATURE))
             problems = [
-                f"{name} {value:g}: outside {low:g} to {high:g} {unit}. Check value and unit."
-                for name, value, (low, high), unit in given
-                if value is not None and not low <= value <= high
+                f"{name} {value:g}: outside {of.low:g} to {of.high:g} {of.units[0].name}. Check "
+                "value and unit."
+                for name, value, of in given
+                if value is not None and not of.fits(value)
             ]
         if problems:
             raise ConfigurationError(" ".join(problems))
