@@ -11,24 +11,16 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.judge.limits import LIMITS
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.coordinates import RANGES
 from gaitval.errors import RecordError
 from gaitval.scaling.opensim.model import OsimModel
 from gaitval.scaling.opensim.placing import Motion
+from gaitval.units import JOINT_SWING
 
 LEGS: Final = ("hip_flexion", "knee_angle", "ankle_angle")
-FULL_TURN: Final = 2 * np.pi
-"""rad. No joint of a leg is ever turned so far."""
-FARTHEST_M: Final = 20.0
-"""m. No walk is recorded so far from the origin."""
-STILL: Final = np.deg2rad(3.0)
-"""rad. In a walk, and in everything else that moves the legs, one of their joints moves by more."""
-MOVES: Final = np.deg2rad(15.0)
-"""rad. A leg's joint that moves by this much moves."""
-BEYOND: Final = np.deg2rad(15.0)
-"""rad. Models' zeros differ: so far beyond `RANGES` an angle may be that of a sound person."""
 
 
 def check_unit(known: Skeleton, motion: Motion, in_degrees: bool, source: str) -> list[str]:
@@ -42,7 +34,7 @@ def check_unit(known: Skeleton, motion: Motion, in_degrees: bool, source: str) -
     header = "degrees" if in_degrees else "radians"
     most = max(angles, key=lambda name: float(np.abs(angles[name]).max()))
     largest = float(np.abs(angles[most]).max())
-    if largest > FULL_TURN:
+    if largest > JOINT_SWING.high:
         why = (
             "they look like degrees: write inDegrees=yes into the header"
             if not in_degrees
@@ -62,7 +54,7 @@ def check_unit(known: Skeleton, motion: Motion, in_degrees: bool, source: str) -
     moved = {name: float(np.ptp(values)) for name, values in angles.items()}
     other = [name for name in angles if _fits_as_radians(angles[name], ranges.get(name))]
     most = max(moved, key=lambda name: moved[name])
-    if moved[most] < STILL and len(other) == len(angles):
+    if moved[most] < JOINT_SWING.low and len(other) == len(angles):
         raise RecordError(
             f"{source}: no joint of the legs moves by more than {np.degrees(moved[most]):.2g}° "
             f"({most}) in the unit that the header gives (degrees), but in radians it would move "
@@ -75,7 +67,7 @@ def check_unit(known: Skeleton, motion: Motion, in_degrees: bool, source: str) -
         f"{np.degrees(moved[most]):.0f}°: its column looks like radians, where the header says "
         "degrees. Export the motion again, unless this joint is stiff."
         for name in other
-        if moved[name] < STILL and moved[most] > MOVES
+        if moved[name] < JOINT_SWING.low and moved[most] > LIMITS.joint_moves
     ]
 
 
@@ -86,10 +78,10 @@ def sound_part(known: Skeleton, motion: Motion) -> tuple[Motion, list[str]]:
     values, found = dict(motion.values), []
     for name, angles in _of_legs(known, motion).items():
         # A leg's joint is within half a turn of straight, whatever its branch.
-        turns = np.round(angles / FULL_TURN)
+        turns = np.round(angles / JOINT_SWING.high)
         off = np.flatnonzero(turns)
-        if len(off) and np.ptp(angles - FULL_TURN * turns) < np.pi:
-            values[name] = angles - FULL_TURN * turns
+        if len(off) and np.ptp(angles - JOINT_SWING.high * turns) < np.pi:
+            values[name] = angles - JOINT_SWING.high * turns
             found.append(
                 f"Motion: {name} is {np.degrees(angles[off[0]]):.0f}° at {motion.time[off[0]]:g} s "
                 f"and, in {len(off)} frames, a whole turn (360°) or more off, which was undone."
@@ -124,8 +116,8 @@ def check_lengths(model: OsimModel, motion: Motion, source: str) -> None:
         if name in motion.given and model.coordinates[name].motion == "translational"
     }
     most = max(moved, key=lambda name: moved[name], default=None)
-    if most is not None and moved[most] > FARTHEST_M:
-        unit = "millimetres" if moved[most] > 10 * FARTHEST_M else "centimetres"
+    if most is not None and moved[most] > LIMITS.farthest_root:
+        unit = "millimetres" if moved[most] > 10 * LIMITS.farthest_root else "centimetres"
         raise RecordError(
             f"{source}: {most} is {moved[most]:.0f} m in the median, and no laboratory is so long; "
             f"translations look like {unit}. OpenSim has them in metres: export the motion "
@@ -143,7 +135,10 @@ def _check_knees(known: Skeleton, motion: Motion, source: str) -> None:
         if not sense or name not in motion.given:
             continue
         flexion = sense * motion.values[name]
-        if flexion.min() < RANGES[ours][0] - 2 * BEYOND and flexion.max() < BEYOND:
+        if (
+            flexion.min() < RANGES[ours][0] - 2 * LIMITS.beyond_range
+            and flexion.max() < LIMITS.beyond_range
+        ):
             wrong[name] = float(np.degrees(motion.values[name][np.argmin(flexion)]))
     if wrong:
         raise RecordError(
@@ -190,8 +185,10 @@ def _fits_as_radians(values: Array, allowed: tuple[float, float] | None) -> bool
     """
     numbers = np.degrees(values)
     low, high = allowed or (-np.pi, np.pi)
-    inside = low - BEYOND <= numbers.min() and numbers.max() <= high + BEYOND
-    return bool(inside and np.ptp(numbers) > MOVES)
+    inside = (
+        low - LIMITS.beyond_range <= numbers.min() and numbers.max() <= high + LIMITS.beyond_range
+    )
+    return bool(inside and np.ptp(numbers) > LIMITS.joint_moves)
 
 
 def _number(angle: float, in_degrees: bool) -> float:

@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitval.apps.judge.angle_units import LEGS
 from gaitval.apps.judge.gait import JudgedGait, find_gait, mean_curve, valid
+from gaitval.apps.judge.limits import LIMITS
 from gaitval.apps.judge.loads import Loads
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
@@ -25,30 +26,17 @@ from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import ground_level
 from gaitval.scaling.opensim.placing import Motion, place
 
-SLOWEST_RATE: Final = 10.0
-"""Hz. No motion capture is so slow."""
-LEAST_ROWS: Final = 3
-"""Of a table over time: accelerations need three."""
-FASTEST: Final = 1500.0
-"""deg/s, of which one sample in a hundred is more: a walker's knee swings at 400, a sprinter's at
-1200."""
 JITTER, FINE_RATE = 0.8, 90.0
 """deg from the mean of the neighbouring frames, at so many Hz and more: 0.15 in walking."""
-NOISE: Final = 0.5
-"""The same of moments, as a share of their standard deviation: 0.05 in walking at 100 Hz."""
-NO_WALK: Final = np.deg2rad(5.0)
-"""rad. In a walk every knee moves by more."""
 FLAT: Final = slice(20, 41)
 """Rows, % of the cycle, in which the foot is flat on the ground."""
-AWAY: Final = 0.5
-"""Of forces and levers, correlation about zero: in a walk forces point to the centre of mass."""
 
 
 def check_times(time: Array, source: str | Path) -> list[str]:
     """Raise RecordError if `time` (T,) s of a table from `source` cannot be a motion's; returns a
     sentence on instants that are there twice.
     """
-    if len(time) < LEAST_ROWS:
+    if len(time) < LIMITS.least_rows:
         there = ("no rows", "one row", "two rows")[len(time)]
         raise RecordError(
             f"{source}: {there}, but a walk needs a whole cycle. Give the file of the trial, not "
@@ -62,7 +50,7 @@ def check_times(time: Array, source: str | Path) -> list[str]:
             "motion, with its rows in the order of time."
         )
     usual = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
-    if usual > 1.0 / SLOWEST_RATE:
+    if usual > 1.0 / LIMITS.slowest_rate:
         raise RecordError(
             f"{source}: the times go in steps of {usual:g} s, {1 / usual:.3g} Hz: they look like "
             "milliseconds, percent or frame numbers. Write the time in seconds and export again."
@@ -90,14 +78,14 @@ def check_walk(known: Skeleton, motion: Motion, source: str | Path) -> list[str]
     steps = np.diff(motion.time)
     for values in knees:
         speed = np.abs(np.diff(values)) / np.where(steps > 0.0, steps, np.inf)
-        if (fast := float(np.degrees(np.percentile(speed, 99)))) > FASTEST:
+        if (fast := float(np.degrees(np.percentile(speed, 99)))) > LIMITS.fastest_knee:
             raise RecordError(
                 f"{source}: a knee turns at {fast:.0f}°/s (99 of 100 samples are slower), but at "
                 "400 in walking and 1200 in sprinting. The times are not in seconds (0 to 1 of "
                 "the trial?), or the motion is noise: filter it, or export it again."
             )
     most = max((float(np.ptp(values)) for values in legs.values()), default=np.inf)
-    if most >= NO_WALK:
+    if most >= LIMITS.still_knee:
         return []
     return [
         f"Motion: no joint of the legs moves by more than {np.degrees(most):.1f}°: the person "
@@ -126,7 +114,7 @@ def noisy_moments(known: Skeleton, time: Array, forces: Mapping[str, Array]) -> 
     legs = [np.nan_to_num(forces[name]) for ours, name in known.coordinates.items()
             if ours[:-2] in LEGS and name in forces]  # fmt: skip
     shares = [_between(time, each) / np.std(each) for each in legs if np.std(each) > 0.0]
-    if not shares or (share := float(np.median(shares))) < NOISE:
+    if not shares or (share := float(np.median(shares))) < LIMITS.noisy_moments:
         return []
     return [
         f"Moments: from frame to frame they jump by {100 * share:.0f} % of what they vary by: this "
@@ -169,25 +157,28 @@ def find_doubts(
     that of the `loads`, with what explains it; none if it may be.
     """
     off = _off(known, motion, loads, belt)
-    if not off or max(abs(value) for value in off.values()) < SEEN:
+    if not off or max(abs(value) for value in off.values()) < LIMITS.said:
         return []
     changed = [(Change(words, words, prior / len(each)), one, force)
                for prior, each in _changes(known, motion, loads, belt)
                for words, one, force in each]  # fmt: skip
 
-    def log(values: Mapping[str, float], widest: float) -> float:
+    def log(values: Mapping[str, float], widest: float = LIMITS.patients_beyond) -> float:
         # What is not known any more of a changed motion speaks against it.
-        return sum(log_likelihood(values.get(name, SEEN * WIDER) ** 2, 1.0, widest) for name in off)
+        return sum(
+            log_likelihood(values.get(name, LIMITS.said * LIMITS.patients_beyond) ** 2, 1.0, widest)
+            for name in off
+        )
 
     verdict = weigh(
-        [(change, log(_off(known, one, force, belt), WIDER)) for change, one, force in changed],
-        log(off, WIDER), 0.0, square=0.0, other=log(off, WIDEST),
+        [(change, log(_off(known, one, force, belt))) for change, one, force in changed],
+        log(off), 0.0, square=0.0, other=log(off, WIDEST),
     )  # fmt: skip
     seen = "; ".join(
         _SEEN[name.partition(" ")[0]].format(side=name.partition(" ")[2], value=value * scale)
         for name, value in off.items()
         for scale in (SPREAD[name.partition(" ")[0]],)
-        if abs(value) >= SEEN
+        if abs(value) >= LIMITS.said
     )
     return [
         f"Motion: {seen}. "
@@ -196,16 +187,10 @@ def find_doubts(
     ]
 
 
-SOLE: Final = 0.015
-"""m, of the origins of heel or toes of models above the sole."""
 SPREAD: Final = {"strike": 0.06, "sole": 3.0, "held": 0.08, "floor": 0.015}
 """Of the right cycle, deg, of the plates' impulse: standard deviation of the left foot's
 strike from the middle, of a sole from the level, of what acts beside the feet; and m, of a loaded
 foot from the floor."""
-SEEN: Final = 3.0
-"""Standard deviations from which something is said."""
-WIDER: Final = 2.0
-"""Times these that a patient may be off."""
 _SEEN: Final = {
     "strike": "the left foot strikes {value:+.2f} of a cycle off the middle of the right one's",
     "sole": "the {side} sole is {value:.0f}° off the level in mid-stance",
@@ -225,7 +210,9 @@ def _off(
     if loads is not None and all(valid(plain, side, kinetics=False) for side in SIDES):
         gait = _with_forces(known, motion, loads, belt)
         found["held"] = max(1.0 - _held(known, motion, loads, gait), 0.0)
-        found |= {f"floor {side}": high - SOLE for side, high in _floors(known, motion, gait)}
+        found |= {
+            f"floor {side}": high - LIMITS.sole for side, high in _floors(known, motion, gait)
+        }
     return {name: value / SPREAD[name.partition(" ")[0]] for name, value in found.items()}
 
 
@@ -356,7 +343,7 @@ def _changes(
     )
     if loads is not None:
         off = [
-            high - SOLE
+            high - LIMITS.sole
             for _, high in _floors(known, motion, _with_forces(known, motion, loads, belt))
         ]
         if off:
@@ -483,7 +470,7 @@ def odd_forces(gait: JudgedGait, mass_centre: Array, time: Array) -> list[str]:
         lever = centre[:, None, axis] - of.centre_of_pressure[:, :, axis]
         level, lever = of.force[:, :, axis][shown], lever[shown]
         size = float(np.linalg.norm(level) * np.linalg.norm(lever))
-        if size > 0.0 and level @ lever < -AWAY * size:
+        if size > 0.0 and level @ lever < -LIMITS.points_away * size:
             found.append(
                 f"Forces: {words} they point away from the body's centre of mass, not to it: their "
                 "sign is changed, or these are forces on the ground."

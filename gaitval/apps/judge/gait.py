@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.judge.limits import LIMITS
 from gaitval.apps.judge.loads import Loads
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
@@ -30,12 +31,6 @@ LANDMARKS: Final = {
     for letter in "RL"
     for name in ("Heel", "MT2", "Ankle", "ASIS", "PSIS")
 }
-PELVIS_DEPTH: Final = 0.1
-"""m. The stand-ins for the spines of the pelvis are this far before and behind the hips."""
-OTHER_BELT: Final = 0.3
-"""m/s, by which the belt may differ from the feet that stand on it."""
-OTHER_FOOT: Final = 0.5
-"""Share of a plate's impulse on the other foot from which external loads have their feet wrong."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +96,7 @@ def find_gait(
         carried = belt_speed(recording, events, landmarks=LANDMARKS)
         if belt is None:
             moving = carried
-        elif abs(carried - belt) > OTHER_BELT:
+        elif abs(carried - belt) > LIMITS.other_belt:
             findings.append(
                 f"Belt: the flat feet go back at {carried:.2f} m/s, but {belt:g} m/s was given as "
                 "the speed of the belt, in m/s. The walking speed, and so the healthy people "
@@ -239,8 +234,8 @@ def _stand_ins(skeleton: Skeleton, motion: Motion, force_rate: float | None) -> 
         places[f"{letter}.Heel"] = heel
         places[f"{letter}.MT2"] = toes
         places[f"{letter}.Ankle"] = at.get(f"talus_{side}", heel)
-        places[f"{letter}.ASIS"] = at[f"thigh_{side}"] + PELVIS_DEPTH * forward
-        places[f"{letter}.PSIS"] = at[f"thigh_{side}"] - PELVIS_DEPTH * forward
+        places[f"{letter}.ASIS"] = at[f"thigh_{side}"] + LIMITS.pelvis_depth * forward
+        places[f"{letter}.PSIS"] = at[f"thigh_{side}"] - LIMITS.pelvis_depth * forward
     return Recording(
         source="the motion",
         axes="project",
@@ -288,7 +283,7 @@ def _wrong_feet(recording: Recording, loads: Loads, forces: FootForces) -> list[
         other = SIDES.index(opposite(side))
         theirs = up > 0.9 * np.abs(forces.force[:, other, 2])
         on_other = (forces.force[:, other, 2] > 20.0) & theirs & (up > 20.0)
-        if up.sum() > 0 and up[on_other].sum() > OTHER_FOOT * up.sum():
+        if up.sum() > 0 and up[on_other].sum() > LIMITS.other_foot * up.sum():
             found.append(
                 f"External loads: the force {plate.name!r} acts on the {side} foot, but the "
                 f"{SIDES[other]} foot is above it. Right and left are exchanged in the loads."

@@ -31,6 +31,7 @@ from gaitval.apps.judge.gait import (
     valid,
     weight_ratio,
 )
+from gaitval.apps.judge.limits import LIMITS
 from gaitval.apps.judge.loads import read_loads
 from gaitval.apps.judge.moments import (
     BANDED,
@@ -76,13 +77,6 @@ SHOWN_ONLY: Final = (
 as everywhere in this project."""
 
 SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
-LEAST_SWING: Final = 0.1
-"""rad or Nm/kg, standard deviation over the cycle under which a curve has no sign to compare."""
-EDGE_SECONDS: Final = 0.05
-"""Markers show an event up to this much early or late (`gait.events`: 18 to 54 ms): so far from a
-stance beside the plates, its force may be missing."""
-LOG_AGREES: Final = 1e-3
-"""m. Marker errors that differ more from the log are of other markers, weights or another model."""
 
 
 @dataclass
@@ -338,7 +332,7 @@ def _markers(found: Judgement) -> None:
         if logged is not None:
             found.log_difference = of_markers.difference(found.marker_errors, logged)
             apart, frames = found.log_difference
-            if not apart <= LOG_AGREES:
+            if not apart <= LIMITS.log_agrees:
                 found.findings.append(
                     f"Markers: the log of inverse kinematics differs by {1000 * apart:.1f} mm in "
                     f"{frames} common frames: it is of {_another(request)}."
@@ -427,7 +421,7 @@ def _compare_sides(
         rmse = float(np.sqrt(((right - left) ** 2).mean()))
         found.measures.append(measured(measure, name, factor * rmse))
         # The correlation of two nearly constant curves is that of their noise.
-        if min(right.std(), left.std()) > LEAST_SWING:
+        if min(right.std(), left.std()) > LIMITS.least_swing:
             correlation = float(np.corrcoef(right, left)[0, 1])
             found.measures.append(measured("side_correlation", f"{name} {kind}", correlation))
 
@@ -536,8 +530,8 @@ def _residuals(found: Judgement, time: Array, forces: Mapping[str, Array]) -> No
 
 
 def _away_from_unknown(known: Flags, rate: float) -> Flags:
-    """Samples (T,) that are known and not within `EDGE_SECONDS` of one that is not."""
-    width = 2 * round(EDGE_SECONDS * rate) + 1
+    """Samples (T,) that are known and not within `JudgeLimits.edge` of one that is not."""
+    width = 2 * round(LIMITS.edge * rate) + 1
     return ~np.asarray(binary_dilation(~known, np.ones(width, dtype=bool)))
 
 

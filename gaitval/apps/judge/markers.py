@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
+from gaitval.apps.judge.limits import LIMITS
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.mot import read_storage
@@ -16,12 +16,8 @@ from gaitval.scaling.opensim.model import OsimModel
 from gaitval.scaling.opensim.placing import Motion, at_times, marker_places, place
 
 RMS_COLUMN, LARGEST_COLUMN = "marker_error_RMS", "marker_error_max"
-FARTHEST: Final = 0.3
-"""m. A larger RMS error over all markers is a unit's, or that of a model that is not posed."""
 NEAREST, LIKELY = 0.001, 0.1
 """m, between which inverse kinematics leaves the markers of a person, RMS."""
-SAME_TIME: Final = 1e-4
-"""s. Times of frames in two files that are this close are the same frame."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +67,8 @@ def placed_errors(
             + (", or the set-up uses none of them" if both else "")
             + ". Give the markers that inverse kinematics was run on."
         )
-    inside = (recording.time >= motion.time[0] - SAME_TIME) & (
-        recording.time <= motion.time[-1] + SAME_TIME
+    inside = (recording.time >= motion.time[0] - LIMITS.same_time) & (
+        recording.time <= motion.time[-1] + LIMITS.same_time
     )
     if not inside.any():
         raise RecordError(
@@ -115,7 +111,7 @@ def logged_errors(path: Path) -> ModelMarkerErrors:
         raise RecordError(f"{path}: an error is not a number. Run inverse kinematics again.")
     usual = float(np.median(rms))
     for unit, metres in (("cm", 0.01), ("mm", 0.001)):
-        if usual > FARTHEST and NEAREST < usual * metres < LIKELY:
+        if usual > LIMITS.farthest_marker and NEAREST < usual * metres < LIKELY:
             raise RecordError(
                 f"{path}: the RMS error is {usual:.3g} m in the median, which no marker has; it "
                 f"looks like {unit}. OpenSim's log is in m: divide its columns by "
@@ -129,9 +125,9 @@ def difference(ours: ModelMarkerErrors, logged: ModelMarkerErrors) -> tuple[floa
     the number of frames that both have; NaN and 0 if they share none.
     """
     # The first logged frame that is not earlier, within the rounding of the file's times.
-    index = np.searchsorted(logged.time, ours.time - SAME_TIME)
+    index = np.searchsorted(logged.time, ours.time - LIMITS.same_time)
     index = np.minimum(index, len(logged.time) - 1)
-    same = np.abs(logged.time[index] - ours.time) <= SAME_TIME
+    same = np.abs(logged.time[index] - ours.time) <= LIMITS.same_time
     if not same.any():
         return float("nan"), 0
     apart = [

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from gaitval._internal.io.text_tables import shipped_table
+from gaitval.apps.judge.limits import LIMITS
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 
@@ -25,10 +26,6 @@ BANDED: Final = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 SIZED: Final = ("ankle_angle",)
 """Curves whose size all healthy people share. Those of hip and knee do not: the middle fits best
 0.5 to 1.3 and -1.2 to 1.5 times into those of the ten built-in adults."""
-SMALLEST: Final = 0.01
-USUAL: Final = 3.0
-"""No walk has an ankle moment so many times larger or smaller than healthy people's at its speed
-and a shape like theirs; the units are further apart."""
 PERCENT: Final = np.arange(0, 101, 2)
 
 
@@ -55,9 +52,9 @@ class Band:
 
     def factor(self, curve: Array) -> float:
         """How many times a curve (101,) is larger or smaller than the middle, by its `share`; at
-        most `SMALLEST`'s inverse, which is also that of the opposite sign.
+        most `JudgeLimits.smallest_share`'s inverse, which is also that of the opposite sign.
         """
-        share = max(self.share(curve), SMALLEST)
+        share = max(self.share(curve), LIMITS.smallest_share)
         return max(share, 1.0 / share)
 
 
@@ -89,7 +86,10 @@ def unit_of_moments(shares: Sequence[float], mass: float) -> str | None:
     weight = mass * STANDARD_GRAVITY
     units = (("Nm", 1.0), ("Nm/kg", mass), ("Nm/N", weight), ("Nmm", 1e-3), ("Nmm/kg", 1e-3 * mass))
     for unit, newton_metres in (*units, ("kNm", 1e3)):
-        if shares and all(1.0 / USUAL < share * newton_metres < USUAL for share in shares):
+        if shares and all(
+            1.0 / LIMITS.usual_factor < share * newton_metres < LIMITS.usual_factor
+            for share in shares
+        ):
             return None if unit == "Nm" else unit
     return None
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from gaitval._internal.io import file_gate
 from gaitval._internal.io.text_tables import with_unit
+from gaitval.apps.judge.limits import LIMITS
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
@@ -36,14 +37,6 @@ _HANGS_ON: Final = {
     "hip": "some of it: the moments of ten healthy people need 2.9 (median) by any cost"
 }
 
-WEAKEST: Final = 5.0
-"""N. In every walk some muscle pulls with hundreds."""
-
-DELAY: Final = 4
-"""% of the cycle by which force follows the electromyogram."""
-
-ON: Final = 0.25
-"""Of its largest activation, above which a muscle is on."""
 
 _REACTION: Final = re.compile(r"(?:^|_)(hip|knee|ankle)_([rl])_on_.*_f([xyz])$")
 
@@ -171,9 +164,11 @@ def _activations(
             curves[f"activation {group}_{side[0]}"] = mean
             usual = np.zeros(101, dtype=bool)
             for first, last in USUAL_ON[group]:
-                usual[(phase >= first + DELAY) & (phase <= last + DELAY)] = True
-                usual[phase <= last + DELAY - 100] = True
-            on = mean > ON * mean.max()
+                usual[
+                    (phase >= first + LIMITS.force_delay) & (phase <= last + LIMITS.force_delay)
+                ] = True
+                usual[phase <= last + LIMITS.force_delay - 100] = True
+            on = mean > LIMITS.muscle_on * mean.max()
             found.agreement[f"{group}_{side[0]}"] = float((on == usual)[:-1].mean())
     return curves
 
@@ -200,7 +195,7 @@ def _reserves(
 ) -> None:
     columns = _muscle_columns(read, source)
     strongest = max(float(np.nanmax(values, initial=0.0)) for values in columns.values())
-    if 0.0 < strongest < WEAKEST:
+    if 0.0 < strongest < LIMITS.weakest_muscle:
         raise RecordError(
             f"{source}: no muscle pulls with more than {strongest:.3g} N: these look like "
             "activations, or forces in kN. Give …_force.sto of static optimisation, in N."

@@ -6,20 +6,17 @@ become the force and the moment, about the origin of the root body, that have th
 """
 
 from collections.abc import Mapping
-from typing import Final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval.apps.judge.limits import LIMITS
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.repairs import passed_over
 from gaitval.scaling.opensim.model import OsimModel
 from gaitval.scaling.opensim.placing import place
-
-STEP: Final = 1e-5
-"""rad or m, of the differences that the velocities of the root are taken from."""
 
 
 def residual_wrench(
@@ -37,11 +34,14 @@ def residual_wrench(
     # Columns of the Jacobian: velocity and angular velocity of the root for a unit rate.
     for name in root.coordinates:
         low, high = (
-            place(model, {**values, name: values[name] + step})[body] for step in (-STEP, STEP)
+            place(model, {**values, name: values[name] + step})[body]
+            for step in (-LIMITS.root_step, LIMITS.root_step)
         )
-        velocity = (high[1] - low[1]) / (2 * STEP)
+        velocity = (high[1] - low[1]) / (2 * LIMITS.root_step)
         turn = high[0] @ np.swapaxes(low[0], 1, 2)
-        columns.append(np.hstack([velocity, Rotation.from_matrix(turn).as_rotvec() / (2 * STEP)]))
+        columns.append(
+            np.hstack([velocity, Rotation.from_matrix(turn).as_rotvec() / (2 * LIMITS.root_step)])
+        )
     jacobian = np.stack(columns, axis=2)  # (T, 6, coordinates)
     paired = np.stack([forces[name] for name in root.coordinates], axis=1)
     # Equal power for all rates: Jᵀ w = forces. The pseudo-inverse, because a root in a plane has

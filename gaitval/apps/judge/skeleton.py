@@ -14,16 +14,11 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval.apps.judge.limits import LIMITS
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.scaling.opensim.model import OsimModel
 from gaitval.scaling.opensim.placing import place
-
-NUDGE: Final = 0.05
-"""rad, by which a coordinate is moved to see what it does."""
-LEAST_SHARE: Final = 0.6
-"""Of a turn that must be about the expected axis: hips and knees of models are a few degrees off,
-ankles up to 30 degrees, subtalar joints up to 45."""
 
 NAMES: Final[Mapping[str, tuple[str, ...]]] = {
     "hip_flexion": ("hip_flexion", "hip_extension"),
@@ -164,7 +159,9 @@ def _senses(
         mirror = -1.0 if side == "l" and kind in _MIRRORED else 1.0
         along = mirror * float(turn @ np.array(_AXES[kind]))
         size = float(np.linalg.norm(turn))
-        found[ours] = 0 if abs(along) < LEAST_SHARE * size or size == 0.0 else int(np.sign(along))
+        found[ours] = (
+            0 if abs(along) < LIMITS.about_the_axis * size or size == 0.0 else int(np.sign(along))
+        )
     return found
 
 
@@ -173,7 +170,7 @@ def _turn(model: OsimModel, values: Mapping[str, Array], name: str) -> Array:
     joint = model.joint_of(name)
     relative = []
     # The sense that a coordinate has is seen from a small turn, whatever its function says.
-    for moved in (0.0, NUDGE):
+    for moved in (0.0, LIMITS.nudge):
         poses = place(model, {**values, name: values[name] + moved})
         relative.append((poses[joint.parent.body][0][0], poses[joint.child.body][0][0]))
     (near, before), (_, after) = relative
