@@ -12,6 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
+from gaitval.arrays import Array
 from gaitval.constants import POUND, STANDARD_GRAVITY
 from gaitval.errors import RecordError
 
@@ -154,8 +157,8 @@ def stated_factor(where: str, quantity: Quantity, word: str) -> float:
     unit = quantity.named(word)
     if unit is None:
         raise RecordError(
-            f"{where}: {unit_of(quantity, word).sentence}, so the numbers have no meaning. Set the "
-            "right unit in the program that made the file, and export again."
+            f"{where}: {unit_of(quantity, word).sentence}, so the numbers have no meaning: "
+            "set the right unit in the program that made the file, and export again."
         )
     return unit.factor
 
@@ -184,6 +187,21 @@ def confused(quantity: Quantity, size: float) -> str:
         return ""
     true, called = min(fits, key=off)
     return f"{true.name} that are called {called.name}"
+
+
+def looks_like(spread: float) -> str:
+    """The error of the unit that makes a person's markers spread over so many metres, in brackets
+    for a message; empty if none does.
+    """
+    words = confused(SPREAD, spread)
+    return f" (it looks like {words})" if words else ""
+
+
+def from_middle(points: Array) -> Array:
+    """Distance (M,) of each of the markers `points` (M, 3), m, from the median of all: small
+    wherever in the laboratory a person stands. Twice their median is about the spread.
+    """
+    return np.asarray(np.linalg.norm(points - np.median(points, axis=0), axis=1))
 
 
 def _metric(unit: Unit) -> bool:
@@ -263,6 +281,8 @@ SPREAD: Final = Quantity(
 )  # fmt: skip
 """From a child's legs to a tall adult with the arms up; in feet a child's legs would be as far
 apart as an adult is in metres, and no program writes them."""
+REACH: Final = Quantity("a marker from the middle of a person", _length(), 0.0, 2.0)
+"""No marker on a tall adult with arms raised is farther away."""
 PELVIS_HEIGHT: Final = Quantity("a pelvis above the ankles", _length(), 0.3, 1.4)
 POINT_FROM_FOOT: Final = Quantity(
     "the way from a centre of pressure to the nearest marker of its foot",

@@ -13,19 +13,20 @@ from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import FittedCurve
-from gaitval.mocap.confused_units import REACH_M, from_middle
-from gaitval.mocap.confused_units import unit_of as looks_like
 from gaitval.units import (
     AGE,
     BODY_MASS,
     LEFT_PHASE,
     MEAN_FORCE,
+    REACH,
     STANCE,
     STATURE,
     STRIDE_TIME,
     VERTICAL_FORCE,
     WALKING_SPEED,
     Quantity,
+    from_middle,
+    looks_like,
     unit_of,
 )
 
@@ -241,12 +242,12 @@ def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
         and np.all(np.isfinite(at))
     }
     away = from_middle(np.array([*positions.values()])) if positions else np.zeros(0)
-    far = [name for name, distance in zip(positions, away, strict=True) if distance > REACH_M]
+    far = [name for name, distance in zip(positions, away, strict=True) if distance > REACH.high]
     if far:
         return [
-            f"markers: {len(far)} of {len(positions)} are more than {REACH_M:g} m from the middle "
-            f"of the person (the first is {far[0]} at {positions[far[0]].tolist()}). Correct their "
-            f"places, or the unit{looks_like(away)}."
+            f"markers: {len(far)} of {len(positions)} are more than {REACH.high:g} m from the "
+            f"middle of the person (the first is {far[0]} at {positions[far[0]].tolist()}). "
+            f"Correct their places, or the unit{looks_like(2.0 * float(np.median(away)))}."
         ]
     problems = []
     for side in "RL":

@@ -9,10 +9,10 @@ from gaitval._internal.numba.compiled import njit
 from gaitval.arrays import Array, Flags, Index
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ModelError, RecordError
-from gaitval.mocap.confused_units import REACH_M, from_middle, unit_of
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import SEGMENT_COUNT, empty_frames, forward, tree_arrays
+from gaitval.units import REACH, from_middle, looks_like
 
 
 class MarkerTrial(NamedTuple):
@@ -74,10 +74,11 @@ def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Arr
     frame = int(seen.sum(axis=1).argmax())
     away = from_middle(filled[frame, seen[frame]]) if seen.any() else np.zeros(1)
     # Half of them, for a single one may be astray: that is no error of the unit.
-    if np.median(away) > REACH_M:
+    if np.median(away) > REACH.high:
         raise RecordError(
             f"in frame {frame} half of the markers are more than {np.median(away):.0f} m from the "
-            f"middle of all, which no person is: their unit is wrong{unit_of(away)}. Give metres."
+            f"middle of all, which no person is: their unit is wrong"
+            f"{looks_like(2.0 * float(np.median(away)))}. Give metres."
         )
     weight = seen * np.array([marker.weight for marker in markers], dtype=float)
     return MarkerTrial(

@@ -22,6 +22,7 @@ from gaitval.constants import GRAVITY
 from gaitval.errors import RecordError
 from gaitval.mocap.activities import check_level, check_on_ground, what_instead
 from gaitval.mocap.recording import Recording
+from gaitval.units import PELVIS_HEIGHT, confused
 
 LARGEST_LEAN: Final = float(np.radians(20.0))
 """A standing person's pelvis is above the ankles to within this angle, rad."""
@@ -29,9 +30,6 @@ OPPOSITE: Final = float(np.cos(np.radians(130.0)))
 """Cosine of the angle between the feet beyond which one points backwards; feet turn out by 25°."""
 LARGEST_TURN: Final = float(np.radians(30.0))
 """A person who faces along an axis of the laboratory does so to within this angle, rad."""
-
-PELVIS_HEIGHT: Final = (0.3, 1.4)
-"""Height of the pelvis above the ankles, m: from small children to the tallest adults."""
 
 FARTHEST_LEAN: Final = 45.0
 """Degrees. In the median frame a walking person's pelvis is above the middle of the ankles to
@@ -180,20 +178,17 @@ def standing_points(recording: Recording, landmarks: Mapping[str, str]) -> dict[
 
 def _check_height(where: str, height: float) -> None:
     """Refuse a pelvis that is too near to or too far from the ankles for a person, m."""
-    if not PELVIS_HEIGHT[0] <= height <= PELVIS_HEIGHT[1]:
-        from gaitval.mocap.confused_units import wrong_factor
-
-        factor = wrong_factor(height)
+    if not PELVIS_HEIGHT.fits(height):
+        wrong = confused(PELVIS_HEIGHT, height)
         hint = (
-            f"the markers are in the wrong unit, by a factor of {factor:g}: correct the unit "
-            "in the file (mm, cm or m)"
-            if factor is not None
+            f"the markers are in the wrong unit, {wrong}: correct it in the file"
+            if wrong
             else "the markers' names are wrong, or the person does not stand upright. Check the "
             "labels in the recording program"
         )
         raise RecordError(
             f"{where}: the pelvis is {height:.3g} m from the ankles, but a person's is "
-            f"{PELVIS_HEIGHT[0]:g} to {PELVIS_HEIGHT[1]:g} m away: {hint}."
+            f"{PELVIS_HEIGHT.low:g} to {PELVIS_HEIGHT.high:g} m away: {hint}."
         )
 
 

@@ -7,9 +7,15 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.c3d_contents import Contents, check_frames, check_size, labels_of, read_contents
+from gaitval.mocap.c3d_contents import (
+    Contents,
+    check_frames,
+    check_size,
+    labels_of,
+    length_unit,
+    read_contents,
+)
 from gaitval.mocap.c3d_plates import read_plates
-from gaitval.mocap.c3d_units import length_unit
 from gaitval.mocap.centre_points import CentrePoint, centre_points
 from gaitval.mocap.recording import Event, Recording
 

@@ -23,6 +23,8 @@ import numpy as np
 from gaitval._internal.io import file_gate
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
+from gaitval.mocap.repairs import passed_over
+from gaitval.units import LENGTH, SPREAD, stated_factor, unit_of
 
 PROCESS = Path(__file__).with_name("c3d_process.py")
 """The script that reads a file."""
@@ -247,3 +249,34 @@ def continued(contents: Contents, group: str, name: str) -> list[Any]:
 def labels_of(contents: Contents, group: str, name: str) -> list[str]:
     """Texts of `continued`, for example of POINT and LABELS, without blanks at their ends."""
     return [str(text).strip() for text in continued(contents, group, name)]
+
+
+def length_unit(path: Path, contents: Contents) -> float:
+    """Metres of the unit of points, corners and origins of a C3D file.
+
+    Programs of before 1998 write no `POINT:UNITS`. Then the only unit in which the points of a
+    frame are as far apart as a person's markers is taken, with a warning. Raises RecordError if it
+    is unknown, or if it is missing and none or several could be meant.
+    """
+    where = f"{path}: POINT:UNITS"
+    text = contents.text("POINT", "UNITS")
+    if text.strip():
+        return stated_factor(where, LENGTH, text)
+    points, hidden = contents.points, contents.residuals < 0
+    seen = np.where((hidden | (points == 0.0).all(axis=2))[..., None], np.nan, points)
+    seen = seen[np.isfinite(seen).all(axis=2).sum(axis=1) > 1]
+    # The longest side of what the points fill, in the middle of all frames.
+    extent = (np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)).max(axis=1)
+    spread = float(np.median(extent)) if len(seen) else 0.0
+    found = unit_of(SPREAD, size=spread)
+    if found.unit is None:
+        raise RecordError(
+            f"{where} is missing, and the points of a frame spread over {spread:.3g}: "
+            f"{found.sentence}. Correct it: set the right unit in the program that made the "
+            "file, and export again."
+        )
+    passed_over(
+        f"{where} is missing. The points of a frame spread over {spread:.3g}, as a person's do in "
+        f"{found.unit.name}, which is taken; also for the force plates"
+    )
+    return found.unit.factor

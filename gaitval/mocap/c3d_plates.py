@@ -9,8 +9,7 @@ import numpy as np
 
 from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError
-from gaitval.mocap.c3d_contents import Contents, labels_of
-from gaitval.mocap.c3d_units import length_unit
+from gaitval.mocap.c3d_contents import Contents, labels_of, length_unit
 from gaitval.mocap.force_plates import (
     CALIBRATIONS,
     CHANNELS,
@@ -23,8 +22,10 @@ from gaitval.mocap.force_plates import (
 )
 from gaitval.mocap.recording import Plate
 from gaitval.mocap.repairs import passed_over
-from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor, unit_name
+from gaitval.units import FORCE, LENGTH, MOMENT, stated_factor
 
+OF_KISTLER: Final = (3, 7)
+"""Types of plates with eight sensors, of which Kistler corrects the centre of pressure."""
 CHANGING: Final = (
     "TRANSLATION", "ROTATION", "OFFSET", "OFFSETS", "GAIN", "GAINS", "NEGATE", "POLARITY",
 )  # fmt: skip
@@ -112,6 +113,8 @@ def _plate(
     # The plate seems to pull: the file has the force on the plate, not on the person.
     if normal[certain_load(np.abs(normal))].sum() < 0:
         force, moment = -force, -moment
+    if kind in OF_KISTLER:
+        moment = _corrected(contents, index, force, moment, metres)
     plate = make_plate(str(index + 1), corners, force, moment)
     # Without the way to the origin, with which a moment that is too small puts the force elsewhere.
     sensed = plate_wrench(kind, channels, np.zeros(3), calibration)
@@ -241,6 +244,32 @@ def _on_plate(force: Array, moment: Array, corners: Array) -> bool:
     return not heavy.any() or bool(np.mean((np.abs(place) < 0.55 * sides).all(axis=1)) > 0.5)
 
 
+def _corrected(contents: Contents, index: int, force: Array, moment: Array, metres: float) -> Array:
+    """The `moment` (T, 3) Nm about the middle of the surface, with which the centre of pressure is
+    where Kistler's polynomial puts it (FORCE_PLATFORM:FPCOPPOLY, in the file's unit of length of so
+    many `metres`): its top plate bends. `force` (T, 3) is in N; both are in the plate's axes.
+
+    x is smaller by (c1 y⁴ + c2 y² + c3) x³ + (c4 y⁴ + c5 y² + c6) x, and y likewise by the second
+    six (Kistler; ezc3d, issue 253). The moment about the vertical is measured, and stays.
+    """
+    polynomial = contents.of_plate("FPCOPPOLY", index, 6, 2)
+    if polynomial is None or not np.any(polynomial):
+        return moment
+    loaded = np.abs(force[:, 2]) >= UNLOADED_N
+    vertical = np.where(loaded, force[:, 2], np.inf)
+    x, y = -moment[:, 1] / vertical / metres, moment[:, 0] / vertical / metres
+
+    def less(coefficients: Array, along: Array, across: Array) -> Array:
+        powers = np.stack([across**4, across**2, np.ones_like(across)])
+        third, first = coefficients.reshape(2, 3) @ powers
+        return np.asarray(metres * (third * along**3 + first * along))
+
+    by_x, by_y = less(polynomial[:, 0], x, y), less(polynomial[:, 1], y, x)
+    lifted = np.where(loaded, force[:, 2], 0.0)
+    change = np.column_stack([-by_y * lifted, by_x * lifted, np.zeros_like(lifted)])
+    return np.asarray(moment + change)
+
+
 def _span(corners: Array) -> bool:
     """Whether corners (4, 3) m span a surface of more than a square centimetre."""
     area = np.cross(corners[0] - corners[1], corners[0] - corners[3])
@@ -262,6 +291,7 @@ def _channel_units(
     factors = []
     for place, number in enumerate(numbers):
         unit = units[number - 1] if number <= len(units) else ""
+        what = f"{path}: the unit of channel {number} (ANALOG:UNITS)"
         if unit.lower() in ("v", "mv", "volt", "volts"):
             # Programs scale to newtons but leave the label; no converter gives more than 10 V.
             if np.abs(channels[:, :3]).max() <= 10.0:
@@ -271,13 +301,12 @@ def _channel_units(
                 )
             unit = ""
         if kind == 3 or place < 3:
-            what = f"the unit of channel {number} (ANALOG:UNITS)"
-            factors.append(unit_factor(path, unit or overall or "N", NEWTONS, what))
+            factors.append(stated_factor(what, FORCE, unit or overall or "N"))
         elif kind == 1 and place < 5:
-            factors.append(METRES.get(unit_name(unit), metres))
+            length = LENGTH.named(unit)
+            factors.append(length.factor if length else metres)
         elif unit and unit != "N":
-            what = f"the unit of channel {number} (ANALOG:UNITS)"
-            factors.append(unit_factor(path, unit, NEWTON_METRES, what))
+            factors.append(stated_factor(what, MOMENT, unit))
         else:  # BTS writes N for all channels
             factors.append(metres)  # the format's rule: newtons times POINT:UNITS
     return np.array(factors)

@@ -41,8 +41,8 @@ from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.repairs import passed_over
 from gaitval.mocap.text_cells import cells_of, numbers, whole_rows
 from gaitval.mocap.text_table import sample_rate, text_lines
-from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
 from gaitval.mocap.wbds_text import read_wbds_forces
+from gaitval.units import FORCE, LENGTH, MOMENT, TIME, stated_factor
 
 _SENSORS: Final = ("fx12", "fx34", "fy14", "fy23", "fz1", "fz2", "fz3", "fz4")
 _RESULTS: Final = ("fx", "fy", "fz", "ax", "ay")
@@ -82,7 +82,7 @@ def read_kistler_text(path: Path, recording: Recording) -> tuple[float, float, t
         )
     whole_rows(path, rows, begin + 1, len(names), separator)
     table = numbers(path, rows, begin + 1, len(names), separator)
-    rate = sample_rate(path, table[:, 0] * (1e-3 if units[0].lower() == "ms" else 1.0))
+    rate = sample_rate(path, _factor(path, "time", units[0]) * table[:, 0])
     found = _plates_of(path, at + 1, names)
     places, where = _places(path, len(found))
     plates = []
@@ -194,9 +194,11 @@ def _give_torques(
 
 
 def _factor(path: Path, name: str, unit: str) -> float:
-    kinds = {"a": (METRES, "m"), "t": (NEWTON_METRES, "Nm")}
-    units, usual = kinds.get(name[0], (NEWTONS, "N"))
-    return unit_factor(path, unit or usual, units, f"the unit of column {name.capitalize()}")
+    quantity = {"time": TIME, "a": LENGTH, "t": MOMENT}.get(
+        name if name == "time" else name[0], FORCE
+    )
+    where = f"{path}: the unit of column {name.capitalize()}"
+    return stated_factor(where, quantity, unit or quantity.units[0].name)
 
 
 def _check_there(path: Path, plate: str, columns: Mapping[str, Array]) -> None:

@@ -17,6 +17,7 @@ from gaitval.mocap.centre_points import centre_points
 from gaitval.mocap.lost_markers import without_fill_values
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.repairs import passed_over
+from gaitval.units import looks_like
 
 SMALLEST_SPREAD_M: Final = 0.05
 LARGEST_SPREAD_M: Final = 20.0
@@ -138,8 +139,6 @@ def _check_markers(recording: Recording) -> None:
         )
     spread = _spread(recording.markers)
     if not SMALLEST_SPREAD_M <= spread <= LARGEST_SPREAD_M:
-        from gaitval.mocap.confused_units import looks_like
-
         raise RecordError(
             f"{recording.source}: the markers of a frame spread over {spread:.3g} m, but a "
             "person's spread over 1 to 2 m: the unit that the file states is "

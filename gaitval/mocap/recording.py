@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +25,6 @@ Axes = Literal["laboratory", "project"]
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-PERSON_SPREAD_M: Final = (0.4, 2.2)
-"""m. Extent of the markers of a child's legs, and of a tall adult with arms raised."""
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ import numpy as np
 from gaitval.arrays import Array, Flags, Index
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import certain_load, plate_or_fault
-from gaitval.mocap.recording import PERSON_SPREAD_M, Plate, Recording
+from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.repairs import passed_over, seen_frames
+from gaitval.units import POINT_FROM_FOOT, SPREAD, Unit, from_middle, looks_like, unit_of
 
 LARGEST_MISMATCH_S: Final = 0.1
 """Markers and forces of one trial end within this time of each other, s; exports differ by a
@@ -22,15 +23,8 @@ LEAST_RATIO: Final = 0.5
 SHORTEST_S: Final = 0.6
 """s. A shorter time that markers and forces share has no gait cycle."""
 
-LEAST_SPREAD_M: Final = 0.25
-"""m. A child's legs spread over more."""
 LARGEST_DISTANCE_M: Final = 1.0
 """The centre of pressure is at most this far outside the volume that the markers fill, m."""
-
-POINT_UNITS: Final = (("millimetres", 1e3), ("centimetres", 1e2), ("inches", 1 / 0.0254))
-"""Units in which programs write a centre of pressure, and how many a metre has."""
-NEAR_FOOT_M: Final = 0.25
-"""m. A centre of pressure is nearer to one of the foot's markers."""
 
 SMALLEST_COSINE: Final = 0.7
 """Mean cosine, under load, of the angle between the force and the line from its point to the middle
@@ -161,7 +155,7 @@ def _middle(markers: Array) -> Array:
     some = np.isfinite(markers).all(axis=2).sum(axis=1) > 0
     shown = markers[some]
     median = np.nanmedian(shown, axis=1)
-    near = np.linalg.norm(shown - median[:, None], axis=2) < PERSON_SPREAD_M[1]
+    near = np.linalg.norm(shown - median[:, None], axis=2) < SPREAD.high
     total = np.where(near[:, :, None], shown, 0.0).sum(axis=1)
     with np.errstate(invalid="ignore"):  # two reflections with nobody between them
         middle[some] = total / near.sum(axis=1)[:, None]
@@ -173,29 +167,29 @@ def _frames(samples: Flags, frames: int) -> Index:
     return np.flatnonzero(samples) * frames // len(samples)
 
 
-def _unit_of_points(pressure: Array, markers: Array) -> tuple[str, float] | None:
-    """The unit, with how many of it a metre has, in which the centres of pressure (n, 3) are at
-    markers (n, M, 3) m, as those of the foot are; None if there is none.
+def _unit_of_points(pressure: Array, markers: Array) -> Unit | None:
+    """The unit in which the centres of pressure (n, 3) are at markers (n, M, 3) m, as those of the
+    foot are; None if there is none.
     """
-    off = {}
-    for unit in POINT_UNITS:
-        away = np.linalg.norm(markers - (pressure / unit[1])[:, None], axis=2)
+
+    def off(factor: float) -> float:
+        away = np.linalg.norm(markers - factor * pressure[:, None], axis=2)
         seen = away[np.isfinite(away).any(axis=1)]
-        off[unit] = float(np.median(np.nanmin(seen, axis=1))) if len(seen) else np.inf
-    nearest = min(off, key=off.__getitem__)
-    return nearest if off[nearest] < NEAR_FOOT_M else None
+        return float(np.median(np.nanmin(seen, axis=1))) if len(seen) else np.inf
+
+    candidates = unit_of(POINT_FROM_FOOT, size=off).candidates
+    return min(candidates, key=lambda unit: off(unit.factor), default=None)
 
 
 def _unit_of_person(markers: Array) -> str:
     """What unit the `markers` (T, M, 3) m look like that no person's are so near or far; empty for
     a person's size, and where no other unit explains it.
     """
-    from gaitval.mocap.confused_units import from_middle, unit_of
-
     seen = seen_frames(markers)
     frame = int(np.argmax(seen.sum(axis=1)))
     away = from_middle(markers[frame, seen[frame]])
-    return unit_of(away) if len(away) and 2.0 * np.median(away) < LEAST_SPREAD_M else ""
+    spread = 2.0 * float(np.median(away)) if len(away) else SPREAD.high
+    return looks_like(spread) if spread < SPREAD.low else ""
 
 
 def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
@@ -220,7 +214,7 @@ def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
     if outside > LARGEST_DISTANCE_M:
         unit = _unit_of_points(pressure, markers[_frames(strong, len(markers))])
         why = (
-            f"it looks like {unit[0]}: divide the points (px, py, pz) by {unit[1]:g}"
+            f"it looks like {unit.name}: divide the points (px, py, pz) by {1.0 / unit.factor:.4g}"
             if unit is not None
             else "the forces are of another trial or in other axes than the markers, or the "
             "markers are in another unit than their file says. Export both together"

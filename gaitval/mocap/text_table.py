@@ -55,7 +55,22 @@ def text_lines(path: Path) -> list[str]:
         raise _not_text(path)
     if sum(map(text.count, _BREAKS)) > LINES:
         raise RecordError(f"{path}: has more than {LINES:,} lines. Export one trial.")
-    return text.splitlines()
+    return _with_points(text).splitlines()
+
+
+_COMMAS: Final = re.compile(r"(?<![^\t;\n])( *[+-]?\d+),(\d+(?:[eE][+-]?\d+)? *)(?=[\t;\r\n]|$)")
+_POINTS: Final = re.compile(r"(?<![^\t;\n]) *[+-]?\d+\.\d+(?:[eE][+-]?\d+)? *(?=[\t;\r\n]|$)")
+"""Cells between tabs or semicolons that are numbers."""
+
+
+def _with_points(text: str) -> str:
+    """The `text` of a table with decimal points, where nearly all its numbers have a comma instead:
+    many programs write what the region of Windows has. With both, a comma may divide thousands.
+    """
+    if "," not in text or not ("\t" in text or ";" in text):
+        return text
+    points, commas = len(_POINTS.findall(text)), len(_COMMAS.findall(text))
+    return _COMMAS.sub(r"\1.\2", text) if points < 0.01 * commas else text
 
 
 NOTHING: Final = re.compile(

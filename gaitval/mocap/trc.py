@@ -21,7 +21,7 @@ from gaitval.mocap.text_table import (
     text_lines,
     with_gaps,
 )
-from gaitval.mocap.units import METRES, unit_factor
+from gaitval.units import LENGTH, stated_factor
 
 
 def read_trc(path: Path) -> Recording:
@@ -115,7 +115,7 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
                 f"{path}: line 3 has {len(values)} values for the {len(keys)} names of line 2, "
                 f"and {key} must be among them. Write units (mm), rate and counts into line 3."
             )
-    metres = unit_factor(path, header["Units"], METRES, "line 3: Units")
+    metres = stated_factor(f"{path}: line 3: Units", LENGTH, header["Units"])
     try:
         rate, frames, count = (
             plain_float(header["DataRate"]),

@@ -33,15 +33,15 @@ from gaitval.mocap.text_cells import (
     without_prefix,
 )
 from gaitval.mocap.text_table import text_lines, with_gaps
-from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
+from gaitval.units import FORCE, LENGTH, MOMENT, stated_factor
 
 _SECTIONS: Final = ("devices", "trajectories", "joints", "model outputs", "segments", "events")
 _PARTS: Final = {
-    "force": (("fx", "fy", "fz"), NEWTONS),
-    "moment": (("mx", "my", "mz"), NEWTON_METRES),
-    "cop": (("cx", "cy", "cz"), METRES),
+    "force": (("fx", "fy", "fz"), FORCE),
+    "moment": (("mx", "my", "mz"), MOMENT),
+    "cop": (("cx", "cy", "cz"), LENGTH),
 }
-"""Columns and units of the three devices of a plate."""
+"""Columns and quantities of the three devices of a plate."""
 _HEADER: Final = 5
 """Lines of a section before its rows: name, rate, devices, columns, units."""
 
@@ -173,8 +173,8 @@ def _markers(path: Path, section: _Section) -> Recording:
                 f"{', '.join(section.columns[begin:end])}, but must be X, Y, Z. Export the "
                 "trajectories as components."
             )
-        what = f"line {section.line + 4}: the unit of marker {name}"
-        metres = unit_factor(path, section.units[begin], METRES, what)
+        where = f"{path}: line {section.line + 4}: the unit of marker {name}"
+        metres = stated_factor(where, LENGTH, section.units[begin])
         names.append(name)
         paths.append(metres * section.values[:, begin : begin + 3])
     kept = markers_named(path, names)
@@ -195,7 +195,7 @@ def _plates(path: Path, section: _Section, recording: Recording) -> tuple[Plate,
         if named is None or "combined" in named[1].lower():
             continue
         part = named[2].lower()
-        columns, units = _PARTS[part]
+        columns, quantity = _PARTS[part]
         if [name.lower() for name in section.columns[begin : begin + 3]] != list(columns):
             raise RecordError(
                 f"{path}: line {section.line + 3}: the columns of {section.devices[begin]} are "
@@ -203,7 +203,9 @@ def _plates(path: Path, section: _Section, recording: Recording) -> tuple[Plate,
                 f"{', '.join(columns).title()}. Export the device's components."
             )
         factors = [
-            unit_factor(path, unit, units, f"line {section.line + 4}: the unit of {named[0]}")
+            stated_factor(
+                f"{path}: line {section.line + 4}: the unit of {named[0]}", quantity, unit
+            )
             for unit in section.units[begin : begin + 3]
         ]
         found.setdefault(named[1], {})[part] = section.values[:, begin : begin + 3] * factors

@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import ScalingError
-from gaitval.mocap.confused_units import REACH_M, from_middle, unit_of
+from gaitval.units import REACH, from_middle, looks_like
 
 Place = Sequence[float] | Array
 
@@ -140,9 +140,9 @@ def landmarks_of(
     points = {name: point for name, point in points.items() if np.isfinite(point).all()}
     away = from_middle(np.array(list(points.values())))
     _fail(
-        f"markers more than {REACH_M:g} m from the middle of the person",
-        [name for name, distance in zip(points, away, strict=True) if distance > REACH_M],
-        f"Correct their places, or the unit{unit_of(away)}.",
+        f"markers more than {REACH.high:g} m from the middle of the person",
+        [name for name, distance in zip(points, away, strict=True) if distance > REACH.high],
+        f"Correct their places, or the unit{looks_like(2.0 * float(np.median(away)))}.",
     )
     return points
 

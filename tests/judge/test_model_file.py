@@ -1,6 +1,7 @@
 """Models read from `.osim` files and posed, against OpenSim's own wheel."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -142,6 +143,17 @@ def test_a_coupled_coordinate_follows_and_its_error_is_told(tmp_path):
     motion = motion_of(model, table, "ik.mot")
     assert motion.values["beta_r"][0] == pytest.approx(-0.02)  # a knot of the spline
     assert motion.coupler_errors == {"beta_r": pytest.approx(0.52)}
+
+
+@pytest.mark.parametrize("beta", [-0.02, np.rad2deg(-0.02)], ids=["of OpenSim 4", "of OpenSim 3.3"])
+def test_a_coupled_coordinate_is_in_the_unit_that_its_numbers_show(tmp_path, beta):
+    model = read_model(written(tmp_path, samples.version_4()))
+    beta_r = replace(model.coordinates["beta_r"], motion="coupled")
+    model = replace(model, coordinates={**model.coordinates, "beta_r": beta_r})
+    columns = (*(f"q{i}" for i in range(6)), "knee_angle_r", "beta_r")
+    values = np.array([[0.0] * 6 + [np.rad2deg(0.2), beta]])
+    motion = motion_of(model, StorageTable(columns, np.zeros(1), values, in_degrees=True), "ik.mot")
+    assert motion.coupler_errors == {"beta_r": pytest.approx(0.0, abs=1e-6)}
 
 
 def test_states_have_paths_for_names(tmp_path):

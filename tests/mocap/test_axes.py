@@ -137,9 +137,9 @@ class TestDetect:
         [
             (standing(about_y(35)), "not a standing trial"),
             (standing(about_z(40)), "40° off the nearest axis"),
-            (standing(scale=1e3), "wrong unit, by a factor of 0.001"),
-            (standing(scale=1e-3), "wrong unit, by a factor of 1000"),
-            (standing(scale=10.0), "wrong unit, by a factor of 0.1"),
+            (standing(scale=1e3), "wrong unit, millimetres that are called metres"),
+            (standing(scale=1e-3), "wrong unit, metres that are called millimetres"),
+            (standing(scale=10.0), "wrong unit, millimetres that are called centimetres"),
             (standing(scale=2.0), "names are wrong"),
         ],
         ids=["lying", "diagonal", "mm as m", "m as mm", "cm as mm", "giant"],
@@ -354,11 +354,11 @@ class TestWalkingDirection:
         with pytest.raises(RecordError, match="not a walking trial"):
             turn_to_walking_direction(still.with_markers(still.names, markers), LANDMARKS)
 
-    @pytest.mark.parametrize("factor", [1e-3, 10.0])
-    def test_another_unit_than_the_standing_trial(self, factor):
+    @pytest.mark.parametrize(("factor", "called"), [(1e-3, "metres"), (10.0, "millimetres")])
+    def test_another_unit_than_the_standing_trial(self, factor, called):
         recording = walking(1.2, belt=False)
         other = recording.with_markers(recording.names, factor * recording.markers)
-        with pytest.raises(RecordError, match=f"wrong unit, by a factor of {1 / factor:g}"):
+        with pytest.raises(RecordError, match=f"wrong unit, {called} that are called"):
             turn_to_walking_direction(other, LANDMARKS)
 
     def test_other_axes_than_the_standing_trial(self):

@@ -26,7 +26,7 @@ from gaitval.mocap.force_plates import certain_load, plate_axes
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event
-from gaitval.mocap.units import METRES
+from gaitval.units import LENGTH
 
 # A laboratory with y up; plates with z down, one turned by 180 degrees about the vertical.
 CORNERS = np.array([[1.6, 0, 0.3], [1.6, 0, 0.9], [1.0, 0, 0.9], [1.0, 0, 0.3]])
@@ -352,6 +352,31 @@ class TestPlates:
         found = read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0]
         assert "channels 4 and 5" in found.fault
         assert "CAL_MATRIX" not in found.fault
+
+    def test_kistlers_polynomial_moves_the_centre_of_pressure(self, tmp_path):
+        """By its place x, y (mm) in the plate's axes; force and moment about the vertical stay."""
+        stored = plate_of(3)
+        plain = read_recording(write(tmp_path / "a.c3d", plates=[stored])).plates[0]
+        polynomial = np.zeros((6, 2, 1))
+        polynomial[:, 0, 0] = 2e-15, 3e-11, 1e-7, 4e-12, 5e-8, -0.04
+        polynomial[:, 1, 0] = 1e-15, 2e-11, 3e-7, 1e-12, 2e-8, 0.07
+        path = write(
+            tmp_path / "b.c3d", plates=[stored],
+            parameters={("FORCE_PLATFORM", "FPCOPPOLY"): polynomial},
+        )  # fmt: skip
+        moved = read_recording(path).plates[0]
+        axes, centre = axes_of(stored.corners), stored.corners.mean(axis=0)
+        x, y, _ = 1e3 * (POINT - centre) @ axes
+        p, q = polynomial[:, 0, 0], polynomial[:, 1, 0]
+        dx = (p[0] * y**4 + p[1] * y**2 + p[2]) * x**3 + (p[3] * y**4 + p[4] * y**2 + p[5]) * x
+        dy = (q[0] * x**4 + q[1] * x**2 + q[2]) * y**3 + (q[3] * x**4 + q[4] * x**2 + q[5]) * y
+        assert min(abs(dx), abs(dy)) > 1.0
+        loaded = np.isfinite(plain.centre_of_pressure).all(axis=1)
+        shift = (moved.centre_of_pressure - plain.centre_of_pressure)[loaded] @ axes
+        np.testing.assert_allclose(
+            1e3 * shift, np.tile([-dx, -dy, 0.0], (len(shift), 1)), atol=1e-3
+        )
+        np.testing.assert_array_equal(moved.force, plain.force)
 
     @pytest.mark.parametrize("order", [[0, 1, 2, 3], UPSIDE_DOWN], ids=["z down", "z up"])
     @pytest.mark.parametrize(("kind", "signs"), [(2, -1.0), (4, -1.0), (3, [1.0, 1.0, -1.0])])
@@ -834,7 +859,9 @@ class TestRefusals:
         assert refused > 0  # else nothing was damaged that matters
 
     def test_unit_of_length(self, tmp_path):
-        self.refuse(write(tmp_path / "a.c3d", unit="furlong"), "POINT:UNITS", "'furlong'", "mm")
+        self.refuse(
+            write(tmp_path / "a.c3d", unit="furlong"), "POINT:UNITS", "'furlong'", "millimetres"
+        )
 
     @pytest.mark.parametrize("scale", [5e-5, 20.0, 0.07])
     def test_no_unit_of_length_and_no_size_of_a_person(self, tmp_path, scale):
@@ -843,7 +870,7 @@ class TestRefusals:
             [[1200.0, 900, 400], [1200, 900, 700], [1300, 100, 500]], (8, 1, 1)
         )
         path = write(tmp_path / "a.c3d", unit="", markers=markers)
-        self.refuse(path, "POINT:UNITS is missing", "spread over", "mm")
+        self.refuse(path, "POINT:UNITS is missing", "spread over", "metres")
 
     def test_wrong_unit(self, tmp_path):
         self.refuse(write(tmp_path / "a.c3d", unit="m"), "spread", "millimetres that are called m")
@@ -993,6 +1020,7 @@ def test_a_missing_unit_of_length_is_told_by_the_size_of_a_person(tmp_path, unit
     """800 mm; 104 cm, which in inches would be a giant; 0.8 m."""
     markers = scale * np.tile([[1200.0, 900, 400], [1200, 900, 700], [1300, 100, 500]], (8, 1, 1))
     path = write(tmp_path / "a.c3d", unit="", markers=markers)
-    with pytest.warns(RecordWarning, match=f"UNITS is missing.* in {unit}, which is taken"):
+    name = LENGTH.named(unit).name
+    with pytest.warns(RecordWarning, match=f"UNITS is missing.* in {name}, which is taken"):
         found = read_recording(path)
-    assert found.markers.max() == pytest.approx(markers.max() * METRES[unit], rel=1e-5)
+    assert found.markers.max() == pytest.approx(markers.max() * LENGTH.named(unit).factor, rel=1e-5)

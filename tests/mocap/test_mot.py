@@ -116,7 +116,7 @@ class TestStorage:
                 "there are 2 rows, the last of them incomplete",
             ),
             ("DataType=Mat33\nendheader\ntime\ta\n0\t1,2,3\n", "DataType is Mat33"),
-            ("DataType=Vec3\nendheader\ntime\ta\n0\t1,2\n", "3 fields, but the header has 4"),
+            ("DataType=Vec3\nendheader\ntime\ta\n0\t1,2,3,4\n", "5 fields, but the header has 4"),
         ],
     )
     def test_refusals(self, tmp_path, text, words):

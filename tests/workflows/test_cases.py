@@ -22,11 +22,17 @@ CASES = {
     "import_corners_other_way_round": (
         f"{C3D} {PERSON}", 2, ("under the other one", "corners", "other way round"),
     ),
+    "import_decimal_commas": (
+        "import --static standing.trc --trial walking.trc --forces walking.mot "
+        f"{PERSON} --belt 1.1473",
+        0, ("trial walking",),
+    ),
     "import_exoskeleton_torques": (
         f"{TRC} {PERSON}", 0,
         ("exo_r", "exo_l", "10 Nm", "person and device together", "2 force plates"),
     ),
     "import_forces_end_earlier": (f"{TRC} --trial-time 0:3.1 {PERSON}", 0, ("3.1 s at 100 Hz",)),
+    "import_fpcoppoly": (f"{C3D} {PERSON}", 0, ("2 force plates",)),
     "import_gap_as_9999": (f"{TRC} {PERSON}", 0, ("RFCC", "gap", "rebuilt from")),
     "import_marker_fell_off": (f"{C3D} {PERSON}", 0, ("RFCC: from 2.01 s on", "left out")),
     "import_other_axes_without_ankles": (
@@ -39,6 +45,7 @@ CASES = {
         2, ("--trial-time",),
     ),
     "import_unused_forces_in_exports": (f"{C3D} {PERSON}", 0, ("plate 2", "not used")),
+    "judge_coupled_coordinate_in_degrees": ("judge model.osim --ik ik.mot", 0, ("0 failed",)),
     "judge_degrees_called_radians": (
         "judge ../judge_radians_called_degrees/model.osim --ik ik.mot", 2,
         ("inDegrees=yes", "radians"),
@@ -54,9 +61,6 @@ CASES = {
     "judge_angles_wrapped_by_a_turn": (
         "judge model.osim --ik ik.mot --mass 64.95 --height 1.53 --belt 1.1473", 0, ("turn",),
     ),
-    "judge_coupled_coordinate_in_degrees": (
-        "judge model.osim --ik ik.mot", 0, ("0 failed",),
-    ),
     "judge_noise_called_a_sign": (
         "judge model.osim --ik ik.mot --id id.sto --mass 64.95 --height 1.53 --belt 1.1473",
         1, ("not low-passed",),
@@ -65,11 +69,6 @@ CASES = {
 """Command, exit code, and what must be said."""
 BELTED = f"{PERSON} --belt 1.1473"
 OPEN = {
-    "import_decimal_commas": (
-        "import --static standing.trc --trial walking.trc --forces walking.mot " + BELTED,
-        2, ("decimal comma",),
-    ),
-    "import_fpcoppoly": (f"{C3D} {PERSON}", 0, ("FPCOPPOLY",)),
     "import_heels_taken_off_for_the_walk": (f"{C3D} {BELTED}", 0, ("RFCC",)),
     "import_marker_in_one_standing_frame": (f"{C3D} {BELTED}", 0, ("RFMT1", "standing")),
     "import_same_trial_twice": (f"{C3D} --trial walking.c3d {BELTED}", 2, ("same recording",)),

@@ -399,7 +399,7 @@ def test_a_unit_wrong_by_ten(laboratory: Laboratory) -> None:
         laboratory.without_plates(**big),
         "stand.trc",
         "the pelvis is 9.0",
-        "wrong unit, by a factor of 0.1",
+        "wrong unit, millimetres that are called centimetres",
     )
     refuse(laboratory.request(walking=big["walking"]), "markers are in another unit")
 

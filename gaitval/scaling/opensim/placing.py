@@ -35,10 +35,11 @@ class Motion:
 def motion_of(model: OsimModel, table: StorageTable, source: str) -> Motion:
     """The motion of `model` in a `table` of inverse kinematics or of states.
 
-    Angles in degrees are turned into radians as OpenSim does: those of rotational coordinates only.
-    A coordinate that a coupler determines is the coupler's, whatever the file says. Raises
-    RecordError, which names the `source`, if the table has no coordinate of the model, lacks one
-    that moves the body from the ground, or a value is not a number.
+    Angles in degrees are turned into radians as OpenSim does: those of rotational coordinates, and
+    of coupled ones where the numbers agree with the coupler so. A coordinate that a coupler
+    determines is the coupler's, whatever the file says. Raises RecordError, which names the
+    `source`, if the table has no coordinate of the model, lacks one that moves the body from the
+    ground, or a value is not a number.
     """
     columns = {_coordinate_name(column): column for column in table.columns}
     known = [name for name in model.coordinates if name in columns]
@@ -73,12 +74,12 @@ def motion_of(model: OsimModel, table: StorageTable, source: str) -> Motion:
     for coupler in model.couplers:
         expected = coupler.function(values[coupler.independent])
         if coupler.dependent in columns:
-            given = values[coupler.dependent]
-            # OpenSim 3.3 writes degrees into these columns, OpenSim 4 radians: the numbers show it.
-            units = (1.0, np.pi / 180.0) if table.in_degrees else (1.0,)
-            errors[coupler.dependent] = min(
-                float(np.abs(unit * given - expected).max()) for unit in units
-            )
+            written = values[coupler.dependent]
+            # OpenSim 3.3 turns coupled coordinates into degrees as all others, OpenSim 4 does not:
+            # the numbers show which of them wrote the file.
+            turned = table.in_degrees and model.coordinates[coupler.dependent].motion == "coupled"
+            read = (written, np.deg2rad(written)) if turned else (written,)
+            errors[coupler.dependent] = min(float(np.abs(v - expected).max()) for v in read)
         values[coupler.dependent] = expected
     return Motion(table.time, values, frozenset(known), errors)
 
