@@ -129,7 +129,9 @@ def judge_contact(
         first, last = begin + int(np.argmax(mine)), begin + len(mine) - int(np.argmax(mine[::-1]))
         names = (f"plate {plate.name}", f"{side} foot")
         for reason in (
-            _why_outside(distances[:, column], mine & heavy),
+            _why_outside(
+                distances[:, column], mine & heavy & _seen_whole(feet, column, begin, end)
+            ),
             _why_beside(recording, feet, column, begin, mine & heavy),
         ):
             if reason is not None:
@@ -167,6 +169,15 @@ def _why_shared(
     return "both feet on this plate; forces not used" + (
         ": it is cut off" if cut_off else f", or divided with --plate {quote(plate.name)}=both"
     )
+
+
+def _seen_whole(feet: Feet, column: int, begin: int, end: int) -> Flags:
+    """(n,) whether all markers of a foot that are ever seen are: the outline of the others is
+    smaller than the foot.
+    """
+    outline = feet.outlines[column]
+    ever = np.isfinite(outline).all(axis=2).any(axis=0)
+    return np.asarray(np.isfinite(outline[begin:end, ever]).all(axis=(1, 2)))
 
 
 def _why_outside(distances: Array, loaded: Flags) -> str | None:

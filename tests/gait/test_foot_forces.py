@@ -222,6 +222,12 @@ def test_a_centre_of_pressure_outside_both_feet_is_not_used() -> None:
     assert {finding.names for finding in findings} == {("plate 1", "right foot")}
     assert all("outside the foot" in finding.action for finding in findings)
     assert forces.valid[:, 1].all()
+    # nothing is outside an outline of which a part is hidden
+    stance = slice(round(0.2 * moved.marker_rate), round(1.1 * moved.marker_rate))
+    forefoot = [i for i, name in enumerate(moved.names) if name in ("R.MT1", "R.MT2", "R.MT5")]
+    moved.markers[stance, forefoot] = np.nan
+    _, hidden = assigned(moved)
+    assert len(hidden) < len(findings)
 
 
 # -- refused --------------------------------------------------------------------------------------
