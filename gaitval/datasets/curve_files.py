@@ -29,6 +29,7 @@ from gaitval.gait.record import (
     REQUIRED_ANGLES,
     REQUIRED_MOMENTS,
 )
+from gaitval.gait.sampling import SAMPLES
 
 _AXES: Final = ("forward", "left", "up")
 _FORCES: Final = [f"{axis}_{side}" for side in "rl" for axis in _AXES]
@@ -56,8 +57,10 @@ def read_mean_curves(
     person of this `mass`, kg, and `height`, m. Raises RecordError, which lists what is wrong, and
     where, if a file or a curve cannot be used.
     """
+    where = ", ".join(map(str, paths))
     if any(_is_wbds(path) for path in paths):
-        return _from_wbds(paths)
+        curves = _from_wbds(paths)
+        return _sound(curves, where, mass, height, seam=MOMENT_SEAM)
     columns: dict[str, tuple[Path, Array]] = {}
     left_out: list[str] = []
     notes: list[str] = []
@@ -71,7 +74,6 @@ def read_mean_curves(
                     f"{path}: column {name} is in {columns[name][0]} too. Give each curve once."
                 )
             columns[name] = path, values
-    where = ", ".join(str(path) for path in paths)
     curves = {name: values for name, (_, values) in columns.items()}
     if alone := [] if _has(curves, "force_") else [n for n in curves if n.startswith("moment_")]:
         left_out += alone
@@ -81,15 +83,36 @@ def read_mean_curves(
         refuse(where, _names([n for n in curves if n.startswith(f"{kind}_")], kind))
     if angle_unit == "rad":
         curves |= {n: np.degrees(c) for n, c in curves.items() if n.startswith("angle_")}
+    return _sound(curves, where, mass, height, left_out=left_out, notes=notes)
+
+
+def _sound(
+    curves: dict[str, Array],
+    where: str,
+    mass: float | None,
+    height: float | None,
+    *,
+    seam: tuple[int, ...] = (),
+    left_out: Sequence[str] = (),
+    notes: Sequence[str] = (),
+) -> MeanCurves:
+    """The `curves`, deg, Nm/kg and body weights, if they can be a walker's."""
     refuse(where, _gaps(curves))
     refuse(where, [*_still(curves), *_running(curves)])
-    judged = judge_curves(curves, mass=mass, height=height)
+    judged = judge_curves(
+        {n: _without(c, seam) if n.startswith("moment_") else c for n, c in curves.items()},
+        mass=mass,
+        height=height,
+    )
     if judged.refused:
         raise RecordError(f"{where}: cannot be used: {judged.words}")
-    refuse(where, _jumps(curves))
-    expected = [n for n in REQUIRED_ANGLES if f"angle_{n}" not in curves]
-    if expected:
-        notes.append(f"{' and '.join(expected)} are not in it: as those of healthy people")
+    if not seam:
+        refuse(where, _jumps(curves))
+    if expected := [n for n in REQUIRED_ANGLES if f"angle_{n}" not in curves]:
+        notes = [
+            *notes,
+            f"{' and '.join(expected)} are not in it: as those of healthy people",
+        ]
         curves |= {f"angle_{name}": expected_curve(f"angle_{name}") for name in expected}
     return MeanCurves(
         {n[6:]: np.radians(values) for n, values in curves.items() if n.startswith("angle_")},
@@ -99,10 +122,17 @@ def read_mean_curves(
             for side in SIDES
             if _has(curves, "force_")
         },
+        seam,
         left_out=tuple(dict.fromkeys(left_out)),
         warnings=(*[judged.words] * bool(judged.words), *_empty(curves), *_untold(judged.untold)),
         notes=tuple(dict.fromkeys(notes)),
     )
+
+
+def _without(curve: Array, rows: Sequence[int]) -> Array:
+    """A closed curve (101,) that runs straight over `rows` that are not to be trusted."""
+    trusted = np.delete(np.arange(SAMPLES), rows)
+    return np.interp(np.arange(SAMPLES), trusted, curve[trusted], period=float(SAMPLES - 1))
 
 
 def _has(curves: Mapping[str, Array], kind: str) -> bool:
@@ -174,7 +204,7 @@ def _is_wbds(path: Path) -> bool:
     return "RKneeAngleZ" in header or "RKneeMomentZ" in header
 
 
-def _from_wbds(paths: Sequence[Path]) -> MeanCurves:
+def _from_wbds(paths: Sequence[Path]) -> dict[str, Array]:
     kinetics = [path for path in paths if "knt" in path.name]
     angles = [path for path in paths if path not in kinetics]
     if len(angles) != 1 or len(kinetics) > 1:
@@ -182,11 +212,13 @@ def _from_wbds(paths: Sequence[Path]) -> MeanCurves:
             f"{', '.join(map(str, paths))}: give one ang.txt and at most one knt.txt of WBDS, with "
             "these names."
         )
-    found = read_angles(angles[0])
-    if not kinetics:
-        return MeanCurves(found, {}, {})
-    of_forces = read_kinetics(kinetics[0])
-    return MeanCurves(found, of_forces.moments, of_forces.forces, MOMENT_SEAM)
+    found = {f"angle_{name}": np.degrees(each) for name, each in read_angles(angles[0]).items()}
+    for path in kinetics:
+        of_forces = read_kinetics(path)
+        found |= {f"moment_{name}": values for name, values in of_forces.moments.items()}
+        for side, force in of_forces.forces.items():
+            found |= {f"force_{a}_{side[0]}": f for a, f in zip(_AXES, force.T, strict=True)}
+    return found
 
 
 def _names(found: Sequence[str], kind: str) -> list[str]:

@@ -39,7 +39,6 @@ from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
-from gaitval.gait.mean_curves import STANCE_THRESHOLD
 from gaitval.gait.sampling import SAMPLES
 
 _LETTER: Final[dict[Side, str]] = {"right": "R", "left": "L"}
@@ -132,46 +131,28 @@ def refuse(where: str | Path, problems: Sequence[str]) -> None:
         raise RecordError(f"{where}: cannot be used\n" + "\n".join(shown))
 
 
-def _read_processed(
-    path: Path, columns: Sequence[str], other: str, may_be_nan: str
-) -> dict[str, Array]:
-    """Columns of a tab-separated file of 101 rows; NaN only where a name has `may_be_nan`."""
+def _read_processed(path: Path, columns: Sequence[str], other: str) -> dict[str, Array]:
+    """Columns of a tab-separated file of 101 rows, with its gaps."""
     try:
         lines = file_gate.read_text(path, RecordError, largest=file_gate.TABLE).splitlines()
     except UnicodeDecodeError:
         raise RecordError(f"{path}: not text. Download the file again.") from None
     header = lines[0].split("\t") if lines else []
     refuse(path, _header_problems(header, columns, other))
-    problems = []
-    if len(lines) - 1 != SAMPLES:
-        problems.append(
-            f"{len(lines) - 1} rows of data, but there must be {SAMPLES} (0 to 100 % of the gait "
-            "cycle): the file is truncated or not time-normalised. Download it again."
+    rows = [line.split("\t") for line in lines[1:]]
+    if len(rows) != SAMPLES or any(len(row) != len(header) for row in rows):
+        raise RecordError(
+            f"{path}: not {SAMPLES} whole rows of {len(header)} numbers (0 to 100 % of the gait "
+            f"cycle), but {len(rows)}: the file is truncated or not time-normalised. Download it "
+            "again."
         )
-    table = np.full((len(lines) - 1, len(header)), np.nan)
-    for i, line in enumerate(lines[1:]):
-        fields = line.split("\t")
-        if len(fields) != len(header):
-            problems.append(
-                f"row {i + 2}: {len(fields)} fields, but {len(header)} columns: the row is "
-                "truncated. Download the file again."
-            )
-            continue
-        for j, field in enumerate(fields):
-            try:
-                table[i, j] = plain_float(field)
-            except ValueError:
-                problems.append(
-                    f"row {i + 2}, column {header[j]}: {field!r} is not a number. Correct it."
-                )
-                continue
-            if not np.isfinite(table[i, j]) and not (may_be_nan and may_be_nan in header[j]):
-                problems.append(
-                    f"row {i + 2}, column {header[j]}: {field.strip()}; the mean curve has a gap. "
-                    "Use a trial without gaps."
-                )
-    refuse(path, problems)
-    found = {name: table[:, header.index(name)] for name in columns}
+    found = {}
+    for name in columns:
+        at = header.index(name)
+        try:
+            found[name] = np.array([plain_float(row[at]) for row in rows])
+        except ValueError as error:
+            raise RecordError(f"{path}: column {name}: {error}. Correct it.") from None
     if not np.array_equal(found.pop("Time"), np.arange(SAMPLES)):
         refuse(path, ["column Time: not 0, 1 … 100 (% of the gait cycle). Normalise the time."])
     return found
@@ -181,31 +162,11 @@ def read_angles(path: Path) -> dict[str, Array]:
     """Mean angles of the `…ang.txt` file `path`, by keys of `ANGLE_NAMES`: (101,) rad each,
     project's signs, 0 to 100 % of the side's cycle.
 
-    Raises RecordError for missing or renamed columns, an exchanged file, truncation, NaN, radians,
-    or hip and knee columns whose curves are not a hip's and a knee's.
+    Raises RecordError for missing or renamed columns, an exchanged file or truncation; whether the
+    curves are a walker's, `curve_consistency` says.
     """
     path = Path(path)
-    found = _read_processed(path, _columns(list(_ANGLES)), other="Moment", may_be_nan="")
-    problems = []
-    for letter in _LETTER.values():
-        knee, hip = found[f"{letter}KneeAngleZ"], found[f"{letter}HipAngleZ"]
-        if np.ptp(knee) < 2:
-            problems.append(
-                f"column {letter}KneeAngleZ: its range is {np.ptp(knee):.3g}; this looks like "
-                "radians, but the file must be in degrees. Multiply all angles by 180/pi."
-            )
-        elif not 55 <= np.argmax(knee) <= 90 or np.ptp(knee) < 25:
-            problems.append(
-                f"column {letter}KneeAngleZ: largest at {np.argmax(knee)} % of the cycle with a "
-                f"range of {np.ptp(knee):.3g}°; knee flexion is largest in swing (55-90 %) with "
-                "more than 25°. Are hip, knee or ankle columns exchanged, or the sign changed?"
-            )
-        elif not 35 <= np.argmin(hip) <= 75:
-            problems.append(
-                f"column {letter}HipAngleZ: smallest at {np.argmin(hip)} % of the cycle; the hip "
-                "is most extended at 35-75 %. Are columns exchanged, or the sign changed?"
-            )
-    refuse(path, problems)
+    found = _read_processed(path, _columns(list(_ANGLES)), other="Moment")
     return {
         f"{name}_{side[0]}": sign * np.radians(found[_LETTER[side] + column])
         for side in SIDES
@@ -213,62 +174,23 @@ def read_angles(path: Path) -> dict[str, Array]:
     }
 
 
-def _kinetics_problems(found: Mapping[str, Array]) -> list[str]:
-    problems = []
-    for letter in _LETTER.values():
-        ankle, up = found[f"{letter}AnkleMomentZ"][:97], found[f"{letter}GRFY"][:97]
-        if np.abs(ankle).max() > 5:
-            problems.append(
-                f"column {letter}AnkleMomentZ: reaches {np.abs(ankle).max():.4g}; this looks like "
-                "Nm or Nmm/kg, but the file must be in Nm/kg. Divide by the body mass, or by "
-                "1000."
-            )
-        elif ankle.max() < 0.3:
-            problems.append(
-                f"column {letter}AnkleMomentZ: its largest value is {ankle.max():.3g} Nm/kg; "
-                "plantarflexion is positive and above 0.3 at push-off. Are columns exchanged, or "
-                "the sign changed?"
-            )
-        if np.isnan(up[:40]).any():
-            row = int(np.flatnonzero(np.isnan(up[:40]))[0])
-            problems.append(
-                f"row {row + 2}, column {letter}GRFY: NaN in stance ({row} % of the cycle); only "
-                "swing may be NaN. Use a trial without gaps."
-            )
-        elif not 5 < np.nanmax(up) < 25:
-            looks = (
-                "N; divide by the body mass"
-                if np.nanmax(up) >= 25
-                else f"body weights; multiply by {STANDARD_GRAVITY}"
-            )
-            problems.append(
-                f"column {letter}GRFY: its largest value is {np.nanmax(up):.4g}; the file must be "
-                f"in N/kg (about 10), but this looks like {looks}. If it is another direction, "
-                "the GRF columns are exchanged."
-            )
-        elif np.nan_to_num(up[80:90]).max() >= STANCE_THRESHOLD * STANDARD_GRAVITY:
-            problems.append(
-                f"column {letter}GRFY: the foot is still on the ground at 80-90 % of the cycle; a "
-                "walking foot swings there. Was the force plate's offset removed?"
-            )
-    return problems
-
-
 def read_kinetics(path: Path) -> Kinetics:
     """Mean moments and ground reactions of the `…knt.txt` file `path`.
 
-    Swing is coded 0 in some files and NaN in others; both become zero. Raises RecordError for
-    missing or renamed columns, an exchanged file, truncation, NaN in moments or stance, moments in
-    Nm, forces in N, or implausible signs.
+    Swing is coded 0 in some files and NaN in others; both become zero, but for a gap at the begin
+    of stance. Raises RecordError as `read_angles`.
     """
     path = Path(path)
     names = [*_MOMENTS, *_FORCES]
-    found = _read_processed(path, _columns(names), other="Angle", may_be_nan="GRF")
-    refuse(path, _kinetics_problems(found))
+    found = _read_processed(path, _columns(names), other="Angle")
     forces: dict[Side, Array] = {}
     for side in SIDES:
         letter, medial = _LETTER[side], 1 if side == "right" else -1
-        forward, up, medially = (np.nan_to_num(found[letter + name]) for name in _FORCES)
+        early = np.arange(SAMPLES) < 40
+        forward, up, medially = (
+            np.where(np.isnan(values) & ~early, 0.0, values)
+            for values in (found[letter + name] for name in _FORCES)
+        )
         # Towards the midline is to the left for the right foot, to the right for the left one.
         forces[side] = np.stack([forward, medial * medially, up], axis=1) / STANDARD_GRAVITY
     return Kinetics(

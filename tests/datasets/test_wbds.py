@@ -8,6 +8,7 @@ import pytest
 from experiments import ten_subjects
 from gaitval.coordinates import SIDES
 from gaitval.datasets import wbds
+from gaitval.datasets.curve_files import read_mean_curves
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects
 from gaitval.errors import RecordError
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
@@ -108,21 +109,6 @@ def drop(columns):
     return {k: v for k, v in columns.items() if k != "LHipAngleZ"}
 
 
-def exchange_hip_and_knee(columns):
-    return columns | {
-        "RHipAngleZ": columns["RKneeAngleZ"],
-        "RKneeAngleZ": columns["RHipAngleZ"],
-    }
-
-
-def scaled(word, factor):
-    return lambda columns: {k: v * factor if word in k else v for k, v in columns.items()}
-
-
-def with_an_offset(columns):
-    return columns | {"LGRFY": columns["LGRFY"] + 0.5}
-
-
 def gap(name, row):
     def apply(columns):
         return columns | {name: np.where(np.arange(101) == row, np.nan, columns[name])}
@@ -130,30 +116,22 @@ def gap(name, row):
     return apply
 
 
-BAD = [
-    ("ang", rename, r"row 1: column RKneeAngleZ is missing; was it renamed to RKneeFlexionZ"),
-    ("ang", drop, r"row 1: column LHipAngleZ is missing"),
-    ("ang", exchange_hip_and_knee, r"column RKneeAngleZ: largest at .* exchanged"),
-    ("ang", scaled("KneeAngleZ", -1), r"column RKneeAngleZ: largest at"),
-    ("ang", scaled("HipAngleZ", -1), r"column RHipAngleZ: smallest at"),
-    ("ang", scaled("Angle", np.pi / 180), r"looks like radians"),
-    ("ang", gap("LAnkleAngleX", 30), r"row 32, column LAnkleAngleX: nan"),
-    ("knt", gap("RHipMomentX", 10), r"row 12, column RHipMomentX: nan"),
-    ("knt", gap("LGRFY", 20), r"row 22, column LGRFY: NaN in stance"),
-    ("knt", scaled("Moment", 65.0), r"column RAnkleMomentZ: reaches 97.5; this looks like Nm"),
-    ("knt", scaled("AnkleMomentZ", -1), r"plantarflexion is positive"),
-    ("knt", scaled("GRF", 65.0), r"column RGRFY: its largest value is 650; .* looks like N;"),
-    ("knt", scaled("GRF", 1 / 9.80665), r"looks like body weights"),
-    ("knt", with_an_offset, r"column LGRFY: the foot is still on the ground"),
-]
-
-
-@pytest.mark.parametrize(("kind", "damage", "message"), BAD)
+@pytest.mark.parametrize(
+    ("kind", "damage", "message"),
+    [
+        ("ang", rename, r"column RKneeAngleZ is missing; was it renamed to RKneeFlexionZ"),
+        ("ang", drop, r"row 1: column LHipAngleZ is missing"),
+        ("ang", gap("LAnkleAngleX", 30), r"angle_subtalar_angle_l: not a number in row 32"),
+        ("knt", gap("RHipMomentX", 10), r"moment_hip_adduction_r: not a number in row 12"),
+        ("knt", gap("LGRFY", 20), r"force_up_l: not a number in row 22"),
+    ],
+)
 def test_refused(tmp_path, kind, damage, message):
-    path = write(tmp_path, kind, damage(synthetic(kind)))
+    paths = [write(tmp_path, each, synthetic(each)) for each in ("ang", "knt")]
+    write(tmp_path, kind, damage(synthetic(kind)))
     with pytest.raises(RecordError, match=message) as error:
-        read(path)
-    assert str(path) in str(error.value)
+        read_mean_curves(paths)
+    assert str(tmp_path) in str(error.value)
 
 
 def test_refused_when_the_files_are_exchanged(tmp_path):
@@ -169,17 +147,17 @@ def test_refused_when_truncated_between_or_within_rows(tmp_path):
     path = write(tmp_path, "ang", synthetic("ang"))
     lines = path.read_text().splitlines()
     path.write_text("\n".join(lines[:50]))
-    with pytest.raises(RecordError, match=r"49 rows of data, but there must be 101"):
+    with pytest.raises(RecordError, match=r"not 101 whole rows .* but 49"):
         read(path)
     path.write_text("\n".join([*lines[:-1], lines[-1][:20]]))
-    with pytest.raises(RecordError, match=r"row 102: \d+ fields, but 31 columns"):
+    with pytest.raises(RecordError, match=r"not 101 whole rows of 31 numbers"):
         read(path)
 
 
 def test_refused_with_text_in_a_number_an_empty_file_or_no_file(tmp_path):
     path = write(tmp_path, "ang", synthetic("ang"))
     path.write_text(re.sub(r"\t0\t", "\to\t", path.read_text(), count=1))
-    with pytest.raises(RecordError, match=r"row 2, column \w+: 'o' is not a number"):
+    with pytest.raises(RecordError, match=r"column \w+: .*'o'"):
         read(path)
     path.write_text("")
     with pytest.raises(RecordError, match="column Time is missing"):
