@@ -13,8 +13,10 @@ from typing import Any
 
 from gaitval.apps.balance.results import PerturbResult
 from gaitval.apps.changes.results import ChangeResult
+from gaitval.apps.cohort.report import CohortResult
 from gaitval.apps.devices.results import DeviceResult
 from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
+from gaitval.apps.muscles.write import MuscleResult
 from gaitval.importing.results import IMPORT_VERSION, ImportResult
 from gaitval.metrics.results import (
     IDENTIFICATION_VERSION,
@@ -28,7 +30,9 @@ from gaitval.reporting.written import Written
 WRITTEN: dict[str, type[Written]] = {
     "balance": PerturbResult,
     "changes": ChangeResult,
+    "cohort": CohortResult,
     "devices": DeviceResult,
+    "muscles": MuscleResult,
 }
 """Results of applications, by folder."""
 PACKAGE = Path(__file__).parent.parent / "gaitval"
@@ -50,7 +54,7 @@ def schemas() -> dict[Path, dict[str, Any]]:
             ImportResult, name="import", version=IMPORT_VERSION
         ),
         **{
-            PACKAGE / f"apps/{folder}/{result.NAME}.schema.json": result.schema()
+            PACKAGE / f"apps/{folder}/{result.NAME}.schema.json": result.file_schema()
             for folder, result in WRITTEN.items()
         },
     }

@@ -1,6 +1,6 @@
 """Results of applications as files: JSON, tables, page and schema from one typed result."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self, get_args
@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from gaitval._internal.io.artefacts import versions, write_json, write_text
 from gaitval._internal.io.text_tables import csv_text
 from gaitval.metrics.typed import Result, schema, tidy
-from gaitval.reporting.page import write_page
+from gaitval.reporting.page import write_html, write_page
 
 
 class Written(Result):
@@ -21,12 +21,13 @@ class Written(Result):
     ----------
     NAME : of the files, without ending.
     TEMPLATE : of the page, "package:file".
-    TABLES : by the name of a CSV file, without ending, the field whose rows it has.
+    TABLES : by the name of a CSV file, without ending, the field or property whose rows it has,
+        and what they are: a column is a field of it.
     """
 
     NAME: ClassVar[str]
     TEMPLATE: ClassVar[str]
-    TABLES: ClassVar[Mapping[str, str]] = {}
+    TABLES: ClassVar[Mapping[str, tuple[str, type[Result]]]] = {}
 
     schema_version: int
     """Of the file; a subclass says which, as a `Literal`."""
@@ -48,23 +49,32 @@ class Written(Result):
         return cls.model_validate(tidy(plain(about | values)))
 
     @classmethod
-    def schema(cls) -> dict[str, Any]:
+    def file_schema(cls) -> dict[str, Any]:
         """The JSON schema of the file."""
         return schema(cls, name=cls.NAME, version=cls.version())
 
     def write(
-        self, folder: Path, *, page: bool = True, scripts: Sequence[str] = (), **shown: Any
+        self,
+        folder: Path,
+        *,
+        page: bool = True,
+        paper: bool = True,
+        scripts: Sequence[str] = (),
+        **shown: Any,
     ) -> list[Path]:
-        """Write the JSON file, the tables and, unless `page` is False, the page and its PDF into
-        `folder`; returns their paths. The template gets the `result` and what else is `shown`;
-        `scripts` are as `write_page` takes them. Raises ArtefactError.
+        """Write the JSON file, the tables and, unless `page` is False, the page into `folder`, on
+        `paper` (PDF), too; returns their paths. The template gets the `result` and what else is
+        `shown`; `scripts` are as `write_page` takes them. Raises ArtefactError.
         """
         write_json(folder / f"{self.NAME}.json", self.as_dict())
-        for file, field in self.TABLES.items():
-            write_text(folder / f"{file}.csv", table_text(getattr(self, field)))
-        if page:
-            write_page(folder, self.NAME, self.TEMPLATE, {"result": self, **shown}, scripts=scripts)
-        endings = ["json", *(["html", "pdf"] if page else [])]
+        for file, (field, model) in self.TABLES.items():
+            write_text(folder / f"{file}.csv", table_text(getattr(self, field), model))
+        context = {"result": self, **shown}
+        if page and paper:
+            write_page(folder, self.NAME, self.TEMPLATE, context, scripts=scripts)
+        elif page:
+            write_html(folder, self.NAME, self.TEMPLATE, context)
+        endings = ["json", *(["html"] if page else []), *(["pdf"] if page and paper else [])]
         files = [f"{self.NAME}.{each}" for each in endings] + [
             f"{each}.csv" for each in self.TABLES
         ]
@@ -92,8 +102,7 @@ def taken(model: type[Result], source: object, **more: Any) -> dict[str, Any]:
     return {name: getattr(source, name) for name in names} | more
 
 
-def table_text(rows: Sequence[Result]) -> str:
-    """`rows` of one model as CSV, a column for each field; columns of no row are left out."""
-    columns = list(dict.fromkeys(name for row in rows for name in type(row).model_fields))
-    cells: Iterable[list[object]] = ([getattr(row, name, None) for name in columns] for row in rows)
-    return csv_text([columns, *cells])
+def table_text(rows: Sequence[Result], model: type[Result]) -> str:
+    """`rows` of a `model` as CSV, a column for each field."""
+    columns = list(model.model_fields)
+    return csv_text([columns, *([getattr(row, name) for name in columns] for row in rows)])

@@ -73,7 +73,7 @@ def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> N
     assert beside == {"comparison.csv", "comparison_curves.csv", "comparison_figures.csv"}
     assert all((folder / name).is_file() for name in beside)
     assert len(page.identifiers) == len(set(page.identifiers))
-    assert page.tags.count("svg") == 1 + 11 + 2 * 3  # and the grids of two people
+    assert page.tags.count("svg") == 1 + 9  # what changed, and a drawing of each curve
     assert (folder / "comparison.pdf").read_bytes().startswith(b"%PDF")
 
 
@@ -238,7 +238,6 @@ def test_a_walk_that_fell_at_once_has_dashes(
     assert "159 of 159 measures got worse" in text
     assert "and 99 more" in text.lower()
     assert "not measured" in text
-    assert "angle rmse°–" in text
 
 
 @pytest.mark.slow  # a page of many people
@@ -250,7 +249,6 @@ def test_many_walks_are_shared_out_over_tables(
     write_comparison(tmp_path, "c", walks, None)
     page = Page((tmp_path / "c.html").read_text(encoding="utf-8"))
     assert page.tags.count("svg") == 2 * 9
-    assert page.text.count("MeasureUnit") == 2
     assert "S05 (run10/S05)" in page.text
 
 

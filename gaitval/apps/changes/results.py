@@ -121,7 +121,10 @@ class ChangeResult(Written):
 
     NAME: ClassVar[str] = "change"
     TEMPLATE: ClassVar[str] = "gaitval.apps.changes:change.html.j2"
-    TABLES: ClassVar[Mapping[str, str]] = {"change": "rows", "change_curves": "points"}
+    TABLES: ClassVar[Mapping[str, tuple[str, type[Result]]]] = {
+        "change": ("rows", ChangeRow),
+        "change_curves": ("points", CurvePoint),
+    }
 
     schema_version: Literal[2]
     before: SessionResult

@@ -1,62 +1,108 @@
-"""The report of a cohort: `cohort.html`, and `studies.csv` and `groups.csv` beside it."""
+"""The report of a cohort: `cohort.json`, `cohort.html`, and `studies.csv` and `groups.csv`."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, ClassVar, Literal
 from urllib.parse import quote
 
 import pandas as pd
 
-from gaitval import __version__
-from gaitval._internal.io.artefacts import write_text
-from gaitval._internal.io.text_tables import csv_text
 from gaitval.apps.cohort.run import LOG, Outcome
 from gaitval.apps.cohort.table import Study
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import is_judged
 from gaitval.metrics.results import Metrics, read_metrics
+from gaitval.metrics.typed import Count, Number, Result, Size
 from gaitval.metrics.verdicts import not_judged, target_text
-from gaitval.reporting.page import write_html
+from gaitval.reporting.written import Written
 
-STUDIES: Final = (
-    *("study", "status", "reason", "subject", "trial", "sex", "age_years", "mass_kg", "height_m"),
-    *("speed_m_s", "accepted", "refused", "failed", "not_judged", "epsilon", "seconds"),
-    "peak_memory",
-)
-GROUPS: Final = ("study", "group", "unit", "rmse", "skill")
+
+class StudyRow(Result):
+    """What became of a study; what a study that is not finished lacks is empty."""
+
+    study: str
+    status: str
+    reason: str
+    subject: str | None = None
+    trial: str | None = None
+    sex: str | None = None
+    age_years: Number | None = None
+    mass_kg: Number | None = None
+    height_m: Number | None = None
+    speed_m_s: Number | None = None
+    accepted: Count | None = None
+    refused: Count | None = None
+    failed: str | None = None
+    """Acceptance limits that are not met."""
+    not_judged: str | None = None
+    epsilon: Number | None = None
+    seconds: Size
+    peak_memory: Count
+    """Bytes of its largest process."""
+
+
+class GroupRow(Result):
+    """Mean RMSE of a recorded group of curves, both sides, and its skill against the first
+    prediction without a model.
+    """
+
+    study: str
+    group: str
+    unit: str
+    rmse: Number | None
+    skill: Number | None
+
+
+class CohortResult(Written):
+    """What became of the studies of a cohort."""
+
+    NAME: ClassVar[str] = "cohort"
+    TEMPLATE: ClassVar[str] = "gaitval.apps.cohort:cohort.html.j2"
+    TABLES: ClassVar[Mapping[str, tuple[str, type[Result]]]] = {
+        "studies": ("studies", StudyRow),
+        "groups": ("groups", GroupRow),
+    }
+
+    schema_version: Literal[1]
+    studies: list[StudyRow]
+    groups: list[GroupRow]
 
 
 def write_report(out: Path, studies: Sequence[Study], outcomes: Sequence[Outcome]) -> Path:
-    """Write the page and the tables of a cohort in `out`; the page's path."""
+    """Write `cohort.json`, the page and the tables of a cohort in `out`; the page's path."""
     rows: list[dict[str, Any]] = []
     groups: list[dict[str, Any]] = []
     became = {each.name: each for each in outcomes}
     for study in studies:
         outcome = became[study.name]
-        row: dict[str, Any] = {"study": study.name, "status": outcome.status}
-        row |= {"reason": outcome.reason, "seconds": round(outcome.seconds, 1)}
-        row["peak_memory"] = outcome.peak_memory
+        row = {
+            "study": study.name,
+            "status": outcome.status,
+            "reason": outcome.reason,
+            "seconds": round(outcome.seconds, 1),
+            "peak_memory": outcome.peak_memory,
+        }
         if outcome.status == "finished":
             folder = out / "studies" / study.name
             metrics = read_metrics(folder)
             row |= _of_study(metrics, folder)
             groups += _groups(study.name, metrics)
         rows.append(row)
-    for name, columns, table in (("studies", STUDIES, rows), ("groups", GROUPS, groups)):
-        cells = [[row.get(column) for column in columns] for row in table]
-        write_text(out / f"{name}.csv", csv_text([columns, *cells]))
-    done = [row for row in rows if row["status"] == "finished"]
-    context = {
-        "version": __version__,
-        "total": len(studies),
-        "rows": [row | {"report": _link(row, "report.html")} for row in done],
-        "failures": [row | {"log": _link(row, LOG)} for row in rows if row not in done],
-        "failing": sum(bool(row["refused"]) for row in done),
-        "unjudged": sum(bool(row["not_judged"]) for row in done),
-        "distributions": distributions(pd.DataFrame(groups, columns=list(GROUPS))),
-    }
-    return write_html(out, "cohort", "gaitval.apps.cohort:cohort.html.j2", context)
+    result = CohortResult.made(studies=rows, groups=groups)
+    done = [row for row in result.studies if row.status == "finished"]
+    result.write(
+        out,
+        paper=False,
+        rows=[(row, _link(row, "report.html")) for row in done],
+        failures=[(row, _link(row, LOG)) for row in result.studies if row not in done],
+        failing=sum(bool(row.refused) for row in done),
+        unjudged=sum(bool(row.not_judged) for row in done),
+        distributions=distributions(
+            pd.DataFrame([dict(row) for row in result.groups], columns=list(GroupRow.model_fields))
+        ),
+    )
+    return out / "cohort.html"
 
 
 def unjudged(out: Path, outcomes: Sequence[Outcome]) -> dict[str, str]:
@@ -125,5 +171,5 @@ def _groups(name: str, metrics: Metrics) -> list[dict[str, Any]]:
     ]
 
 
-def _link(row: dict[str, Any], file: str) -> str:
-    return quote(f"studies/{row['study']}/{file}")
+def _link(row: StudyRow, file: str) -> str:
+    return quote(f"studies/{row.study}/{file}")

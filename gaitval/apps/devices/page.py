@@ -178,7 +178,7 @@ def write_report(
     result = DeviceResult.made(
         person=person.name, walker=person.origin, cycles=CYCLES, figures=figures(outcomes)
     )
-    context = {
+    context: dict[str, Any] = {
         "person": person.name,
         "devices": devices,
         "mass": sum(device.mass for device in devices),

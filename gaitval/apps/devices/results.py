@@ -43,7 +43,7 @@ class DeviceResult(Written):
 
     NAME: ClassVar[str] = "device"
     TEMPLATE: ClassVar[str] = "gaitval.apps.devices:device.html.j2"
-    TABLES: ClassVar[Mapping[str, str]] = {"device": "figures"}
+    TABLES: ClassVar[Mapping[str, tuple[str, type[Result]]]] = {"device": ("figures", DeviceFigure)}
 
     schema_version: Literal[4]
     """4: a figure has its assumption and side apart, and the table has the same rows."""

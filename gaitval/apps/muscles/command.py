@@ -98,7 +98,7 @@ def muscles(
     from gaitval._internal.io.folder_lock import locked
     from gaitval.apps.muscles.sharing import MuscleSettings, shared_motions
     from gaitval.apps.muscles.sources import motions_in
-    from gaitval.apps.muscles.write import PAGE, RESULT, write_muscles
+    from gaitval.apps.muscles.write import write_muscles
     from gaitval.quantities.metabolic_cost import metabolic_cost
 
     settings = MuscleSettings(
@@ -128,7 +128,7 @@ def muscles(
         display.plain(cost.title())
     for remark in found.remarks:
         display.plain(remark)
-    page = target / (f"{PAGE}.html" if found.legs else RESULT)
+    page = target / ("muscles.html" if found.legs else "muscles.json")
     display.plain(f"{page} and {len(written) - 1} more files")
 
 

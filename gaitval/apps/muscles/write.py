@@ -1,18 +1,17 @@
 """Files of the muscles of a gait: tables, OpenSim's storage files, figures, a page."""
 
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 import pandas as pd
 
-from gaitval._internal.io.artefacts import versions, write_json
 from gaitval._internal.io.text_tables import with_unit
 from gaitval.apps.muscles.sharing import MuscleSettings, SharedMotions
 from gaitval.configuration import ContactSettings
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, Side
 from gaitval.importing.write import write_table
+from gaitval.metrics.typed import Count, Flag, Number, Result
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.musculature.gait import CONTACTS, GROUPS, LoadedMotion, MuscleGait
 from gaitval.musculature.paths import COORDINATES
@@ -21,11 +20,81 @@ from gaitval.opensim.osim import write_osim
 from gaitval.quantities.metabolic_cost import JOINTS, LEFT_OUT, MetabolicCost
 from gaitval.quantities.metabolic_rate import TITLES
 from gaitval.reporting.muscle_figures import DrawnMuscles
+from gaitval.reporting.written import Written, taken
 
-RESULT: Final = "muscles.json"
-PAGE: Final = "muscles"
-VERSION: Final = 1
 MODEL: Final = "model_with_muscles.osim"
+
+
+class ContactPeak(Result):
+    """The largest contact force of a joint, body weights; its band of 90 %, if bands were drawn."""
+
+    peak_bw: Number
+    at_percent: Count
+    low_bw: Number | None = None
+    high_bw: Number | None = None
+
+
+class MuscleSide(Result):
+    """The muscles of a leg, means over its cycles."""
+
+    cycles: Count
+    contact: dict[str, ContactPeak]
+    activation_peaks: dict[str, Number]
+    """By group of muscles, 0 to 1."""
+    variance_of_bands: dict[str, dict[str, Number]]
+    """By joint, the share that each source has of the band of the peak."""
+
+
+class SeenChannel(Result):
+    """An electromyogram beside what was computed; a correlation of what does not vary is null."""
+
+    trial: str
+    channel: str
+    side: Side
+    muscles: list[str]
+    correlation: Number | None
+    agrees: Number
+    """Share of the time in which both are on, or both are off."""
+    by_chance: Number
+    size: Number | None
+    """Activation over the envelope."""
+
+
+class MetabolicResult(Result):
+    """What walking costs, by model."""
+
+    walking_speed_m_s: Number | None
+    gross_w_kg: dict[str, Number]
+    net_w_kg: dict[str, Number]
+    gross_j_kg_m: dict[str, Number | None]
+    middle_w_kg: Number
+    low_w_kg: Number
+    """Of the band of 90 %."""
+    high_w_kg: Number
+
+
+class MuscleResult(Written):
+    """What `gaitval muscles` found."""
+
+    NAME: ClassVar[str] = "muscles"
+    TEMPLATE: ClassVar[str] = "gaitval.apps.muscles:muscles.html.j2"
+
+    schema_version: Literal[1]
+    of: str
+    mass_kg: Number
+    criterion: str
+    strength: Number | dict[str, Number]
+    """Factor on that of healthy adults, of all muscles or by name."""
+    activation_dynamics: Flag
+    emg_weight: Number
+    sides: dict[Side, MuscleSide]
+    largest_reserve_share: dict[Side, dict[str, Number]]
+    """Of the largest moment of each coordinate, what no muscle makes."""
+    remarks: list[str]
+    electromyograms: list[SeenChannel]
+    metabolic: MetabolicResult | None
+    least_hip_bw: dict[Side, Number]
+    """Peak of the least that a hip can carry, by any sharing."""
 
 
 def write_muscles(
@@ -39,15 +108,8 @@ def write_muscles(
     for; `motion` has the body, which becomes an OpenSim model with muscles; `cost` is what the walk
     costs, where that is known. Raises ArtefactError if it cannot be written to.
     """
-    from gaitval.reporting.page import write_page
-
     found = shared.muscles
-    about = {
-        "strength": settings.strength,
-        "activation_dynamics": settings.activation_dynamics,
-        "emg_weight": settings.emg_weight,
-    }
-
+    result = result_of(shared, settings, cost)
     folder.mkdir(parents=True, exist_ok=True)
     written = list(write_storages(folder, found))
     friction = float(nominal_parameters()[PARAMETERS.index("friction")])
@@ -56,65 +118,35 @@ def write_muscles(
         height=motion.height, lost=motion.lost, person=motion.model,
     )  # fmt: skip
     written.append(folder / MODEL)
-    if found.legs:
-        written.append(write_table(folder / "curves.csv", curve_table(found)))
-        drawn = DrawnMuscles.of(found)
-        context = {
-            "found": found,
-            "about": about,
-            "sides": [side for side in SIDES if side in found.legs],
-            "contacts": CONTACTS,
-            "drawings": {"activations": drawn.activations, "contacts": drawn.contacts},
-            "data": drawn.tables(),
-            "reserves": reserves(found),
-            "seen": shared.seen,
-            "least_hip": shared.least_hip,
-            "cost": cost,
-            "left_out": LEFT_OUT,
-            "model_titles": {**TITLES, JOINTS: "Joints alone"},
-        }
-        write_page(folder, PAGE, "gaitval.apps.muscles:muscles.html.j2", context)
-        written += [folder / f"{PAGE}.html", folder / f"{PAGE}.pdf"]
-    more = {
-        "electromyograms": _seen(shared),
-        "metabolic": cost_result(cost),
-        "least_hip_bw": {
-            side: round(float(curve.max()), 4) for side, curve in shared.least_hip.items()
-        },
-    }
-    write_json(folder / RESULT, result(found, about) | more)
-    return [*written, folder / RESULT]
+    if not found.legs:
+        return [*written, *result.write(folder, page=False)]
+    written.append(write_table(folder / "curves.csv", curve_table(found)))
+    drawn = DrawnMuscles.of(found)
+    return written + result.write(
+        folder,
+        found=found,
+        sides=[side for side in SIDES if side in found.legs],
+        contacts=CONTACTS,
+        drawings={"activations": drawn.activations, "contacts": drawn.contacts},
+        data=drawn.tables(),
+        seen=shared.seen,
+        least_hip=shared.least_hip,
+        cost=cost,
+        left_out=LEFT_OUT,
+        model_titles={**TITLES, JOINTS: "Joints alone"},
+    )
 
 
-def _seen(shared: SharedMotions) -> list[dict[str, Any]]:
-    """Every channel; a correlation of what does not vary is null."""
-    return [
-        {
-            **asdict(each),
-            "muscles": list(each.muscles),
-            "correlation": each.correlation if np.isfinite(each.correlation) else None,
-        }
-        for each in shared.seen
-    ]
-
-
-def cost_result(cost: MetabolicCost | None) -> dict[str, Any] | None:
-    """What `RESULT` holds of a `cost`: W/kg and J/kg/m by model, and the band of 90 %."""
-    if cost is None:
-        return None
+def _metabolic(cost: MetabolicCost) -> dict[str, Any]:
     low, high = cost.band()
-    speed = cost.speed
     return {
-        "walking_speed_m_s": None if speed is None else round(speed, 4),
-        "gross_w_kg": {name: round(rate, 4) for name, rate in cost.gross.items()},
-        "net_w_kg": {name: round(cost.net(name), 4) for name in cost.gross},
-        "gross_j_kg_m": {
-            name: None if (each := cost.per_metre(name)) is None else round(each, 4)
-            for name in cost.gross
-        },
-        "middle_w_kg": round(cost.middle, 4),
-        "low_w_kg": round(low, 4),
-        "high_w_kg": round(high, 4),
+        "walking_speed_m_s": cost.speed,
+        "gross_w_kg": cost.gross,
+        "net_w_kg": {name: cost.net(name) for name in cost.gross},
+        "gross_j_kg_m": {name: cost.per_metre(name) for name in cost.gross},
+        "middle_w_kg": cost.middle,
+        "low_w_kg": low,
+        "high_w_kg": high,
     }
 
 
@@ -140,41 +172,39 @@ def reserves(found: MuscleGait) -> dict[str, dict[str, float]]:
     return shares
 
 
-def result(found: MuscleGait, about: dict[str, Any]) -> dict[str, Any]:
-    """What `RESULT` holds: peaks, reserves, bands of peaks and what they are of, remarks."""
-    sides: dict[str, Any] = {}
-    for side, leg in found.legs.items():
-        peaks = {}
-        for name, curve in leg.contact.items():
-            at = int(np.argmax(curve))
-            peaks[name] = {"peak_bw": round(float(curve[at]), 4), "at_percent": at}
-            if name in leg.contact_band:
-                low, high = leg.contact_band[name][:, at]
-                peaks[name] |= {"low_bw": round(float(low), 4), "high_bw": round(float(high), 4)}
-        sides[side] = {
-            "cycles": leg.cycles,
-            "contact": peaks,
-            "activation_peaks": {
-                group: round(float(leg.group(group).max()), 4)
-                for group in GROUPS
-                if np.isfinite(leg.group(group)).all()
-            },
-            "variance_of_bands": {
-                joint: {source: round(share, 4) for source, share in shares.items()}
-                for joint, shares in leg.contributions.items()
-            },
-        }
+def result_of(
+    shared: SharedMotions, settings: MuscleSettings, cost: MetabolicCost | None = None
+) -> MuscleResult:
+    """What is written of what was `shared` as `settings` say, and what the walk costs."""
+    found = shared.muscles
+    return MuscleResult.made(
+        of=found.name,
+        mass_kg=found.mass_kg,
+        criterion=found.criterion.name,
+        strength=settings.strength,
+        activation_dynamics=settings.activation_dynamics,
+        emg_weight=settings.emg_weight,
+        sides={side: _of_side(leg) for side, leg in found.legs.items()},
+        largest_reserve_share=reserves(found),
+        remarks=found.remarks,
+        electromyograms=[taken(SeenChannel, each) for each in shared.seen],
+        metabolic=None if cost is None else _metabolic(cost),
+        least_hip_bw={side: curve.max() for side, curve in shared.least_hip.items()},
+    )
+
+
+def _of_side(leg: Any) -> dict[str, Any]:
+    peaks = {}
+    for name, curve in leg.contact.items():
+        at = int(np.argmax(curve))
+        peaks[name] = {"peak_bw": curve[at], "at_percent": at}
+        if name in leg.contact_band:
+            peaks[name]["low_bw"], peaks[name]["high_bw"] = leg.contact_band[name][:, at]
     return {
-        "schema_version": VERSION,
-        "versions": versions(),
-        "of": found.name,
-        "mass_kg": round(found.mass_kg, 6),
-        "criterion": found.criterion.name,
-        **about,
-        "sides": sides,
-        "largest_reserve_share": {
-            side: {name: round(share, 5) for name, share in shares.items()}
-            for side, shares in reserves(found).items()
+        "cycles": leg.cycles,
+        "contact": peaks,
+        "activation_peaks": {
+            group: leg.group(group).max() for group in GROUPS if np.isfinite(leg.group(group)).all()
         },
-        "remarks": list(found.remarks),
+        "variance_of_bands": leg.contributions,
     }

@@ -28,7 +28,7 @@ from gaitval.coordinates import SIDES
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import is_judged, measure_origin
 from gaitval.metrics.record_results import KINDS, Kind
-from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
+from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.typed import array
 from gaitval.metrics.verdicts import SIGNS, target_text
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
@@ -54,8 +54,6 @@ DASHES: Final = ("", "8 3", "2 2.4", "10 3 2 3")
 """`WALK_STYLES` for the legend, which is no drawing: a name from outside may be long."""
 SHOWN: Final = 60
 """Most rows of what changed; all are in the CSV file."""
-DIGITS: Final = {"Nm/kg": 3, "J/kg": 3, "1": 3, "%": 1, "cycles": 0, "walks": 0}
-"""Decimals of a measure by its unit; 2 of others."""
 CLIP: Final = 4.0
 """Margins: changes beyond are drawn at the edge."""
 _KINDS: Final = {"angles": "angle", "moments": "moment", "forces": "force"}
@@ -90,7 +88,6 @@ def write_comparison(
             "means": _mean_rows(groups, [walk.subject for walk in walks]),
             "legend": _legend(walks, labels) if overlaid else [],
             "one_record": _one_record(walks),
-            "measures": _measure_tables(walks, labels),
             "figure_tables": figure_tables(quantities, most=SUBJECTS),
             "small_multiples": _overlays(walks) if overlaid else _drawings(walks, labels, before),
             "three_abreast": len(walks) == 1,
@@ -224,45 +221,6 @@ def _mean(cells: Sequence[Mapping[str, Any] | None], people: Sequence[str]) -> d
         "sd": float(np.std(errors, ddof=1)) if whole else None,
         "digits": next((cell["digits"] for cell in cells if cell is not None), 2),
     }
-
-
-def _measure_tables(walks: Sequence[StoredWalk], labels: Sequence[str]) -> list[dict[str, Any]]:
-    """The worst value of every measure, a column a walk, at most `SUBJECTS` in a table."""
-    better = {margin.measure: margin.better for margin in load_registry().margin}
-    tables = []
-    for first in range(0, len(walks), SUBJECTS):
-        some = walks[first : first + SUBJECTS]
-        columns = [_worst(walk, better) for walk in some]
-        names = [name for name in WALK_UNITS if any(name in column for column in columns)]
-        tables.append(
-            {
-                "labels": labels[first : first + SUBJECTS],
-                "rows": [
-                    {
-                        "name": name.replace("_", " "),
-                        "unit": UNITS[name],
-                        "values": [column.get(name, "–") for column in columns],
-                    }
-                    for name in names
-                ],
-            }
-        )
-    return tables
-
-
-def _worst(walk: StoredWalk, better: Mapping[str, str]) -> dict[str, str]:
-    """The worst value of each measure over its targets; a dash if one was not measured."""
-    found: dict[str, list[float | None]] = {}
-    for row in walk.metrics.measures:
-        if is_judged(row.origin):
-            found.setdefault(row.measure, []).append(row.value)
-    texts = {}
-    for name, values in found.items():
-        worst = max if better[name] == "lower" else min
-        known = [value for value in values if value is not None]
-        whole = len(known) == len(values)
-        texts[name] = number(worst(known) if whole else None, DIGITS.get(UNITS[name], 2))
-    return texts
 
 
 def _versions(versions: Versions) -> dict[str, Any]:
