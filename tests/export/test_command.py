@@ -35,16 +35,6 @@ def test_a_format_that_is_none_is_refused_with_those_that_are(tmp_path: Path) ->
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_without_a_policy_is_refused(tmp_path: Path) -> None:
-    words = refused(str(tmp_path), "--to", "mujoco", "--out", str(tmp_path / "out"))
-    assert "no policy to walk here" in words
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_subject_that_is_none_is_refused(tmp_path: Path) -> None:
-    assert "nobody" in refused("nobody", "--to", "mujoco", "--out", str(tmp_path / "out"))
-
-
 def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("mine")
     words = refused("5", "--to", "mujoco", "--out", str(tmp_path / "out"))
@@ -60,10 +50,3 @@ def test_it_says_what_it_wrote(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "walker").iterdir()} == set(FILES)
     for name in FILES:
         assert name in done.output
-
-
-def test_a_name_that_is_too_long_is_told(tmp_path: Path) -> None:
-    words = ["5", "--to", "mujoco", "--out", str(tmp_path / ("x" * 300))]
-    done = CliRunner().invoke(export.app, words)
-    assert isinstance(done.exception, GaitvalError)
-    assert "too long" in str(done.exception)

@@ -1,16 +1,14 @@
 """The page of a patient says what it shows, of whom, and what was assumed."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 from seen_figures import bands, figure_of, forward, lines
 
 from gaitval.apps.patients import page
 from gaitval.apps.patients.cohort import found_patients
-from gaitval.reporting.figures import BAND_COLOUR, COLOURS, STYLES
+from gaitval.reporting.figures import BAND_COLOUR, COLOURS
 
 
 @pytest.fixture
@@ -64,11 +62,6 @@ def test_what_was_assumed_of_somebody_without_sex_and_age_cannot_be_said(patient
     assert "at 40 years" not in known
 
 
-def test_somebody_without_a_row_is_said_to_have_none(strides_table, text):
-    (nobody,) = found_patients(strides_table, [], ["P2=1.1"], only=["P2"])
-    assert "no row in a table of people" in text(nobody)
-
-
 def test_a_child_is_shown_beside_children_at_their_free_speed(patient, text):
     child, adult = text(patient("M,9,1.35,30", speed="0.5")), text(patient("M,40,1.75,70"))
     assert "Grey: healthy children at their free speed" in child
@@ -76,33 +69,6 @@ def test_a_child_is_shown_beside_children_at_their_free_speed(patient, text):
     assert "this speed at this age" not in child
     assert "Grey: healthy people of this speed at this age, mean ± 2 SD." in adult
     assert "child" not in adult
-
-
-def test_sides_equally_far_from_healthy_gait_are_not_called_alike(patient, text):
-    """Each has the other's curve in the mirror of the norm: equal scores, unequal sides."""
-    one = patient("F,40,1.65,60")
-    norm = page.load_controls().curves["knee_angle"]
-    angles = dict(one.strides.angles)
-    angles |= {"knee_angle_r": norm + 8.0, "knee_angle_l": norm - 8.0}
-    unlike = replace(one, strides=replace(one.strides, angles=angles))
-    assert page.worse_side(unlike)[1] < 1.6
-    shown = text(unlike)
-    assert "equally far from healthy gait" in shown
-    assert "does not say that they are alike" in shown
-    assert "does not matter" not in shown
-    assert "16.0°" in shown
-    worse = replace(one, strides=replace(one.strides, angles=angles | {"knee_angle_l": norm + 40}))
-    assert "The left side is further from healthy gait, by" in text(worse)
-
-
-def test_sides_look_as_in_every_other_figure(monkeypatch):
-    seen = []
-    monkeypatch.setattr(page, "svg", lambda figure, _: seen.extend(figure.axes) or "")
-    curves = {f"{name}_{side}": np.zeros(101) for name in page.PROFILE_ANGLES for side in "rl"}
-    page._draw(curves, {})
-    for right, left in (axes.lines for axes in seen):
-        assert [to_hex(each.get_color()) for each in (right, left)] == list(COLOURS.values())
-        assert (right.get_linestyle(), left.get_linestyle()) == (STYLES["right"], "--")
 
 
 def test_a_speed_beyond_the_healthy_is_said_where_it_is_one(patient, text, monkeypatch):
@@ -124,13 +90,6 @@ def test_a_speed_beyond_the_healthy_is_said_where_it_is_one(patient, text, monke
         assert ("Grey: healthy people of the nearest speed at this age" in shown) is angles
         assert len(re.findall(r"± [0-9.]+\*", shown)) == stars
         assert ("*: the speed is outside" in shown) is (stars > 0)
-
-
-def test_an_interval_is_printed_no_coarser_than_its_value(patient, text):
-    legs = "ID,Sex,Age,Height (m),Mass (kg),Right leg length (m),Left leg length (m)"
-    shown = text(patient("F,40,1.65,60,0.860,0.854", legs))
-    assert re.search(r"Right leg less left +6 +−8 to 20 +– +mm", shown)
-    assert re.search(r"Stride length +\d\.\d{3} +\d\.\d{3} to \d\.\d{3} +– +m ", shown)
 
 
 def test_each_angle_is_drawn_over_its_cycle_with_the_norm_of_two_sd():

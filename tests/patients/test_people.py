@@ -1,12 +1,8 @@
 """Tables of people, as laboratories head them."""
 
 import pytest
-from made_strides import stride_rows, write_strides
-from typer.testing import CliRunner
 
-from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.patients.people import own_rows, person_of, read_people
-from gaitval.cli import app
 from gaitval.errors import RecordError
 
 
@@ -27,20 +23,9 @@ def test_a_table_of_a_spreadsheet_with_decimal_commas_is_read(tmp_path):
     assert (person.sex, person.height, person.mass) == ("F", 1.53, 64.95)
 
 
-def test_more_cells_than_headers_are_no_fault_of_gaitval(tmp_path):
-    with pytest.raises(RecordError, match="its header has who, x"):
-        table(tmp_path, "who,x", "A,1,2")
-
-
 def test_the_age_of_an_amputation_is_not_the_persons(tmp_path):
     header = "Subject Code,Age(yrs),Age of Amputation (yrs)"
     assert table(tmp_path, header, "A,72,5")["A"].age == 72.0
-
-
-def test_the_ages_of_the_published_amputees_are_read(gait_data):
-    people = read_people(gait_data / "gps" / "amputee_subjects.csv")
-    assert len(people) == 18
-    assert all(18.0 <= person.age <= 90.0 for person in people.values())
 
 
 @pytest.mark.parametrize(
@@ -98,22 +83,6 @@ def test_a_state_is_known_of_a_row_by_number(tmp_path):
     person, state = person_of("P03_on", own)
     assert (person.mass, state) == (52.0, "on")
     assert person_of("P03_on", numbered) == (person, state)
-
-
-def test_the_command_says_who_has_no_row_and_who_has_one_by_number(tmp_path):
-    rows = [row for name in ("SUB3", "P02") for row in stride_rows("5", "well", name)]
-    strides = write_strides(tmp_path / "strides.csv", rows)
-    tables = []
-    for name, row in (("named", "SUB1,M,60,70"), ("numbered", "2,F,22,52\n3,F,22,52")):
-        people(tmp_path, name, row)
-        tables += ["--people", str(tmp_path / f"{name}.csv")]
-    done = CliRunner().invoke(app, ["patients", str(strides), *tables, "--out", str(tmp_path)])
-    assert done.exit_code == 0, done.output
-    assert "SUB3: no row in the tables of people; body estimated." in done.output
-    assert "By number: P02 is 2 of numbered.csv;" in done.output
-    messages = [read_json(tmp_path / "subjects" / f"{name}.json") for name in ("SUB3", "P02")]
-    assert [each["row"] for each in messages] == [None, {"table": "numbered.csv", "name": "2"}]
-    assert [each["not_known"] for each in messages] == [["sex", "age"], []]
 
 
 @pytest.mark.parametrize(
