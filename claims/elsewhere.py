@@ -42,8 +42,8 @@ from gaitval.prediction.deviations import (
 from gaitval.prediction.estimate import OFFSETS, WIDER_WITH_TOTAL, estimate
 from gaitval.prediction.force_split import (
     CORNER_HZ,
-    HIGHEST_HZ,
     NOISE,
+    SPLIT,
     ForcesElsewhere,
     difference,
     together,
@@ -247,7 +247,7 @@ def total_late(of: ImportedElsewhere) -> float:
     total, time = known.gait.total_force, known.stride_time_s
     assert total is not None, "an import has it"
     turns = np.arange(len(PHASES) // 2 + 1) / time
-    gain = np.where(turns <= HIGHEST_HZ, 1.0 / (1.0 + (turns / CORNER_HZ) ** 4), 0.0)
+    gain = np.where(turns <= SPLIT.highest_hz, 1.0 / (1.0 + (turns / CORNER_HZ) ** 4), 0.0)
     own = {"right": PHASES, "left": (PHASES - full.left_phase) % 1.0}
     plates = np.sum([full.ground_reaction(side, own[side]) for side in SIDES], axis=0)
     plates = np.fft.irfft((np.fft.rfft(plates, axis=0).T * gain).T, len(PHASES), axis=0)

@@ -21,7 +21,7 @@ import gaitval.prediction
 from claims.elsewhere import ImportedElsewhere, apart, imported, pooled, regressed_from
 from experiments.shipped import parser_of, ship
 from gaitval.prediction import laboratories
-from gaitval.prediction.force_split import STORE, UNIT
+from gaitval.prediction.force_split import SPLIT, STORE
 
 FILE = Path(gaitval.prediction.__file__).parent / STORE
 ALL = FILE.with_name(laboratories.STORE)
@@ -49,7 +49,7 @@ def forces_elsewhere(public: Path) -> str:
     order = np.argsort(values)[::-1][:COMPONENTS]
     shapes = (directions[:, order] * np.sqrt(np.maximum(values[order], 0.0))).T
     largest = np.take_along_axis(shapes, np.argmax(np.abs(shapes), axis=1)[:, None], axis=1)
-    whole = np.rint(shapes * np.sign(largest) / UNIT).astype(int).tolist()
+    whole = np.rint(shapes * np.sign(largest) / SPLIT.unit).astype(int).tolist()
     print(f"kept {values[order].sum() / values.sum():.3f} of the second moment", flush=True)
     stored = {"source": SOURCE, "shapes": whole}
     return dumps(stored, separators=(",", ":")).replace("],", "],\n") + "\n"

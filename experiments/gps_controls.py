@@ -19,7 +19,7 @@ from gaitval._internal.io.text_tables import csv_text
 from gaitval.apps.patients.strides import AXES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
-from gaitval.gait.record import HARMONICS_CAP, periodic_through
+from gaitval.gait.record import HARMONICS, periodic_through
 from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.statistics_results import GaitProfile
 
@@ -127,7 +127,7 @@ def swing_delays(data: Path) -> np.ndarray:
         for side in "rl":
             over_ground = healthy.loc[(subject.person, side, "knee_angle")].to_numpy().ravel()
             curves = (
-                periodic_through(over_ground[:-1], HARMONICS_CAP)(percent),
+                periodic_through(over_ground[:-1], HARMONICS.harmonics_cap)(percent),
                 subject.record().angles[f"knee_angle_{side}"](percent),
             )
             ground, belt = (100.0 * percent[int(np.argmax(curve))] for curve in curves)

@@ -19,7 +19,7 @@ from scipy.optimize import nnls
 
 from gaitval.arrays import Array
 from gaitval.metrics.comparison import rms
-from gaitval.musculature.metabolics import REST
+from gaitval.musculature.metabolics import METABOLISM
 from gaitval.quantities.metabolic_rate import CONCENTRIC, ECCENTRIC, expected_rate
 
 TASKS: Final = {"Very Slow": "XS", "Slow": "S", "Free": "Natural", "Medium": "M", "Fast": "L"}
@@ -53,7 +53,7 @@ def conditions(curves: Path, parameters: Path) -> tuple[list[str], Array, Array]
             )
             names.append(f"{at}, {speed:.2f} m/s")
             seen.append([2.0 * moment, 2.0 * positive, 2.0 * negative])
-            wanted.append(expected_rate(speed) - REST)
+            wanted.append(expected_rate(speed) - METABOLISM.rest)
     return names, np.array(seen), np.array(wanted)
 
 
@@ -90,7 +90,7 @@ def main() -> None:
         known = found_numbers(seen[others], wanted[others])
         out.append(float(predicted(seen[i : i + 1], known)[0] - wanted[i]))
         print(
-            f"{name}: expected {wanted[i] + REST:.2f} W/kg, off {left[i]:+.2f}, "
+            f"{name}: expected {wanted[i] + METABOLISM.rest:.2f} W/kg, off {left[i]:+.2f}, "
             f"left out {out[-1]:+.2f}"
         )
     print(f"left out: RMS {rms(np.array(out)):.3f} W/kg, median {np.median(np.abs(out)):.3f}")

@@ -43,7 +43,7 @@ from gaitval.learning_control.correct import (
     prior_sd,
 )
 from gaitval.learning_control.search import search
-from gaitval.learning_control.slopes import EVERY, HARMONICS, SPEED, STORED, Slopes
+from gaitval.learning_control.slopes import SLOPES, STORED, Slopes
 from gaitval.learning_control.walked import ACCURACY, Walked, fitted
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
@@ -56,7 +56,7 @@ ABOUT: Final = ROOT / "reports" / "general" / "shared_slopes.json"
 SEED: Final = 20261126
 SPEEDS: Final = (0.3, 1.8)
 """m/s, of an adult of mean leg length."""
-UNKNOWNS: Final = len(JOINTS) * (1 + 2 * HARMONICS) + 1
+UNKNOWNS: Final = len(JOINTS) * (1 + 2 * SLOPES.harmonics) + 1
 PROBE: Final = np.append(np.full(UNKNOWNS - 1, np.deg2rad(0.3)), 0.00225)
 """Changes by which effects are measured, rad and m: an effect is then several times the scatter of
 mean curves between walks."""
@@ -134,10 +134,10 @@ def _read(folder: Path) -> dict[int, MeasuredSlopes]:
 
 
 def shared(people: Sequence[MeasuredSlopes]) -> tuple[Array, Array, Array]:
-    """Of people's slopes the straight line on speed, its value at `SPEED` and its slope (m, 326),
-    and the covariance about it (326, 326).
+    """Of people's slopes the straight line on speed, its value at `SLOPES.speed` and its slope (m,
+    326), and the covariance about it (326, 326).
     """
-    line = np.array([[1.0, each.speed - SPEED] for each in people])
+    line = np.array([[1.0, each.speed - SLOPES.speed] for each in people])
     slopes = np.array([each.slopes for each in people])
     mean, by_speed = np.einsum("kp,pmn->kmn", np.linalg.pinv(line), slopes)
     covariance = np.zeros((UNKNOWNS, UNKNOWNS))
@@ -153,7 +153,7 @@ def _write(folder: Path) -> None:
     mean, by_speed, covariance = shared(list(people.values()))
 
     def kept(values: Array) -> Array:
-        return values.reshape(-1, SAMPLES, UNKNOWNS)[:, ::EVERY].astype(np.float16)
+        return values.reshape(-1, SAMPLES, UNKNOWNS)[:, :: SLOPES.every].astype(np.float16)
 
     with replacing(TARGET) as temporary:
         save_file(
@@ -189,15 +189,15 @@ def _compare(data: Path, folder: Path, number: int) -> dict[str, list[float]]:
     person, people = Stranger(data, number), _read(folder)
     own = people.pop(number)
     mean, by_speed, covariance = shared(list(people.values()))
-    others = Slopes(mean + (own.speed - SPEED) * by_speed, covariance)
+    others = Slopes(mean + (own.speed - SLOPES.speed) * by_speed, covariance)
     kinds = {f"of others, noise {noise:g}": (others, noise) for noise in NOISES}
     # As uncertain as the two walks leave them of which each is a difference.
     known = Slopes(own.slopes, np.diag(NOISES[1] / PROBE**2))
     found = {}
-    sd = prior_sd(HARMONICS)
+    sd = prior_sd(SLOPES.harmonics)
     for kind, (slopes, noise) in {**kinds, "own, measured": (known, NOISES[1])}.items():
         person.groups = 0
-        rules.NOISE = noise
+        rules.SLOPES.noise = noise
         result = search(
             lambda points: person.walk([sd * each for each in points]),
             slopes.scaled(sd),

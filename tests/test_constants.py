@@ -35,22 +35,11 @@ from gaitval.scaling.anthropometry import (
 )
 from gaitval.scaling.foot_shape import FOOT_SHAPE
 from gaitval.scaling.hip_regressions import hip_joint_centre
-from gaitval.scaling.joint_centres import (
-    ACROMION_TO_SHOULDER,
-    MARKER_OFFSET,
-    locate,
-)
+from gaitval.scaling.joint_centres import SURFACE, locate
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import measurements_of, scale_subject
 from gaitval.scaling.segments import SPHERES
-from gaitval.scaling.stature import (
-    ANKLE_FACTOR,
-    FOOT,
-    PELVIC_TILT,
-    PELVIS_WIDTH,
-    SHANK,
-    THIGH,
-)
+from gaitval.scaling.stature import FOOT, MEAN_BODY
 
 
 def test_weight_is_that_of_both_engines_and_measured_weight_that_of_the_kilogram_force() -> None:
@@ -169,8 +158,8 @@ def test_hip_centres_are_harringtons() -> None:
 def test_shoulders_hang_below_the_acromia_as_rab_has_them() -> None:
     """Rab et al. (2002): 17 % of the distance between the acromia. The centre of a marker of 14 mm
     on a base of 3 mm is 10 mm from the skin."""
-    assert ACROMION_TO_SHOULDER == 0.17
-    assert pytest.approx(0.014 / 2 + 0.003) == MARKER_OFFSET
+    assert SURFACE.acromion_to_shoulder == 0.17
+    assert pytest.approx(0.014 / 2 + 0.003) == SURFACE.marker_offset
 
 
 @pytest.fixture(scope="module")
@@ -193,10 +182,10 @@ def test_the_mean_body_is_the_mean_of_the_built_in_people(built_in) -> None:
         width = np.linalg.norm(places["R.ASIS"] - places["L.ASIS"])
         rows.append([*np.mean(both, axis=0) / height, width / height, np.degrees(of.pelvic_tilt)])
     means, deviations = np.mean(rows, axis=0), np.std(rows, axis=0, ddof=1)
-    assert np.round(means[:2], 4).tolist() == [THIGH, SHANK]
-    assert np.round(means[2], 2) == ANKLE_FACTOR
-    assert np.round(means[3], 3) == PELVIS_WIDTH
-    assert np.round(means[4], 1) == pytest.approx(np.degrees(PELVIC_TILT))
+    assert np.round(means[:2], 4).tolist() == [MEAN_BODY.thigh, MEAN_BODY.shank]
+    assert np.round(means[2], 2) == MEAN_BODY.ankle_factor
+    assert np.round(means[3], 3) == MEAN_BODY.pelvis_width
+    assert np.round(means[4], 1) == pytest.approx(np.degrees(MEAN_BODY.pelvic_tilt))
     np.testing.assert_allclose(deviations, [0.012, 0.008, 0.06, 0.019, 5.7], rtol=0.06)
 
 
@@ -254,7 +243,7 @@ def test_factors_of_the_normal_distribution() -> None:
     """With the digits that they are written with."""
     quartile, ninety = scipy.stats.norm.ppf([0.75, 0.95])
     assert round(1.0 / quartile, 4) == MEDIAN_TO_SD
-    for factor in (sources.NINETY, estimates.NINETY, legs.SEEN):
+    for factor in (sources.NINETY, estimates.NINETY, legs.LEG_ODDS.seen):
         assert factor == round(ninety, 3)
     assert scipy.special.binom(2 * DIFFERENCES, DIFFERENCES) == pytest.approx(DIFFERENCES_NOISE**2)
 

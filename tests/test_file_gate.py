@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -189,9 +190,10 @@ def test_arrays_that_lie_are_refused(tmp_path, lie, load):
 @pytest.fixture
 def little_unpacks(monkeypatch) -> int:
     """A hundredth of what may be unpacked: to pack all of it takes seconds."""
-    assert file_gate.UNPACKED <= 1_000_000_000
-    monkeypatch.setattr(file_gate, "UNPACKED", file_gate.UNPACKED // 100)
-    return file_gate.UNPACKED
+    assert file_gate.SIZES.unpacked <= 1_000_000_000
+    little = replace(file_gate.SIZES, unpacked=file_gate.SIZES.unpacked // 100)
+    monkeypatch.setattr(file_gate, "SIZES", little)
+    return file_gate.SIZES.unpacked
 
 
 def test_a_bomb_of_arrays_is_refused(tmp_path, little_unpacks):

@@ -18,7 +18,7 @@ import numpy as np
 from gaitval.arrays import Array, Flags, runs
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import count_of
-from gaitval.gait.events import DRAGGED, foot_contacts
+from gaitval.gait.events import EVENTS, foot_contacts
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.force_plates import (
     CERTAIN_LOAD_N,
@@ -117,7 +117,7 @@ def whole_stances(recording: Recording, forces: FootForces) -> tuple[Stance, ...
     plates' rate: the right foot's, then the left's, each with the plate that carries most of it.
     """
     found = []
-    least = DRAGGED * forces.force[..., 2].max(initial=0.0)
+    least = EVENTS.dragged * forces.force[..., 2].max(initial=0.0)
     for column, side in enumerate(SIDES):
         loaded = forces.force[:, column, 2] > 0.0
         for begin, end in zip(*foot_contacts(loaded, rate=forces.rate), strict=True):

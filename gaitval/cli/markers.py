@@ -111,7 +111,7 @@ def _read(file: Path, standing: Path | None) -> "tuple[Recording, Recording | No
 
 def _say_guesses(draft: "Draft") -> None:
     """How many guesses are used, which are not, and whether names and person helped."""
-    from gaitval.scaling.markers.draft import CERTAIN, CERTAIN_BY_NAME
+    from gaitval.scaling.markers.draft import DRAFT
     from gaitval.scaling.markers.files import MIRRORED, UNRECOGNISED, sentence_of
     from gaitval.scaling.unrecognised import unlabelled
 
@@ -132,8 +132,9 @@ def _say_guesses(draft: "Draft") -> None:
         display.plain(f"{UNRECOGNISED} Give a --standing in which the person does.")
     used = sum(guess.used for guess in draft.guesses)
     display.plain(
-        f"{used} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, or "
-        f"{CERTAIN_BY_NAME:.0%} where the name says the same place; used. On arms and forefeet, "
+        f"{used} of {len(draft.guesses)} markers: at least {DRAFT.certain:.0%} certain, or "
+        f"{DRAFT.certain_by_name:.0%} where the name says the same place; used. On arms and "
+        "forefeet, "
         "and where the other side has none, only if the name says so."
     )
     for guess in draft.guesses:

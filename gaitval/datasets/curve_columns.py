@@ -254,7 +254,7 @@ def _no_curves(path: Path, names: Sequence[str]) -> str:
 
 def _csv(path: Path) -> pd.DataFrame:
     """The table of a file, NaN where a row ends early, without the empty rows at its end."""
-    text = file_gate.read_text(path, RecordError, largest=file_gate.VALUES)
+    text = file_gate.read_text(path, RecordError, largest=file_gate.SIZES.values)
     names, rows = text_table(text.splitlines())
     while rows and not any(map(str.strip, rows[-1][1])):
         rows.pop()

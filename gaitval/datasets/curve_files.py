@@ -198,7 +198,9 @@ def _untold(names: Sequence[str]) -> list[str]:
 
 def _is_wbds(path: Path) -> bool:
     try:
-        header = file_gate.read_text(path, RecordError, largest=file_gate.VALUES).partition("\n")[0]
+        header = file_gate.read_text(path, RecordError, largest=file_gate.SIZES.values).partition(
+            "\n"
+        )[0]
     except (RecordError, UnicodeDecodeError):
         return False
     return "RKneeAngleZ" in header or "RKneeMomentZ" in header

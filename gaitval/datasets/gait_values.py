@@ -12,7 +12,7 @@ from gaitval.datasets.stored_gait import Forces, Gait, StanceFraction
 from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import (
     ANGLE_TOLERANCE,
-    MOMENT_TOLERANCE,
+    TOLERANCES,
     MeanCurves,
     fit_curve,
     fit_force,
@@ -121,7 +121,9 @@ def gait_values(curves: MeanCurves, where: str, stance: float | None = None) -> 
             samples=SAMPLES,
             angles=angles,
             moments={
-                name: fit_curve(name, _PHASE[trusted], values[trusted], MOMENT_TOLERANCE, where)
+                name: fit_curve(
+                    name, _PHASE[trusted], values[trusted], TOLERANCES.moment_tolerance, where
+                )
                 for name, values in curves.moments.items()
             },
             forces=Forces(right=fitted["right"], left=fitted["left"]),

@@ -35,7 +35,7 @@ def copy_sample(folder: Path) -> list[Path]:
         there = folder / name
         if not there.exists():
             continue
-        if file_gate.read_bytes(there, ArchiveError, largest=file_gate.BINARY) != content:
+        if file_gate.read_bytes(there, ArchiveError, largest=file_gate.SIZES.binary) != content:
             raise ArchiveError(
                 f"{there}: is there already and is not the sample's. Give another folder."
             )

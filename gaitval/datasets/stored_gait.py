@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, Strict, ValidationInfo, field_validator, model_validator
 
 from gaitval.coordinates import SIDES, Side, opposite
-from gaitval.gait.mean_curves import FORCE_TOLERANCE
+from gaitval.gait.mean_curves import TOLERANCES
 from gaitval.gait.record import (
     ANGLE_NAMES,
     MOMENT_NAMES,
@@ -212,4 +212,4 @@ def stretched(curve: PeriodicCurve, sign: float, shown: float, hidden: float) ->
     # As `mean_curves.fit_force` fits a force: in stance, and at the next heel strike.
     rows = np.append(np.arange(int(hidden * 100) + 1), 100) / 100
     values = sign * curve(np.where(rows < 1.0, rows * shown / hidden, 0.0))
-    return fit_periodic(rows, values, FORCE_TOLERANCE)[0]
+    return fit_periodic(rows, values, TOLERANCES.force_tolerance)[0]

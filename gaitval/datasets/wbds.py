@@ -134,7 +134,7 @@ def refuse(where: str | Path, problems: Sequence[str]) -> None:
 def _read_processed(path: Path, columns: Sequence[str], other: str) -> dict[str, Array]:
     """Columns of a tab-separated file of 101 rows, with its gaps."""
     try:
-        lines = file_gate.read_text(path, RecordError, largest=file_gate.TABLE).splitlines()
+        lines = file_gate.read_text(path, RecordError, largest=file_gate.SIZES.table).splitlines()
     except UnicodeDecodeError:
         raise RecordError(f"{path}: not text. Download the file again.") from None
     header = lines[0].split("\t") if lines else []

@@ -19,20 +19,28 @@ from gaitval.gait.sampling import SAMPLES, interpolated
 from gaitval.mocap.foot_markers import facing, foot_markers
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 
-PLAUSIBLE_STRIDE: Final = (0.5, 3.5)
-"""s. Fast walking has strides of 0.8 s; a patient at 0.2 m/s has strides of 3 s."""
-UNUSUAL_STRIDE: Final = 0.2
-"""A stride that differs from the median by more than this fraction is a stumble, a stop or a wrong
-event: in the slowest walk of WBDS01, where strides vary most, the standard deviation is 3 to 4
-%."""
-SLOWEST_BELT: Final = 0.1
-"""m/s. Feet on the ground still roll at 0.01 to 0.03 m/s during `FLAT_FOOT`; no belt runs that
-slowly."""
-EDGE_SECONDS: Final = 0.02
-"""s. If found from markers, the strike that ends a cycle may be this late: within this time before
-it, forces on the plates may belong to the next stance."""
-FLAT_FOOT: Final = (0.2, 0.5)
-"""Fraction of stance in which heel and forefoot are both on the ground."""
+
+@dataclass(frozen=True)
+class CycleLimits:
+    """Which gait cycles count."""
+
+    plausible_stride: tuple[float, float] = (0.5, 3.5)
+    """s. Fast walking has strides of 0.8 s; a patient at 0.2 m/s has strides of 3 s."""
+    unusual_stride: float = 0.2
+    """A stride that differs from the median by more than this fraction is a stumble, a stop or a
+    wrong event: in the slowest walk of WBDS01, where strides vary most, the standard deviation is 3
+    to 4 %."""
+    slowest_belt: float = 0.1
+    """m/s. Feet on the ground still roll at 0.01 to 0.03 m/s during `flat_foot`; no belt runs that
+    slowly."""
+    edge_seconds: float = 0.02
+    """s. If found from markers, the strike that ends a cycle may be this late: within this time
+    before it, forces on the plates may belong to the next stance."""
+    flat_foot: tuple[float, float] = (0.2, 0.5)
+    """Fraction of stance in which heel and forefoot are both on the ground."""
+
+
+CYCLES: Final = CycleLimits()
 
 
 @dataclass(frozen=True)
@@ -183,12 +191,13 @@ def _faults(side: Side, start: float, end: float, usual: float, between: list[Ar
     """What is wrong with the events of a cycle."""
     reasons = []
     duration = end - start
-    low, high = PLAUSIBLE_STRIDE
+    low, high = CYCLES.plausible_stride
     if not low <= duration <= high:
         reasons.append(f"it lasts {duration:.2f} s, but strides last {low} to {high} s")
-    elif abs(duration / usual - 1.0) > UNUSUAL_STRIDE:
+    elif abs(duration / usual - 1.0) > CYCLES.unusual_stride:
         reasons.append(
-            f"it lasts {duration:.2f} s, which differs by more than {100 * UNUSUAL_STRIDE:.0f} % "
+            f"it lasts {duration:.2f} s, which differs by more than "
+            f"{100 * CYCLES.unusual_stride:.0f} % "
             f"from the trial's median of {usual:.2f} s"
         )
     other = opposite(side)
@@ -214,7 +223,7 @@ def _unshown(forces: FootForces | None, side: Side, start: float, end: float) ->
     # An event may lie one sample beyond the ends, because it is found between samples.
     if start < samples[0] - spacing or end > samples[-1] + spacing:
         return "it is outside the time of the forces: no kinetics"
-    inside = (samples >= start) & (samples <= end - EDGE_SECONDS)
+    inside = (samples >= start) & (samples <= end - CYCLES.edge_seconds)
     uncertain = ~forces.valid[inside, SIDES.index(side)]
     if not uncertain.any():
         return ""
@@ -276,7 +285,7 @@ def belt_speed(
 
     The median over all stances of the backward velocity of heel and forefoot while the foot is flat
     (20 to 50 % of the stance), each from a line through the markers; 0 if it is below
-    `SLOWEST_BELT`. `recording` is cleaned, z up; `events` are of both feet; `landmarks`: see
+    `CYCLES.slowest_belt`. `recording` is cleaned, z up; `events` are of both feet; `landmarks`: see
     `foot_markers`. Raises RecordError if the feet are seen in no stance from heel strike to
     toe-off.
     """
@@ -292,7 +301,7 @@ def belt_speed(
             "fill the gaps."
         )
     speed = float(np.median(speeds))
-    return speed if abs(speed) > SLOWEST_BELT else 0.0
+    return speed if abs(speed) > CYCLES.slowest_belt else 0.0
 
 
 def _flat_feet(
@@ -304,7 +313,7 @@ def _flat_feet(
     feet = foot_markers(recording, landmarks)
     found = []
     for side, start, stop in stances(events):
-        begin, end = (start + share * (stop - start) for share in FLAT_FOOT)
+        begin, end = (start + share * (stop - start) for share in CYCLES.flat_foot)
         inside = (recording.time >= begin) & (recording.time <= end)
         middle = (0.5 * (feet[side].heel + feet[side].front))[inside, :2]
         if len(middle) > 2 and np.isfinite(middle).all():
@@ -325,7 +334,7 @@ def travel(recording: Recording, events: Iterable[Event], *, landmarks: Mapping[
         for (_, begin, first, slow), (_, end, second, fast) in pairwise(
             each for each in flat if each[0] == side
         ):
-            if end - begin < PLAUSIBLE_STRIDE[1]:  # none was missed between
+            if end - begin < CYCLES.plausible_stride[1]:  # none was missed between
                 total += second - first - 0.5 * (slow + fast) * (end - begin)
     length = float(np.linalg.norm(total))
     return np.append(total / length, 0.0) if length > 0.0 else facing(recording, landmarks)
@@ -430,7 +439,7 @@ class _Places:
         found = np.full((len(strikes), 2), np.nan)
         for row, strike in enumerate(strikes):
             # The trial's median stance, because the last stance may not end within the recording.
-            begin, end = (strike + share * self.usual for share in FLAT_FOOT)
+            begin, end = (strike + share * self.usual for share in CYCLES.flat_foot)
             flat = self.heels[side][(self.time >= begin) & (self.time <= end)]
             if len(flat) > 2:
                 found[row] = np.median(flat, axis=0)

@@ -13,6 +13,7 @@ because the forces on both feet point to about the same place above the centre o
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -25,19 +26,27 @@ from gaitval.gait.sampling import interpolated
 from gaitval.mocap.foot_markers import facing, foot_markers, pelvis_markers
 from gaitval.mocap.recording import Recording
 
-BESIDE: Final = 0.03
-"""s before and after the markers' double support that may belong to it."""
-TOES: Final = 0.6
-"""How far ahead of the forefoot's marker the foot behind rolls, and `HEEL`, how far ahead of the
-heel's that in front begins, over the distance of these markers."""
-HEEL: Final = 0.25
-LATE: Final = 2.0
-"""Power of the time in double support with which the foot behind rolls; 1 / it in front. These
-three and the height were chosen on four virtual people."""
-HEIGHT: Final = 1.3
-"""Of the place in which the forces meet, over that of the pelvis's markers, above the plate."""
-LEAST: Final = 0.5
-"""Of the median force: less is not all of a walking person."""
+
+@dataclass(frozen=True)
+class DividedLimits:
+    """When the force under two feet can be divided."""
+
+    beside: float = 0.03
+    """s before and after the markers' double support that may belong to it."""
+    toes: float = 0.6
+    """How far ahead of the forefoot's marker the foot behind rolls, and `heel`, how far ahead of
+    the heel's that in front begins, over the distance of these markers."""
+    heel: float = 0.25
+    late: float = 2.0
+    """Power of the time in double support with which the foot behind rolls; 1 / it in front. These
+    three and the height were chosen on four virtual people."""
+    height: float = 1.3
+    """Of the place in which the forces meet, over that of the pelvis's markers, above the plate."""
+    least: float = 0.5
+    """Of the median force: less is not all of a walking person."""
+
+
+DIVIDED: Final = DividedLimits()
 
 
 def divided(
@@ -70,14 +79,16 @@ def divided(
     heels = [interpolated(each.heel, frames)[:, :2] for each in markers]
     fronts = [interpolated(each.front, frames)[:, :2] for each in markers]
     length = float(np.nanmedian([(f - h) @ forward for f, h in zip(fronts, heels, strict=True)]))
-    height = HEIGHT * (float(np.nanmedian(pelvis_markers(recording, landmarks)[:, 2])) - level)
+    height = DIVIDED.height * (
+        float(np.nanmedian(pelvis_markers(recording, landmarks)[:, 2])) - level
+    )
     up = wrench[:, 2]
-    least = LEAST * float(np.median(up[up > processing.force_threshold_n]))
+    least = DIVIDED.least * float(np.median(up[up > processing.force_threshold_n]))
     turned = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         pressure = (turned + level * wrench[:, :2]) / up[:, None]
     alone = stance[:, 0] ^ stance[:, 1]
-    beside = round(BESIDE * recording.force_rate)
+    beside = round(DIVIDED.beside * recording.force_rate)
     found = []
     for begin, end in zip(*runs(sharing), strict=True):
         first, last = begin - beside, end + beside - 1
@@ -94,9 +105,9 @@ def divided(
         # Across, each stays where it is known.
         toes, heel = (
             along * length * forward + each - (each @ forward) * forward
-            for along, each in zip((TOES, HEEL), known, strict=True)
+            for along, each in zip((DIVIDED.toes, DIVIDED.heel), known, strict=True)
         )
-        rolled, landed = time**LATE, time ** (1.0 / LATE)
+        rolled, landed = time**DIVIDED.late, time ** (1.0 / DIVIDED.late)
         two = (
             back + (1.0 - rolled) * known[0] + rolled * toes,
             front + (1.0 - landed) * heel + landed * known[1],

@@ -62,15 +62,21 @@ ALIASES: Final[Mapping[str, str]] = {
 
 _PARTS: Final = {part: part.lower() for group in set(ALIASES.values()) for part in group.split()}
 
-LEAST_SAMPLES: Final = 3
-LOWEST_HZ: Final = 30.0
-"""High-pass of a raw signal: below it are movements of cables and skin (convention)."""
 
-ENVELOPE_HZ: Final = 6.0
-"""Low-pass of what is rectified (convention)."""
+@dataclass(frozen=True)
+class SignalSettings:
+    """How envelopes of electromyograms are made."""
 
-_RAW: Final = -0.05
-"""A signal that falls below this share of its largest value is raw, not an envelope."""
+    least_samples: int = 3
+    lowest_hz: float = 30.0
+    """High-pass of a raw signal: below it are movements of cables and skin (convention)."""
+    envelope_hz: float = 6.0
+    """Low-pass of what is rectified (convention)."""
+    raw: float = -0.05
+    """A signal that falls below this share of its largest value is raw, not an envelope."""
+
+
+SIGNALS: Final = SignalSettings()
 
 
 @dataclass(frozen=True)
@@ -122,7 +128,7 @@ def read_electromyograms(path: Path, side: Side | None = None) -> Electromyogram
             f"{path}: {', '.join(without)} are electromyograms, but their names do not say of "
             "which leg. Give the side (--emg-side right or left), or name them soleus_r."
         )
-    if len(time) < LEAST_SAMPLES or not time[-1] > time[0]:
+    if len(time) < SIGNALS.least_samples or not time[-1] > time[0]:
         raise RecordError(
             f"{path}: {len(time)} samples at {len(set(time))} times are no electromyogram of a "
             "walk. Export the whole trial."
@@ -196,17 +202,17 @@ def _envelope(path: Path, name: str, values: Array, rate: float) -> Array | None
             f"{path}: {name} is not a number in {int((~np.isfinite(values)).sum())} of "
             f"{len(values)} samples. Cut the trial to where the electromyogram is whole."
         )
-    raw = values.min() < _RAW * np.abs(values).max()
-    if raw and rate < 4.0 * LOWEST_HZ:
+    raw = values.min() < SIGNALS.raw * np.abs(values).max()
+    if raw and rate < 4.0 * SIGNALS.lowest_hz:
         raise RecordError(
             f"{path}: {name} is a raw electromyogram at {rate:.0f} Hz; it takes 500 Hz or more to "
             "find how active the muscle is. Export it as it was recorded, or as an envelope."
         )
     if raw:
-        sections = butter(2, LOWEST_HZ, "highpass", fs=rate, output="sos")
+        sections = butter(2, SIGNALS.lowest_hz, "highpass", fs=rate, output="sos")
         values = np.abs(sosfiltfilt(sections, values - values.mean()))
-    if rate > 2.5 * ENVELOPE_HZ:
-        values = low_pass(values, rate=rate, cutoff_hz=ENVELOPE_HZ)
+    if rate > 2.5 * SIGNALS.envelope_hz:
+        values = low_pass(values, rate=rate, cutoff_hz=SIGNALS.envelope_hz)
     values = np.maximum(values, 0.0)
     most = float(values.max(initial=0.0))
     return values / most if most > 0.0 else None

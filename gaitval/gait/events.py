@@ -12,7 +12,7 @@ toe-offs, and the walk of Rajagopal et al. 2016 over ground, 3 and 3):
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
@@ -28,80 +28,92 @@ from gaitval.gait.sampling import bridged
 from gaitval.mocap.foot_markers import FootMarkers, facing, foot_markers, pelvis_markers
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 
-FOOT_CUTOFF_HZ: Final = 7.0
-"""Low-pass of the markers of foot and pelvis (O'Connor 2007)."""
-LOW_HEEL: Final = 0.35
-"""Fraction of the heel's height range below which it can strike (O'Connor 2007)."""
-SMALLEST_SHARE: Final = 0.4
-"""A landing has at least this fraction of the median landing's vertical speed; smaller peaks belong
-to the foot's swing."""
-SHORTEST_EXCURSION: Final = 0.1
-"""m. A foot that moves less than this fore and aft relative to the pelvis is not walking."""
-RESTING_SHARE: Final = 0.15
-"""A foot whose speed over ground or belt is below this fraction of its swing's is at rest."""
-LARGEST_CORRECTION: Final = 0.005
-"""s, half a frame of most cameras."""
-SHORTEST_SWING: Final = 0.1
-"""s. A foot that was faster for less than this has not swung."""
-LEAST_PROMINENCE: Final = 0.05
-"""Fraction of the foot's fore-aft excursion by which the foot must be further forward before and
-after a toe-off; so how much of a swing must be visible at the ends of the trial."""
-LANDING_CUTOFF_HZ: Final = 12.0
-"""Low-pass of the markers with which a landing that was found is timed: `FOOT_CUTOFF_HZ` smooths
-the sudden end of its fall into the slow time after it, so that the fastest fall comes late."""
-FOREFOOT_CUTOFF_HZ: Final = 18.0
-"""The same of the forefoot, which comes down faster."""
-STOP_AFTER_SINK: Final = 0.009
-"""s from the fastest sinking of the middle of the foot to the sharpest stop of the heel
-(`_timed_landing`); mean of six laboratories, each as heavy."""
-SLAP_AFTER_SINK: Final = 0.0085
-"""s from it to the fastest sinking of the forefoot; mean of seven laboratories, as the next one."""
-LANDS_BEFORE: Final = 0.005
-"""s from the load on a plate to the mean of the three."""
-LARGEST_STOP: Final = 0.025
-"""s from where the sinking of the middle says up to which the other two count: beyond it, they are
-others. Convention."""
-LANDING_ERROR: Final = 0.015
-"""s within which 19 of 20 landings by markers are of those on plates, whose laboratory is left out
-of the means above (`python -m claims elsewhere.strikes`): 133 landings in seven laboratories. By
-the first two alone 0.017, by the sinking of the middle 0.019, at `FOOT_CUTOFF_HZ` 0.028. Plates on
-which load rises fast show a landing later (docs/what-we-tried.md)."""
-NEAR_LANDING: Final = 0.06
-"""s within which the faster path falls fastest, of where the slower one does."""
-EDGE_SECONDS: Final = 0.1
-"""s from the end of what markers show in which a filter does not know how the path goes on."""
-APPROACH_SECONDS: Final = 0.2
-"""s before a landing in which a foot comes down as it does before another."""
-SHORTEST_STRIDE: Final = 0.5
-"""s. Two push-offs of a foot are never closer: 240 steps/min is faster than people walk."""
 
-BOUNCE_SECONDS: Final = 0.05
-"""A foot unloaded for less than this has not started its swing."""
-SCUFF_SECONDS: Final = 0.1
-"""A foot loaded for less than this has only brushed the plate; no stance is this short."""
-DRAGGED: Final = 0.1
-"""A contact with less than this fraction of the largest vertical force is a foot that drags over
-the plate in swing (in spastic gait for longer than a scuff)."""
-SAME_EVENT_SECONDS: Final = 0.1
-"""An event from force and one from markers that are this close are the same event."""
+@dataclass(frozen=True)
+class EventSettings:
+    """What tells heel strikes and toe-offs."""
+
+    foot_cutoff_hz: float = 7.0
+    """Low-pass of the markers of foot and pelvis (O'Connor 2007)."""
+    low_heel: float = 0.35
+    """Fraction of the heel's height range below which it can strike (O'Connor 2007)."""
+    smallest_share: float = 0.4
+    """A landing has at least this fraction of the median landing's vertical speed; smaller peaks
+    belong to the foot's swing."""
+    shortest_excursion: float = 0.1
+    """m. A foot that moves less than this fore and aft relative to the pelvis is not walking."""
+    resting_share: float = 0.15
+    """A foot whose speed over ground or belt is below this fraction of its swing's is at rest."""
+    largest_correction: float = 0.005
+    """s, half a frame of most cameras."""
+    shortest_swing: float = 0.1
+    """s. A foot that was faster for less than this has not swung."""
+    least_prominence: float = 0.05
+    """Fraction of the foot's fore-aft excursion by which the foot must be further forward before
+    and after a toe-off; so how much of a swing must be visible at the ends of the trial."""
+    landing_cutoff_hz: float = 12.0
+    """Low-pass of the markers with which a landing that was found is timed: `foot_cutoff_hz`
+    smooths the sudden end of its fall into the slow time after it, so that the fastest fall comes
+    late."""
+    forefoot_cutoff_hz: float = 18.0
+    """The same of the forefoot, which comes down faster."""
+    stop_after_sink: float = 0.009
+    """s from the fastest sinking of the middle of the foot to the sharpest stop of the heel
+    (`_timed_landing`); mean of six laboratories, each as heavy."""
+    slap_after_sink: float = 0.0085
+    """s from it to the fastest sinking of the forefoot; mean of seven laboratories, as the next
+    one."""
+    lands_before: float = 0.005
+    """s from the load on a plate to the mean of the three."""
+    largest_stop: float = 0.025
+    """s from where the sinking of the middle says up to which the other two count: beyond it, they
+    are others. Convention."""
+    landing_error: float = 0.015
+    """s within which 19 of 20 landings by markers are of those on plates, whose laboratory is left
+    out of the means above (`python -m claims elsewhere.strikes`): 133 landings in seven
+    laboratories. By the first two alone 0.017, by the sinking of the middle 0.019, at
+    `foot_cutoff_hz` 0.028. Plates on which load rises fast show a landing later
+    (docs/what-we-tried.md)."""
+    near_landing: float = 0.06
+    """s within which the faster path falls fastest, of where the slower one does."""
+    edge_seconds: float = 0.1
+    """s from the end of what markers show in which a filter does not know how the path goes on."""
+    approach_seconds: float = 0.2
+    """s before a landing in which a foot comes down as it does before another."""
+    shortest_stride: float = 0.5
+    """s. Two push-offs of a foot are never closer: 240 steps/min is faster than people walk."""
+    bounce_seconds: float = 0.05
+    """A foot unloaded for less than this has not started its swing."""
+    scuff_seconds: float = 0.1
+    """A foot loaded for less than this has only brushed the plate; no stance is this short."""
+    dragged: float = 0.1
+    """A contact with less than this fraction of the largest vertical force is a foot that drags
+    over the plate in swing (in spastic gait for longer than a scuff)."""
+    same_event_seconds: float = 0.1
+    """An event from force and one from markers that are this close are the same event."""
+    likely_seconds: float = 0.04
+    """An event by markers that is farther from the plates' is no measure of its foot."""
+
+
+EVENTS: Final = EventSettings()
+
 
 FOOT_SPREAD: Final[Mapping[EventKind, float]] = {"heel_strike": 0.36, "toe_off": 0.14}
 """Variance of an event by markers about the plates' from step to step, over that of the mean of a
 foot from foot to foot: of 46 feet of 23 people in nine laboratories the former have SD of 5.4 ms
 (strikes) and 3.8 ms (toe-offs), the latter of 9 and 10 ms, by how a foot lands and where its
 markers are."""
-LIKELY_SECONDS: Final = 0.04
-"""An event by markers that is farther from the plates' is no measure of its foot."""
 
 
 def foot_contacts(loaded: Flags, *, rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """First sample of each contact and first sample after it, (n,) each, from where the force is
     above the threshold, `loaded` (T,), at `rate` Hz.
 
-    Gaps shorter than `BOUNCE_SECONDS` are closed, then contacts shorter than `SCUFF_SECONDS` are
-    dropped; at the ends of the trial both may be parts of longer ones, and are kept.
+    Gaps shorter than `EVENTS.bounce_seconds` are closed, then contacts shorter than
+    `EVENTS.scuff_seconds` are dropped; at the ends of the trial both may be parts of longer ones,
+    and are kept.
     """
-    return runs(on_ground(loaded, rate=rate, scuff_s=SCUFF_SECONDS)[0])
+    return runs(on_ground(loaded, rate=rate, scuff_s=EVENTS.scuff_seconds)[0])
 
 
 def on_ground(loaded: Flags, *, rate: float, scuff_s: float) -> tuple[Flags, int]:
@@ -109,14 +121,14 @@ def on_ground(loaded: Flags, *, rate: float, scuff_s: float) -> tuple[Flags, int
     of scuffs.
 
     Of where the force is above the threshold, `loaded` (T,) at `rate` Hz, gaps shorter than
-    `BOUNCE_SECONDS` are bounces, and contacts shorter than `scuff_s` (s) scuffs. At the ends of a
-    trial or a simulation a gap or a contact may be part of a longer one, and is kept.
+    `EVENTS.bounce_seconds` are bounces, and contacts shorter than `scuff_s` (s) scuffs. At the ends
+    of a trial or a simulation a gap or a contact may be part of a longer one, and is kept.
     """
     on = loaded.copy()
     scuffs = 0
     # Bounces first: a stance that a bounce interrupts would otherwise look like two short contacts,
     # and both could be dropped as scuffs.
-    for state, shortest in ((False, BOUNCE_SECONDS), (True, scuff_s)):
+    for state, shortest in ((False, EVENTS.bounce_seconds), (True, scuff_s)):
         for begin, end in zip(*runs(on == state), strict=True):
             if begin > 0 and end < len(on) and end - begin < shortest * rate:
                 on[begin:end] = not state
@@ -130,12 +142,12 @@ def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Ev
 
     The time is that of the crossing of the `force_threshold_n` (N) of `processing`, on the line
     through the two nearest samples above it. Contacts that the plates show only in part (`valid` is
-    False at one of their samples) give no events, nor do those of a foot that is `DRAGGED`.
+    False at one of their samples) give no events, nor do those of a foot that is `EVENTS.dragged`.
     `forces` are filtered at `force_cutoff_hz`; at a lower cut-off the strike comes early.
     """
     events = []
     threshold, rate = processing.force_threshold_n, forces.rate
-    least = DRAGGED * forces.force[..., 2].max(initial=0.0)
+    least = EVENTS.dragged * forces.force[..., 2].max(initial=0.0)
     for column, side in enumerate(SIDES):
         vertical = forces.force[:, column, 2]
         for begin, end in zip(*foot_contacts(vertical > threshold, rate=rate), strict=True):
@@ -166,11 +178,11 @@ def marker_events(recording: Recording, *, landmarks: Mapping[str, str]) -> tupl
     s on the recording's clock.
 
     Toe-off is when the forefoot is farthest behind the pelvis (Zeni et al. 2008), up to
-    `LARGEST_CORRECTION` nearer to the mean with two other methods (`_other_methods`). Heel strike
-    is when the middle of heel and forefoot sinks fastest, between two toe-offs and with the heel in
-    the lowest 35 % of its height range (O'Connor et al. 2007). A foot that does not land so, but
-    flat or on its toes, lands when at least two of three other methods say so. A person who does
-    not walk has no events.
+    `EVENTS.largest_correction` nearer to the mean with two other methods (`_other_methods`). Heel
+    strike is when the middle of heel and forefoot sinks fastest, between two toe-offs and with the
+    heel in the lowest 35 % of its height range (O'Connor et al. 2007). A foot that does not land
+    so, but flat or on its toes, lands when at least two of three other methods say so. A person who
+    does not walk has no events.
 
     `recording` has z up, m; `landmarks`: see `foot_markers`, and of the pelvis `R.ASIS`, `L.ASIS`,
     `R.PSIS`, `L.PSIS` or `Sacrum`. Raises RecordError if a foot or the pelvis has no markers, or
@@ -195,19 +207,21 @@ def _foot_events(
     if known.sum() < 2:
         return []
     # gaps are bridged for the filter, and events in them are dropped below
-    paths = low_pass(bridged(columns, known), rate=rate, cutoff_hz=FOOT_CUTOFF_HZ).T
+    paths = low_pass(bridged(columns, known), rate=rate, cutoff_hz=EVENTS.foot_cutoff_hz).T
     heel, front, *_, ahead = paths
     excursion = float(np.ptp(ahead))
-    if excursion < SHORTEST_EXCURSION:
+    if excursion < EVENTS.shortest_excursion:
         return []
-    apart = max(1, int(SHORTEST_STRIDE * rate))
-    offs, _ = find_peaks(-ahead, prominence=LEAST_PROMINENCE * excursion, distance=apart)
+    apart = max(1, int(EVENTS.shortest_stride * rate))
+    offs, _ = find_peaks(-ahead, prominence=EVENTS.least_prominence * excursion, distance=apart)
     # A dip of the path while the foot is in the forward half of its excursion is no push-off.
     offs = offs[ahead[offs] < ahead.min() + 0.5 * excursion]
     # Vertical velocity of the middle of the foot, m/s, negative downwards: a landing is a minimum.
     speed = np.gradient(0.5 * (heel + front)) * rate
     sinks, _ = find_peaks(-speed)
-    sinks = sinks[(heel[sinks] < heel.min() + LOW_HEEL * np.ptp(heel)) & (speed[sinks] < 0.0)]
+    sinks = sinks[
+        (heel[sinks] < heel.min() + EVENTS.low_heel * np.ptp(heel)) & (speed[sinks] < 0.0)
+    ]
     # one landing between two toe-offs, the fastest
     swings = [*pairwise(np.concatenate(([0], offs, [len(time)])).tolist())]
     inside = [sinks[(sinks >= begin) & (sinks < end)] for begin, end in swings]
@@ -215,17 +229,17 @@ def _foot_events(
     typical = np.median([speed[each] for each in fastest if each is not None] or [0.0])
     # Both sides are negative, so `<` keeps the landings that sink faster.
     heel_first = [
-        each if each is not None and speed[each] < SMALLEST_SHARE * typical else None
+        each if each is not None and speed[each] < EVENTS.smallest_share * typical else None
         for each in fastest
     ]
     others = _other_methods(paths, rate, apart)
     landings: list[float] = []
     both = bridged(columns[:, :2], known)
     middle = both.mean(axis=1)
-    cutoff = min(LANDING_CUTOFF_HZ, 0.4 * rate)
+    cutoff = min(EVENTS.landing_cutoff_hz, 0.4 * rate)
     pair = np.stack([both[:, 0], middle], axis=1)
     low_heel, low = low_pass(pair, rate=rate, cutoff_hz=cutoff).T
-    cutoff = min(FOREFOOT_CUTOFF_HZ, 0.4 * rate)
+    cutoff = min(EVENTS.forefoot_cutoff_hz, 0.4 * rate)
     toes = low_pass(both[:, 1:], rate=rate, cutoff_hz=cutoff)[:, 0]
     sinking_at = [each for each in heel_first if each is not None]
     sunk = [_timed_landing(low_heel, low, toes, each, rate) for each in sinking_at]
@@ -234,7 +248,7 @@ def _foot_events(
         agreed = _agreed(others["heel_strike"], *swing, rate)
         at = None if sinking is None else timed[sinking]
         # A heel that comes down later, in stance, is no landing.
-        late = at is None or (agreed is not None and at - agreed > SAME_EVENT_SECONDS * rate)
+        late = at is None or (agreed is not None and at - agreed > EVENTS.same_event_seconds * rate)
         landings += [each for each in (agreed if late else at,) if each is not None]
     landings = _edge_landings(landings, sunk, middle, int(np.flatnonzero(known)[-1]), rate)
     found_at: dict[EventKind, list[float]] = {
@@ -251,15 +265,15 @@ def _foot_events(
 
 def _timed_landing(heel: Array, middle: Array, front: Array, sink: int, rate: float) -> float:
     """The frame near `sink` at which a foot lands, by the heights (T,) of its heel and of the
-    middle of heel and forefoot, low-passed at `LANDING_CUTOFF_HZ`, and of the forefoot (`front`),
-    at `FOREFOOT_CUTOFF_HZ`.
+    middle of heel and forefoot, low-passed at `EVENTS.landing_cutoff_hz`, and of the forefoot
+    (`front`), at `EVENTS.forefoot_cutoff_hz`.
 
     The mean of three: where the middle sinks fastest (O'Connor et al. 2007), where the heel stops
     most sharply, its largest acceleration upwards (Hreljac & Marshall 2000, J Biomech 33:783), and
     where the forefoot sinks fastest. Where one is early in a laboratory's shoes and markers another
     is late.
     """
-    near = max(1, round(NEAR_LANDING * rate))
+    near = max(1, round(EVENTS.near_landing * rate))
 
     def least(values: Array, at: float) -> float:
         begin, end = max(1, round(at) - near), min(round(at) + near + 1, len(values) - 1)
@@ -267,48 +281,53 @@ def _timed_landing(heel: Array, middle: Array, front: Array, sink: int, rate: fl
 
     sinks = least(np.gradient(middle), sink)
     others = (
-        (-np.gradient(np.gradient(heel)), STOP_AFTER_SINK),
-        (np.gradient(front), SLAP_AFTER_SINK),
+        (-np.gradient(np.gradient(heel)), EVENTS.stop_after_sink),
+        (np.gradient(front), EVENTS.slap_after_sink),
     )
     beyond = [(least(values, sinks) - sinks) / rate - after for values, after in others]
-    later = float(np.clip(beyond, -LARGEST_STOP, LARGEST_STOP).sum()) / 3.0 - LANDS_BEFORE
+    later = (
+        float(np.clip(beyond, -EVENTS.largest_stop, EVENTS.largest_stop).sum()) / 3.0
+        - EVENTS.lands_before
+    )
     return float(np.clip(sinks + later * rate, 0.0, len(middle) - 1.0))
 
 
 def _edge_landings(
     landings: Sequence[float], sunk: Sequence[float], height: Array, end: int, rate: float
 ) -> list[float]:
-    """The frames of `landings`; of one within `EDGE_SECONDS` of the frame `end`, the last that is
-    known, where the `height` (T,) of the middle of the foot came down until then as it did before
-    the landings `sunk`, in the mean over these.
+    """The frames of `landings`; of one within `EVENTS.edge_seconds` of the frame `end`, the last
+    that is known, where the `height` (T,) of the middle of the foot came down until then as it did
+    before the landings `sunk`, in the mean over these.
 
     A foot whose markers are lost while it swings falls fastest at their end. It has not landed:
-    before its other landings it came down so more than `LANDING_ERROR` earlier, and the landing is
-    left out.
+    before its other landings it came down so more than `EVENTS.landing_error` earlier, and the
+    landing is left out.
     """
     inside = [
         at
         for at in sunk
-        if end - at > EDGE_SECONDS * rate and at > (APPROACH_SECONDS + NEAR_LANDING) * rate
+        if end - at > EVENTS.edge_seconds * rate
+        and at > (EVENTS.approach_seconds + EVENTS.near_landing) * rate
     ]
     found = []
     for at in landings:
-        if not inside or end - at > EDGE_SECONDS * rate:
+        if not inside or end - at > EVENTS.edge_seconds * rate:
             found.append(at)
             continue
         placed = float(np.mean([_as_before(height, each, at, end, rate) for each in inside]))
-        if placed <= end + LANDING_ERROR * rate:
+        if placed <= end + EVENTS.landing_error * rate:
             found.append(min(placed, float(end)))
     return found
 
 
 def _as_before(height: Array, landing: float, near: float, end: int, rate: float) -> float:
     """The frame from which back the `height` (T,), known up to the frame `end`, goes down as it
-    does before a `landing`: from `NEAR_LANDING` before `near` to `APPROACH_SECONDS` after the end.
+    does before a `landing`: from `EVENTS.near_landing` before `near` to `EVENTS.approach_seconds`
+    after the end.
     """
     frames = np.arange(len(height))
-    shown = np.arange(int(near - APPROACH_SECONDS * rate), end + 1)
-    tried = np.arange(near - NEAR_LANDING * rate, end + APPROACH_SECONDS * rate, 0.1)
+    shown = np.arange(int(near - EVENTS.approach_seconds * rate), end + 1)
+    tried = np.arange(near - EVENTS.near_landing * rate, end + EVENTS.approach_seconds * rate, 0.1)
 
     def differs(at: float) -> float:
         before = np.interp(landing + shown - at, frames, height)
@@ -323,13 +342,13 @@ def _other_methods(paths: Array, rate: float, apart: int) -> dict[EventKind, tup
     Zeni et al. 2008, of landings: the foot is farthest ahead of the pelvis. High-pass (Desailly et
     al. 2009, Gait & Posture 29:76): farthest ahead of, or behind, its own path below half the
     stride's frequency. Foot velocity (Ghoussayni et al. 2004, Gait & Posture 20:266): heel or
-    forefoot comes to rest on the ground or belt, below `RESTING_SHARE` of its speed in swing; the
-    forefoot moves again.
+    forefoot comes to rest on the ground or belt, below `EVENTS.resting_share` of its speed in
+    swing; the forefoot moves again.
     """
     heel, front, heel_at, front_at, ahead = paths
 
     def farthest(path: Array) -> Array:
-        least = LEAST_PROMINENCE * np.ptp(path)
+        least = EVENTS.least_prominence * np.ptp(path)
         return np.asarray(find_peaks(path, prominence=least, distance=apart)[0])
 
     pushes = farthest(-ahead)
@@ -340,11 +359,11 @@ def _other_methods(paths: Array, rate: float, apart: int) -> dict[EventKind, tup
     along = [np.gradient(path) * rate - belt for path in (heel_at, front_at)]
     up = [np.gradient(path) * rate for path in (heel, front)]
     speeds = [np.hypot(x, z) for x, z in zip(along, up, strict=True)]
-    resting = RESTING_SHARE * np.percentile(np.abs(along[1]), 90.0)
+    resting = EVENTS.resting_share * np.percentile(np.abs(along[1]), 90.0)
     (_, rests), (moves, _) = (
         (begins[long], ends[long])
         for begins, ends in (runs(np.minimum(*speeds) > resting), runs(speeds[1] > resting))
-        for long in [ends - begins >= SHORTEST_SWING * rate]
+        for long in [ends - begins >= EVENTS.shortest_swing * rate]
     )
     rested = np.array(rests[rests < len(front)], dtype=float)
     moved = np.array(moves[moves > 0], dtype=float)
@@ -355,14 +374,14 @@ def _other_methods(paths: Array, rate: float, apart: int) -> dict[EventKind, tup
 
 
 def _mean_of_near(at: float, methods: Sequence[Array], rate: float) -> float:
-    """A frame, up to `LARGEST_CORRECTION` nearer to its mean with those of other methods.
+    """A frame, up to `EVENTS.largest_correction` nearer to its mean with those of other methods.
 
     Alone, Zeni's toe-off is 22 ms late in a child with equinus, where foot velocity is 2; but in
     the walk of Rajagopal et al. 2016 it is 19 ms early, and foot velocity earlier still.
     """
     near = [found[np.argmin(np.abs(found - at))] for found in methods if len(found)]
-    near = [frame for frame in near if abs(frame - at) < SAME_EVENT_SECONDS * rate]
-    most = LARGEST_CORRECTION * rate
+    near = [frame for frame in near if abs(frame - at) < EVENTS.same_event_seconds * rate]
+    most = EVENTS.largest_correction * rate
     return at + float(np.clip(np.mean([at, *near]) - at, -most, most))
 
 
@@ -377,7 +396,9 @@ def _agreed(methods: Sequence[Array], begin: int, end: int, rate: float) -> floa
         return None
     middle = np.median(all_found)
     near = [found[np.argmin(np.abs(found - middle))] for found in inside if len(found)]
-    near = [frame for frame in near if abs(frame - np.median(near)) < SAME_EVENT_SECONDS * rate]
+    near = [
+        frame for frame in near if abs(frame - np.median(near)) < EVENTS.same_event_seconds * rate
+    ]
     return float(np.median(near)) if len(near) > 1 else None
 
 
@@ -442,7 +463,7 @@ def find_events(
             # strikes and toe-offs alternate: a second one next to one from force is wrong
             beside = mine[max(number - 1, 0) : number] + mine[number + 1 : number + 2]
             doubled = any(e.kind == event.kind and e in from_force for e in beside)
-            near = (np.abs(shown[event.kind] - event.time) < SAME_EVENT_SECONDS).any()
+            near = (np.abs(shown[event.kind] - event.time) < EVENTS.same_event_seconds).any()
             if event in from_force or not (doubled or near):
                 kept.append(event)
         kept += _filling([event for event in kept if event.side == side], recording.events)
@@ -459,7 +480,7 @@ def _as_on_plates(events: Sequence[Event], on_plates: Collection[Event]) -> list
             shown = [e.time for e in on_plates if (e.side, e.kind) == (side, kind)]
             seen = np.array([e.time for e in events if (e.side, e.kind) == (side, kind)])
             off = [time - seen[np.argmin(np.abs(seen - time))] for time in shown if len(seen)]
-            off = [each for each in off if abs(each) < LIKELY_SECONDS]
+            off = [each for each in off if abs(each) < EVENTS.likely_seconds]
             if off:
                 shifts[side, kind] = float(np.sum(off) / (len(off) + FOOT_SPREAD[kind]))
     return [

@@ -18,13 +18,21 @@ from gaitval.mocap.foot_markers import foot_markers
 from gaitval.mocap.force_plates import plate_axes
 from gaitval.mocap.recording import Plate, Recording
 
-SETTLING_SECONDS: Final = 0.06
-"""s. Around a strike or toe-off found from markers, which is accurate to about 20 ms, nothing is
-concluded about the plate for this long."""
-LOW_POINT: Final = 0.03
-"""m. A marker of the foot is on the ground if it is within this of its usual lowest height."""
-SHORTEST_SHARED_SECONDS: Final = 0.03
-"""Both feet on a plate for less than this is within the error of the markers' events, s."""
+
+@dataclass(frozen=True)
+class FeetLimits:
+    """Which foot is on which plate."""
+
+    settling_seconds: float = 0.06
+    """s. Around a strike or toe-off found from markers, which is accurate to about 20 ms, nothing
+    is concluded about the plate for this long."""
+    low_point: float = 0.03
+    """m. A marker of the foot is on the ground if it is within this of its usual lowest height."""
+    shortest_shared_seconds: float = 0.03
+    """Both feet on a plate for less than this is within the error of the markers' events, s."""
+
+
+FEET: Final = FeetLimits()
 
 
 @dataclass(frozen=True)
@@ -61,7 +69,7 @@ def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
         with np.errstate(invalid="ignore"):
             # the foot is low in more than half of all frames
             floor = np.nanpercentile(measured[:, :, 2], 20.0, axis=0)
-            low = (outline[:, :, 2] < floor + LOW_POINT) & stance[:, column, None]
+            low = (outline[:, :, 2] < floor + FEET.low_point) & stance[:, column, None]
         outlines.append(outline)
         lows.append(low)
     return Feet((outlines[0], outlines[1]), (lows[0], lows[1]), stance)
@@ -93,7 +101,7 @@ def over_plate(plate: Plate, points: Array, *, margin: float = 0.0) -> Flags:
 
 def shared_by_both(plate: Plate, feet: Feet, rate: float) -> Flags:
     """(T,) whether both `feet` are on one `plate`, at least partly, at the samples of the force,
-    `rate` Hz; periods under `SHORTEST_SHARED_SECONDS` are left out. A plate without corners is
+    `rate` Hz; periods under `FEET.shortest_shared_seconds` are left out. A plate without corners is
     never shared, because nothing is known of its place.
     """
     if not np.isfinite(plate.corners).all():
@@ -105,7 +113,7 @@ def shared_by_both(plate: Plate, feet: Feet, rate: float) -> Flags:
     shared = np.asarray(standing[0] & standing[1])
     # strikes and toe-offs from markers are accurate to about 20 ms
     for begin, end in zip(*runs(shared), strict=True):
-        if end - begin < SHORTEST_SHARED_SECONDS * rate:
+        if end - begin < FEET.shortest_shared_seconds * rate:
             shared[begin:end] = False
     return shared
 

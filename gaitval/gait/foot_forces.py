@@ -21,16 +21,10 @@ from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.gait.divided import divided
 from gaitval.gait.events import foot_contacts
-from gaitval.gait.feet_on_plates import (
-    SETTLING_SECONDS,
-    Feet,
-    distances_to_feet,
-    feet_of,
-    shared_by_both,
-)
+from gaitval.gait.feet_on_plates import FEET, Feet, distances_to_feet, feet_of, shared_by_both
 from gaitval.gait.filters import low_pass
 from gaitval.gait.plate_contacts import (
-    LEAST_PEAK,
+    CONTACTS,
     check_synchrony,
     judge_brushes,
     judge_contact,
@@ -137,7 +131,7 @@ def assign_forces(
         ).with_way_on("--kinematics-only")
     check_synchrony(recording, shares.touched, landmarks)
     peak = shares.wrench[:, :, 2].max()
-    ends = bool(peak >= LEAST_PEAK * processing.force_threshold_n)
+    ends = bool(peak >= CONTACTS.least_peak * processing.force_threshold_n)
     findings += judge_unshown(recording, feet, shares.touched, shares.valid, ends=ends)
     filtered = low_pass(
         shares.wrench, rate=recording.force_rate, cutoff_hz=cutoff_hz, order=processing.filter_order
@@ -191,10 +185,10 @@ def resample_forces(forces: FootForces, times: Array) -> FootForces:
 
 def settled(forces: FootForces) -> Flags:
     """(T, 2) whether a foot's low-passed force is known: where it is `valid`, but for what a loaded
-    foot has within `SETTLING_SECONDS` of frames that are not. There the low-pass has a part of them
-    in it, such as the other foot's force on the same plate.
+    foot has within `FEET.settling_seconds` of frames that are not. There the low-pass has a part of
+    them in it, such as the other foot's force on the same plate.
     """
-    width = 2 * round(SETTLING_SECONDS * forces.rate) + 1
+    width = 2 * round(FEET.settling_seconds * forces.rate) + 1
     loaded = np.isfinite(forces.centre_of_pressure[..., 2])
     beside = binary_dilation(~forces.valid, structure=np.ones((width, 1), dtype=bool))
     return np.asarray(forces.valid & ~(loaded & beside))
@@ -241,7 +235,7 @@ def _share_out(
         # They reach at most half-way to the next contact, so that no sample counts twice.
         before = (ends[number - 1] + begin) // 2 if number else 0
         after = (end + begins[number + 1]) // 2 if number + 1 < len(begins) else samples
-        reach = int(SETTLING_SECONDS * recording.force_rate)
+        reach = int(FEET.settling_seconds * recording.force_rate)
         window = slice(max(before, begin - reach), min(after, end + reach))
         distances = distances_to_feet(plate, feet, begin, end)
         owner = owners_of(plate.force[begin:end, 2], distances, sharing[begin:end])
@@ -271,7 +265,7 @@ def _share_out(
         used[begin:end] = True
     if halved is not None:
         # The load of a double support that is cut off is not known, nor when it began.
-        reach = int(SETTLING_SECONDS * recording.force_rate)
+        reach = int(FEET.settling_seconds * recording.force_rate)
         for begin, end in zip(*runs(sharing & ~halved), strict=True):
             shares.valid[max(begin - reach, 0) : end + reach] = False
     for during, part in parts:  # in the place of what its owner was given of it

@@ -7,6 +7,7 @@ from the forces, and what is used are mean curves over the gait cycle.
 
 import csv
 import re
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -18,26 +19,34 @@ from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
-from gaitval.gait.cycles import PLAUSIBLE_STRIDE, UNUSUAL_STRIDE
+from gaitval.gait.cycles import CYCLES
 from gaitval.gait.events import foot_contacts
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.text_table import numbers_of, sample_rate, text_lines
 
-LOADED: Final = 0.05
-"""Body weights from which a foot is on the ground. Convention: insoles are not quite empty in a
-shoe whose foot is in the air."""
-UNLOADED: Final = 0.03
-"""Body weights in swing from which an insole was not zeroed."""
-FEWEST: Final = 3
-"""Strides of each foot of which a mean is taken."""
-SLOWEST_HZ: Final = 40.0
-"""A double support of 0.1 s has four samples."""
-LARGEST_GAIN: Final = 0.2
-"""By which what both feet carry in a stride may differ from the weight. Calibrated insoles are 4 to
-6 % off (Cramer et al. 2022, Sensors 22:2203, abstract), others 30 to 50 % (39 people, PMC6453056,
-abstract): beyond it, another person, or insoles that have to be calibrated."""
-SAME_STRIDE: Final = 0.1
-"""Share by which the strides may be longer or shorter than those of the markers in one walk."""
+
+@dataclass(frozen=True)
+class InsoleLimits:
+    """Which strides of pressure insoles count."""
+
+    loaded: float = 0.05
+    """Body weights from which a foot is on the ground. Convention: insoles are not quite empty in a
+    shoe whose foot is in the air."""
+    unloaded: float = 0.03
+    """Body weights in swing from which an insole was not zeroed."""
+    fewest: int = 3
+    """Strides of each foot of which a mean is taken."""
+    slowest_hz: float = 40.0
+    """A double support of 0.1 s has four samples."""
+    largest_gain: float = 0.2
+    """By which what both feet carry in a stride may differ from the weight. Calibrated insoles are
+    4 to 6 % off (Cramer et al. 2022, Sensors 22:2203, abstract), others 30 to 50 % (39 people,
+    PMC6453056, abstract): beyond it, another person, or insoles that have to be calibrated."""
+    same_stride: float = 0.1
+    """Share by which the strides may be longer or shorter than those of the markers in one walk."""
+
+
+INSOLES: Final = InsoleLimits()
 
 
 class InsoleForces(NamedTuple):
@@ -99,10 +108,10 @@ def read_insoles(
     path = Path(path)
     found = _read(path, columns)
     rate = sample_rate(path, found.time)
-    if rate < SLOWEST_HZ:
+    if rate < INSOLES.slowest_hz:
         raise RecordError(
             f"{path}: {rate:.0f} samples a second, but both feet are on the ground for 0.1 s only, "
-            f"so {SLOWEST_HZ:.0f} are needed. Export the insoles at their own rate."
+            f"so {INSOLES.slowest_hz:.0f} are needed. Export the insoles at their own rate."
         )
     weights = found.forces / (mass * STANDARD_GRAVITY)
     _in_newton(path, found, weights)
@@ -113,7 +122,7 @@ def read_insoles(
             "other. Give each foot's own."
         )
     time = float(np.mean([np.median([e - b for b, e in each]) for each in by_foot])) / rate
-    if abs(time / stride_time - 1.0) > SAME_STRIDE:
+    if abs(time / stride_time - 1.0) > INSOLES.same_stride:
         raise RecordError(
             f"{path}: its strides last {time:.2f} s, those of the markers {stride_time:.2f} s: it "
             "is another walk, and forces change with speed. Give the insoles of the walk that was "
@@ -126,7 +135,7 @@ def read_insoles(
         ]
     )
     gain = float(curves.mean(axis=1).sum())
-    if abs(gain - 1.0) > LARGEST_GAIN:
+    if abs(gain - 1.0) > INSOLES.largest_gain:
         raise RecordError(
             f"{path}: both feet carry {gain:.2f} of the weight ({mass:g} kg) in the mean of a "
             "stride, and people who walk steadily carry all of it. Look up the unit (N), the mass "
@@ -195,7 +204,7 @@ def _in_newton(path: Path, found: _Table, weights: Array) -> None:
                 f"{most:.2g} of the weight in N; a foot that walks carries 0.9 to 1.5. Give forces "
                 "in N: body weights times mass times 9.81, kilograms times 9.81; up is positive."
             )
-        if abs(least) > UNLOADED:
+        if abs(least) > INSOLES.unloaded:
             raise RecordError(
                 f"{path}: column {name}: {100.0 * least:.0f} % of the weight with the {side} foot "
                 "in the air: the insole was not zeroed, or the person stood. Zero it with the foot "
@@ -206,24 +215,26 @@ def _in_newton(path: Path, found: _Table, weights: Array) -> None:
 def _cycles(path: Path, values: Array, rate: float, name: str) -> list[tuple[float, float]]:
     """The whole strides of a foot, by the samples (from 0) at which it lands."""
     known = np.isfinite(values)
-    begins, _ = foot_contacts(np.where(known, values, 0.0) > LOADED, rate=rate)
+    begins, _ = foot_contacts(np.where(known, values, 0.0) > INSOLES.loaded, rate=rate)
     strikes = []
     for at in (int(each) for each in begins if each > 0):
         before, after = values[at - 1], values[at]
         if np.isfinite(before):  # else a gap ends, in stance or where it landed
-            strikes.append(at - 1.0 + (LOADED - before) / (after - before))
-    low, high = PLAUSIBLE_STRIDE
+            strikes.append(at - 1.0 + (INSOLES.loaded - before) / (after - before))
+    low, high = CYCLES.plausible_stride
     pairs = [
         (begin, end)
         for begin, end in pairwise(strikes)
         if low <= (end - begin) / rate <= high and known[int(begin) : int(end) + 1].all()
     ]
     usual = float(np.median([end - begin for begin, end in pairs])) if pairs else 0.0
-    kept = [each for each in pairs if abs(each[1] - each[0] - usual) <= UNUSUAL_STRIDE * usual]
-    if len(kept) < FEWEST:
+    kept = [
+        each for each in pairs if abs(each[1] - each[0] - usual) <= CYCLES.unusual_stride * usual
+    ]
+    if len(kept) < INSOLES.fewest:
         raise RecordError(
             f"{path}: column {name}: {len(kept)} whole strides from landing to landing, and "
-            f"{FEWEST} are needed for a mean. Give a longer walk without gaps."
+            f"{INSOLES.fewest} are needed for a mean. Give a longer walk without gaps."
         )
     return kept
 
@@ -232,4 +243,4 @@ def _over(values: Array, begin: float, end: float, samples: int) -> Array:
     """(n,) of a stride; nothing where the foot is in the air."""
     at = begin + (end - begin) * np.arange(samples) / samples
     found = np.interp(at, np.arange(len(values)), values)
-    return np.where(found > LOADED, found, 0.0)
+    return np.where(found > INSOLES.loaded, found, 0.0)

@@ -1,7 +1,7 @@
 """Turn mean curves of a gait (101 rows, 0 to 100 % of the cycle) into a subject's periodic curves.
 
 Tolerances are in the curve's unit. A curve that even `HARMONICS_CAP` harmonics miss by more than
-`REFUSED` tolerances is refused as noisy; what they miss by is stored with the curve.
+`TOLERANCES.refused` tolerances is refused as noisy; what they miss by is stored with the curve.
 """
 
 from collections.abc import Mapping
@@ -19,14 +19,24 @@ from gaitval.gait.record import FittedCurve, Force, fit_periodic
 ANGLE_TOLERANCE: Final = float(np.radians(0.3))
 """rad. Small compared with the 5° above which a change between sessions is detectable (Wilken
 2012)."""
-MOMENT_TOLERANCE: Final = 0.02
-"""Nm/kg, about 1 % of the largest moment."""
-FORCE_TOLERANCE: Final = 0.01
-"""Body weights."""
-REFUSED: Final = 3.0
-"""Tolerances: some mean forces jump at toe-off by a little more than one, and are good curves."""
-STANCE_THRESHOLD: Final = 0.03
-"""Body weights of vertical force at which stance ends: 20 N, the usual threshold, at 68 kg."""
+
+
+@dataclass(frozen=True)
+class CurveTolerances:
+    """How closely a mean curve must be represented."""
+
+    moment_tolerance: float = 0.02
+    """Nm/kg, about 1 % of the largest moment."""
+    force_tolerance: float = 0.01
+    """Body weights."""
+    refused: float = 3.0
+    """Tolerances: some mean forces jump at toe-off by a little more than one, and are good
+    curves."""
+    stance_threshold: float = 0.03
+    """Body weights of vertical force at which stance ends: 20 N, the usual threshold, at 68 kg."""
+
+
+TOLERANCES: Final = CurveTolerances()
 
 
 @dataclass(frozen=True)
@@ -67,16 +77,16 @@ class MeanCurves:
 
 def stance_fraction(vertical: Array) -> float:
     """Fraction of the cycle until the `vertical` force (101,), body weights and zero in swing,
-    falls to `STANCE_THRESHOLD` after its peak, linear between rows; a foot that drags in swing may
-    load the plate once more.
+    falls to `TOLERANCES.stance_threshold` after its peak, linear between rows; a foot that drags in
+    swing may load the plate once more.
     """
     # The rows before the next heel strike belong to it, so they are not searched.
     # The force falls through the threshold between this row and the next, on a straight line.
     peak = int(np.argmax(vertical[:90]))
-    under = np.flatnonzero(vertical[peak:90] < STANCE_THRESHOLD)
+    under = np.flatnonzero(vertical[peak:90] < TOLERANCES.stance_threshold)
     last = peak + int(under[0]) - 1 if len(under) else 89
     above, below = vertical[last], vertical[last + 1]
-    return float(last + (above - STANCE_THRESHOLD) / (above - below)) / 100
+    return float(last + (above - TOLERANCES.stance_threshold) / (above - below)) / 100
 
 
 def mean_vertical_force(forces: Mapping[Side, Array]) -> float:
@@ -92,14 +102,15 @@ def fit_curve(
 ) -> FittedCurve:
     """Fit one mean curve of `values` (n,) at `phase` (n,) in 0…1 of the gait cycle, with the fewest
     harmonics that are within `tolerance`, in their unit; see `fit_periodic`. `name` and `path` are
-    for the message of the RecordError if `HARMONICS_CAP` harmonics leave more than `REFUSED`
-    tolerances.
+    for the message of the RecordError if `HARMONICS_CAP` harmonics leave more than
+    `TOLERANCES.refused` tolerances.
     """
     curve, residual = fit_periodic(phase, values, tolerance)
-    if residual > REFUSED * tolerance:
+    if residual > TOLERANCES.refused * tolerance:
         raise RecordError(
             f"{path}: with {len(curve.cosine)} harmonics the curve of {name} still has an error "
-            f"of {residual:.3g} (allowed {REFUSED * tolerance:.3g}): it is noisy or jumps. Give "
+            f"of {residual:.3g} (allowed {TOLERANCES.refused * tolerance:.3g}): it is noisy or "
+            "jumps. Give "
             "more cycles or another trial, or filter it."
         )
     return FittedCurve.fitted((curve, residual))
@@ -115,14 +126,18 @@ def fit_force(force: Array, stance: float, path: Path | str) -> Force:
     if force[100, 2] == 0.0 < force[0, 2]:
         # over ground the next landing is beside the plates; it is the same instant of the cycle
         force = np.vstack([force[:100], force[:1]])
-    elif np.abs(force[100] - force[0]).max() > 2.0 * REFUSED * FORCE_TOLERANCE:
+    elif (
+        np.abs(force[100] - force[0]).max() > 2.0 * TOLERANCES.refused * TOLERANCES.force_tolerance
+    ):
         # two strikes that were timed samples apart: no closed curve is near both
         ends = 0.5 * (force[:1] + force[100:])
         force = np.vstack([ends, force[1:100], ends])
     # Stance, and the strike that ends the cycle: the same instant as row 0, it closes the curve.
     rows = np.append(np.arange(int(stance * 100) + 1), 100)
     forward, left, up = (
-        fit_curve(f"ground reaction {axis}", rows / 100, force[rows, i], FORCE_TOLERANCE, path)
+        fit_curve(
+            f"ground reaction {axis}", rows / 100, force[rows, i], TOLERANCES.force_tolerance, path
+        )
         for i, axis in enumerate(("forward", "left", "up"))
     )
     return Force(forward=forward, left=left, up=up)

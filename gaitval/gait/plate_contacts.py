@@ -4,6 +4,7 @@ Axes: the project's (REP-103, z up). Forces act on the person.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from shlex import quote
 from typing import Final
 
@@ -16,51 +17,54 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.gait.events import foot_contacts, marker_events
-from gaitval.gait.feet_on_plates import (
-    SETTLING_SECONDS,
-    SHORTEST_SHARED_SECONDS,
-    Feet,
-    distances_to_feet,
-    nearest_foot,
-    over_plate,
-)
+from gaitval.gait.feet_on_plates import FEET, Feet, distances_to_feet, nearest_foot, over_plate
 from gaitval.mocap.force_plates import RENUMBER, numbered_other_way
 from gaitval.mocap.lost_frames import lost_frames, lost_text
 from gaitval.mocap.recording import Event, Plate, Recording
 from gaitval.mocap.repairs import Repair, repair
 
-OUTSIDE_FOOT: Final = 0.06
-"""m. How far outside the outline of the foot a centre of pressure may be: the shoe extends 1 to 2
-cm beyond the markers, plates and cameras agree within 2 cm, and small forces make it uncertain."""
-EDGE_M: Final = 0.02
-"""m by which markers may be beside a plate: the outline's toes are an estimate, and plates and
-cameras agree no better."""
+
+@dataclass(frozen=True)
+class ContactLimits:
+    """When a contact with a plate is one of the whole foot and of that foot."""
+
+    outside_foot: float = 0.06
+    """m. How far outside the outline of the foot a centre of pressure may be: the shoe extends 1 to
+    2 cm beyond the markers, plates and cameras agree within 2 cm, and small forces make it
+    uncertain."""
+    edge_m: float = 0.02
+    """m by which markers may be beside a plate: the outline's toes are an estimate, and plates and
+    cameras agree no better."""
+    outside_share: float = 0.2
+    """Fraction of a contact's loaded time beyond `outside_foot` that marks it as another foot's."""
+    well_loaded: float = 0.2
+    """Fraction of the contact's peak force above which the centre of pressure is used."""
+    least_shown: float = 0.8
+    """Fraction of a stance, by markers, in which the plates must show a force."""
+    longest_missed: float = 0.09
+    """s of a stance's beginning or end, by markers, that a plate may not show: -25 to 41 and -28 to
+    50 ms in 64 stances of 24 people, the last at 0.5 m/s."""
+    least_peak: float = 10.0
+    """Force thresholds, of at most 5 % of the weight, that some foot must load a plate with, else
+    where stances begin and end is not known from it: twenty, where the forces are in the unit they
+    have."""
+    brush_force: float = 2.0
+    """A touch too short for a stance is reported above this many force thresholds."""
+    longest_flight: float = 0.25
+    """s. Runners are in the air for at most about 0.15 s of a step (Weyand et al. 2000)."""
+    largest_lag_seconds: float = 0.06
+    """s. Events from forces may be this much earlier or later than those from markers, in the
+    median of strikes and of toe-offs: at most 0.03 s in WBDS01 T01 and the walk of Rajagopal et al.
+    2016."""
+    usual_delay: float = 0.003
+    """s by which forces come later than the motion that markers show, mean of sound recordings of
+    three laboratories: soft tissue moves before the bones, and force channels have filters."""
+
+
+CONTACTS: Final = ContactLimits()
+
 OUTSIDE: Final = "outside the foot"
 """Words of a finding about that, by which such contacts are counted."""
-OUTSIDE_SHARE: Final = 0.2
-"""Fraction of a contact's loaded time beyond `OUTSIDE_FOOT` that marks it as another foot's."""
-WELL_LOADED: Final = 0.2
-"""Fraction of the contact's peak force above which the centre of pressure is used."""
-LEAST_SHOWN: Final = 0.8
-"""Fraction of a stance, by markers, in which the plates must show a force."""
-LONGEST_MISSED: Final = 0.09
-"""s of a stance's beginning or end, by markers, that a plate may not show: -25 to 41 and -28 to 50
-ms in 64 stances of 24 people, the last at 0.5 m/s."""
-LEAST_PEAK: Final = 10.0
-"""Force thresholds, of at most 5 % of the weight, that some foot must load a plate with, else where
-stances begin and end is not known from it: twenty, where the forces are in the unit they have."""
-BRUSH_FORCE: Final = 2.0
-"""A touch too short for a stance is reported above this many force thresholds."""
-
-LONGEST_FLIGHT: Final = 0.25
-"""s. Runners are in the air for at most about 0.15 s of a step (Weyand et al. 2000)."""
-
-LARGEST_LAG_SECONDS: Final = 0.06
-"""s. Events from forces may be this much earlier or later than those from markers, in the median of
-strikes and of toe-offs: at most 0.03 s in WBDS01 T01 and the walk of Rajagopal et al. 2016."""
-USUAL_DELAY: Final = 0.003
-"""s by which forces come later than the motion that markers show, mean of sound recordings of three
-laboratories: soft tissue moves before the bones, and force channels have filters."""
 
 
 def owners_of(vertical: Array, distances: Array, shared: Flags) -> NDArray[np.int64]:
@@ -121,7 +125,7 @@ def judge_contact(
         action = _why_shared(recording, plate, feet, slice(first, last), cut_off=halved is not None)
         findings.append(repair(recording, "contact", names, first, last, action))
     load = plate.force[begin:end, 2]
-    heavy = load > WELL_LOADED * load.max()
+    heavy = load > CONTACTS.well_loaded * load.max()
     for column, side in enumerate(SIDES):
         mine = (owner == column) & ~(sharing if halved is None else sharing | halved)[begin:end]
         if not mine.any():
@@ -185,8 +189,8 @@ def _why_outside(distances: Array, loaded: Flags) -> str | None:
     the plate is well `loaded` (n,); None if it is. A small force has an uncertain one.
     """
     known = distances[loaded & np.isfinite(distances)]
-    away = known > OUTSIDE_FOOT
-    if not len(away) or away.mean() <= OUTSIDE_SHARE:
+    away = known > CONTACTS.outside_foot
+    if not len(away) or away.mean() <= CONTACTS.outside_share:
         return None
     return (
         f"the centre of pressure is up to {100 * known.max():.0f} cm "
@@ -206,10 +210,11 @@ def _why_beside(
         return None
     # Within 2 cm of an edge the centre of pressure knows better than markers.
     on_any = np.any(
-        [over_plate(other, feet.outlines[column], margin=EDGE_M) for other in plates], axis=0
+        [over_plate(other, feet.outlines[column], margin=CONTACTS.edge_m) for other in plates],
+        axis=0,
     )
     off = (feet.low[column] & ~on_any).any(axis=1)[begin : begin + len(loaded)] & loaded
-    few = off.mean() * len(off) <= SHORTEST_SHARED_SECONDS * recording.force_rate
+    few = off.mean() * len(off) <= FEET.shortest_shared_seconds * recording.force_rate
     return None if few else "part of the foot is beside the plates; forces not used"
 
 
@@ -223,7 +228,7 @@ def judge_brushes(
     valid: Flags,
 ) -> list[Repair]:
     """A finding for each touch of a `plate` of `recording` that is too short to be a stance, but
-    above `BRUSH_FORCE` thresholds of `processing`.
+    above `CONTACTS.brush_force` thresholds of `processing`.
 
     `vertical` (T,) N is the plate's low-passed force, `used` (T,) are samples that are part of a
     contact; `valid` (T, 2) is set to False in place for the nearer one of `feet`.
@@ -232,7 +237,7 @@ def judge_brushes(
     threshold = processing.force_threshold_n
     for begin, end in zip(*runs((vertical > threshold) & ~used), strict=True):
         peak = float(vertical[begin:end].max())
-        if peak < BRUSH_FORCE * threshold:
+        if peak < CONTACTS.brush_force * threshold:
             continue
         column = nearest_foot(distances_to_feet(plate, feet, begin, end))
         valid[begin:end, column] = False
@@ -248,21 +253,28 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
     see `foot_markers`.
 
     Raises RecordError if in the median both strikes and toe-offs are more than
-    `LARGEST_LAG_SECONDS` later, or both earlier, than the markers show them; or as `marker_events`.
+    `CONTACTS.largest_lag_seconds` later, or both earlier, than the markers show them; or as
+    `marker_events`.
     """
     events = marker_events(recording, landmarks=landmarks)
     lags = _lags(recording, touched, events)
     # A shifted clock moves strikes and toe-offs the same way. If only one is late the contacts are
     # longer or shorter, for which there are other reasons.
     early, late = sorted(lags.values())
-    lag = late if early > LARGEST_LAG_SECONDS else early if late < -LARGEST_LAG_SECONDS else 0.0
+    lag = (
+        late
+        if early > CONTACTS.largest_lag_seconds
+        else early
+        if late < -CONTACTS.largest_lag_seconds
+        else 0.0
+    )
     if not lag:
         # Half a stride is as near to the strike before as to the one after, so that medians of both
         # signs may be anything.
         lags = _lags(recording, touched, events, sizes=True)
         lag = min(lags.values())
         other = _lags(recording, touched[:, ::-1], events, sizes=True)
-        if lag < LARGEST_LAG_SECONDS or max(other.values()) > LARGEST_LAG_SECONDS:
+        if lag < CONTACTS.largest_lag_seconds or max(other.values()) > CONTACTS.largest_lag_seconds:
             return
     when = "after" if lag > 0 else "before"
     seen = (
@@ -271,7 +283,7 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
         "markers show it (medians)"
     )
     exchanged = _lags(recording, touched[:, ::-1], events)
-    if max(map(abs, exchanged.values())) < LARGEST_LAG_SECONDS:
+    if max(map(abs, exchanged.values())) < CONTACTS.largest_lag_seconds:
         raise RecordError(
             f"{seen}, but with right and left of the plates exchanged they do so at the same time: "
             f"the plates show each foot's forces under the other one. {_why_exchanged(recording)}"
@@ -345,12 +357,12 @@ def _cut_off(touched: Flags, begin: int, end: int, rate: float) -> str:
     starts, stops = runs(touched)
     late = (starts[stops > begin + there[0]][0] - begin) / rate
     early = (end - stops[starts <= begin + there[-1]][-1]) / rate
-    if min(late, early) < -SETTLING_SECONDS or max(late, early) <= LONGEST_MISSED:
+    if min(late, early) < -FEET.settling_seconds or max(late, early) <= CONTACTS.longest_missed:
         return ""
     missed = [
         f"the {what} {1000 * seconds:.0f} ms"
         for what, seconds in (("first", late), ("last", early))
-        if seconds > LONGEST_MISSED
+        if seconds > CONTACTS.longest_missed
     ]
     return (
         f"the plates do not show {' and '.join(missed)} of this stance, by markers: part of the "
@@ -367,7 +379,7 @@ def judge_unshown(
     stances. `ends` is whether forces are large enough to show where a stance begins and ends.
     """
     findings = []
-    settling = round(SETTLING_SECONDS * recording.force_rate)
+    settling = round(FEET.settling_seconds * recording.force_rate)
     for column, side in enumerate(SIDES):
         # Events from markers are accurate to about 20 ms, so a stance may seem to reach beyond its
         # contact on the plate.
@@ -375,19 +387,19 @@ def judge_unshown(
         for begin, end in zip(*runs(feet.stance[:, column]), strict=True):
             share = float(shown[begin:end].mean())
             cut = ends and _cut_off(touched[:, column], begin, end, recording.force_rate)
-            if share >= LEAST_SHOWN and not cut:
+            if share >= CONTACTS.least_shown and not cut:
                 continue
             valid[begin:end, column] = False
             action = (
                 "is on no plate; no forces there"
-                if share < 1.0 - LEAST_SHOWN
+                if share < 1.0 - CONTACTS.least_shown
                 else f"{cut}; forces not used"
-                if share >= LEAST_SHOWN
+                if share >= CONTACTS.least_shown
                 else f"the plates show only {100 * share:.0f} % of this stance; forces not used"
             )
             findings.append(repair(recording, "contact", (f"{side} foot",), begin, end, action))
     for begin, end in zip(*runs(np.asarray(~(feet.stance | touched).any(axis=1))), strict=True):
-        if end - begin > LONGEST_FLIGHT * recording.force_rate:
+        if end - begin > CONTACTS.longest_flight * recording.force_rate:
             valid[begin:end] = False
             action = "neither is seen on the ground, longer than anybody flies; no forces there"
             findings.append(repair(recording, "contact", ("both feet",), begin, end, action))

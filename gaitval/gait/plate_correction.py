@@ -16,7 +16,7 @@ from pydantic import Field
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.record import (
-    HARMONICS_CAP,
+    HARMONICS,
     FiniteNumber,
     GaitRecord,
     StoredPart,
@@ -77,7 +77,7 @@ def corrected(record: GaitRecord, plates: PlateCorrection) -> GaitRecord:
             # Body weights times g are N/kg, and times m Nm/kg. The shift is taken away from the
             # true force, so it is scaled as well.
             lever = sign * plates.shift[side] * plates.scale * vertical * STANDARD_GRAVITY
-            moments[name] = periodic_through(curve(phase) * loaded - lever, HARMONICS_CAP)
+            moments[name] = periodic_through(curve(phase) * loaded - lever, HARMONICS.harmonics_cap)
     forces = {}
     for side in SIDES:
         forward, left, up = (weighted_sum([curve], [plates.scale]) for curve in record.forces[side])

@@ -4,28 +4,36 @@ The correction is made to the wrench; see `foot_forces`. Axes: the project's (RE
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from scipy.ndimage import binary_erosion
 
 from gaitval.arrays import Array, runs
-from gaitval.gait.feet_on_plates import SETTLING_SECONDS, Feet, feet_of, reaches
+from gaitval.gait.feet_on_plates import FEET, Feet, feet_of, reaches
 from gaitval.gait.filters import low_pass
 from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.repairs import Repair, repair
 
-LEAST_UNLOADED_SECONDS: Final = 0.1
-"""A plate's offset is its mean over at least this time without a foot on it, s."""
-SMALLEST_OFFSET_N: Final = 1.0
-"""Offsets below this are the noise of a plate."""
-RESTLESS_N: Final = 15.0
-"""Standard deviation of the low-passed vertical force of an unloaded plate above which something
-other than an offset acts on it, N. A running belt leaves about 1 N."""
-RESTLESS_CUTOFF_HZ: Final = 20.0
-"""... after this low-pass, Hz: a belt's motor and frame shake the plate at 25 Hz and above."""
+
+@dataclass(frozen=True)
+class OffsetLimits:
+    """What the offset of an unloaded plate is taken from."""
+
+    least_unloaded_seconds: float = 0.1
+    """A plate's offset is its mean over at least this time without a foot on it, s."""
+    smallest_offset_n: float = 1.0
+    """Offsets below this are the noise of a plate."""
+    restless_n: float = 15.0
+    """Standard deviation of the low-passed vertical force of an unloaded plate above which
+    something other than an offset acts on it, N. A running belt leaves about 1 N."""
+    restless_cutoff_hz: float = 20.0
+    """... after this low-pass, Hz: a belt's motor and frame shake the plate at 25 Hz and above."""
+
+
+OFFSETS: Final = OffsetLimits()
 
 
 def zero_plates(
@@ -70,7 +78,7 @@ def zero_plates(
 
 def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list[Repair]]:
     rate = recording.force_rate
-    settling = round(SETTLING_SECONDS * rate)
+    settling = round(FEET.settling_seconds * rate)
     occupied = np.zeros(len(plate.force), dtype=bool)
     for column in (0, 1):
         occupied |= feet.stance[:, column] & reaches(plate, feet.outlines[column])
@@ -80,35 +88,35 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
     phases = [
         (begin, end)
         for begin, end in zip(*runs(free), strict=True)
-        if end - begin >= LEAST_UNLOADED_SECONDS * rate
+        if end - begin >= OFFSETS.least_unloaded_seconds * rate
     ]
     if not phases:
         return plate, []
     # Whether something acts on the plate is judged below the frequencies at which a belt shakes it.
-    smooth = low_pass(plate.force[:, 2], rate=rate, cutoff_hz=RESTLESS_CUTOFF_HZ)
+    smooth = low_pass(plate.force[:, 2], rate=rate, cutoff_hz=OFFSETS.restless_cutoff_hz)
     spreads = [float(smooth[begin:end].std()) for begin, end in phases]
     restless = float(np.median(spreads))
-    if restless <= RESTLESS_N:
+    if restless <= OFFSETS.restless_n:
         # A foot whose markers are lost, or whose strike they do not show, may be on it in others.
         both = zip(phases, spreads, strict=True)
-        phases = [phase for phase, spread in both if spread <= RESTLESS_N]
+        phases = [phase for phase, spread in both if spread <= OFFSETS.restless_n]
     middles = np.array([0.5 * (begin + end - 1) for begin, end in phases])
     components = plate.force if plate.moment is None else np.hstack([plate.force, plate.moment])
     means = np.array([components[begin:end].mean(axis=0) for begin, end in phases])
     size = float(np.abs(np.median(means[:, :3], axis=0)).max())
     drift = float(np.ptp(means[:, 2])) if len(phases) > 1 else 0.0
-    if size < SMALLEST_OFFSET_N and drift < SMALLEST_OFFSET_N:
+    if size < OFFSETS.smallest_offset_n and drift < OFFSETS.smallest_offset_n:
         return plate, []
 
     kept = ""
     with_foot = float(np.median(plate.force[occupied, 2])) if occupied.any() else np.inf
-    if float(np.median(means[:, 2])) > abs(with_foot) + RESTLESS_N:
+    if float(np.median(means[:, 2])) > abs(with_foot) + OFFSETS.restless_n:
         # An offset is there with a foot on the plate, too, whose weight adds to it.
         kept = (
             f"with a foot on it {with_foot:.0f} N up, so somebody stood on it there: the corners "
             "of two plates are exchanged, or the markers and forces are of different trials"
         )
-    elif restless > RESTLESS_N:
+    elif restless > OFFSETS.restless_n:
         kept = (
             f"its force varies there by {restless:.0f} N (standard deviation), so something else "
             "was on it"

@@ -4,7 +4,7 @@ Axes: the project's (REP-103, z up).
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -15,21 +15,31 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.foot_markers import foot_markers
 from gaitval.mocap.recording import Plate, Recording
 
-LOWEST_M: Final = 0.3
-"""m above the lowest marker of the feet. What is lower may be a step or a sloping treadmill."""
-CLEAR_M: Final = 0.1
-"""m above the highest place at which a whole foot ever is: the markers are on top of the shoe."""
-USUAL: Final = 98.0
-"""Percentile of a foot's heights that stands for the highest: a marker may be a ghost for once."""
-OVERHEAD_M: Final = 1.5
-"""m above the highest marker, at which a support may hang."""
-NO_WEIGHT_N: Final = 20.0
-"""N. Who never pushes a plate down by more does not stand on it."""
-OFF_FLOOR_M: Final = 0.04
-"""m above the lowest marker of the feet. What pushes sideways there, and never down, is no floor's,
-whose point of application is below the markers."""
-LOADED_N: Final = 10.0
-"""N. The point of a smaller force is not known."""
+
+@dataclass(frozen=True)
+class RaisedLimits:
+    """What tells that a plate is not the floor."""
+
+    lowest_m: float = 0.3
+    """m above the lowest marker of the feet. What is lower may be a step or a sloping treadmill."""
+    clear_m: float = 0.1
+    """m above the highest place at which a whole foot ever is: the markers are on top of the
+    shoe."""
+    usual: float = 98.0
+    """Percentile of a foot's heights that stands for the highest: a marker may be a ghost for
+    once."""
+    overhead_m: float = 1.5
+    """m above the highest marker, at which a support may hang."""
+    no_weight_n: float = 20.0
+    """N. Who never pushes a plate down by more does not stand on it."""
+    off_floor_m: float = 0.04
+    """m above the lowest marker of the feet. What pushes sideways there, and never down, is no
+    floor's, whose point of application is below the markers."""
+    loaded_n: float = 10.0
+    """N. The point of a smaller force is not known."""
+
+
+RAISED: Final = RaisedLimits()
 
 
 def without_raised(
@@ -51,16 +61,20 @@ def without_raised(
     except RecordError:  # said when joints and events are found, with all that is missing
         return recording, ()
     feet = [each.outline[..., 2] for each in seen.values()]
-    floor = float(np.nanpercentile(np.concatenate(feet, axis=1), 100.0 - USUAL))
+    floor = float(np.nanpercentile(np.concatenate(feet, axis=1), 100.0 - RAISED.usual))
     lowest = [each[np.isfinite(each).any(axis=1)] for each in feet]
-    reached = max(float(np.percentile(np.nanmin(each, axis=1), USUAL)) for each in lowest)
+    reached = max(float(np.percentile(np.nanmin(each, axis=1), RAISED.usual)) for each in lowest)
     head = float(np.nanmax(recording.markers[..., 2]))
     kept, flags = list[Plate](), list[QualityFlag]()
     for plate, height in zip(recording.plates, heights, strict=True):
-        high = max(floor + LOWEST_M, reached + CLEAR_M)
+        high = max(floor + RAISED.lowest_m, reached + RAISED.clear_m)
         # Where the corners are known, it is a plate, and its vertical channel is dead.
         sideways = height <= high and np.isnan(plate.corners).any() and _never_down(plate)
-        if not (floor + OFF_FLOOR_M if sideways else high) < height < head + OVERHEAD_M:
+        if (
+            not (floor + RAISED.off_floor_m if sideways else high)
+            < height
+            < head + RAISED.overhead_m
+        ):
             kept.append(plate)
             continue
         load = float(np.linalg.norm(plate.force - np.median(plate.force, axis=0), axis=1).max())
@@ -85,7 +99,7 @@ def without_raised(
             )
         flags.append(
             QualityFlag(
-                "plate above the feet", f"plate {plate.name}", height - floor, LOWEST_M, "m",
+                "plate above the feet", f"plate {plate.name}", height - floor, RAISED.lowest_m, "m",
                 what, plate=plate.name,
             )
         )  # fmt: skip
@@ -94,13 +108,15 @@ def without_raised(
 
 def _never_down(plate: Plate) -> bool:
     """Whether a plate's force pushes nobody up."""
-    return bool(np.abs(plate.force[:, 2]).max(initial=0.0) < NO_WEIGHT_N)
+    return bool(np.abs(plate.force[:, 2]).max(initial=0.0) < RAISED.no_weight_n)
 
 
 def _height(plate: Plate) -> float:
     """m, of the surface of a plate, or of the points of its force; NaN if nothing tells it."""
     if np.isfinite(plate.corners).all():
         return float(plate.corners[:, 2].mean())
-    heights: Array = plate.centre_of_pressure[np.linalg.norm(plate.force, axis=1) > LOADED_N, 2]
+    heights: Array = plate.centre_of_pressure[
+        np.linalg.norm(plate.force, axis=1) > RAISED.loaded_n, 2
+    ]
     heights = heights[np.isfinite(heights)]
     return float(np.median(heights)) if len(heights) else float("nan")

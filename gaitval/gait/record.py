@@ -8,7 +8,7 @@ side's curves run over that side's own gait cycle, phase 0 = its heel strike.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -82,16 +82,27 @@ REQUIRED_MOMENTS = tuple(
 )
 """The moments that every record with kinetics has: those that walks are compared with."""
 
-HARMONICS_CAP = 40
-"""Most harmonics that `fit_periodic` tries; rows 1 % of the cycle apart resolve fewer than 50."""
 
-ROUGHNESS = 1e-6
-"""Weight of Σ k⁴(cosine² + sine²) beside the sum of squared residuals in `fit_periodic`.
+@dataclass(frozen=True)
+class HarmonicSettings:
+    """How a mean curve becomes a Fourier series."""
 
-It matters only where samples are missing (moments around the seam, forces in swing): there it keeps
-every force below 5 body weights, instead of 100, and changes the number of harmonics of a fit by at
-most three.
-"""
+    harmonics_cap: int = 40
+    """Most harmonics that `fit_periodic` tries; rows 1 % of the cycle apart resolve fewer than
+    50."""
+    roughness: float = 1e-6
+    """Weight of Σ k⁴(cosine² + sine²) beside the sum of squared residuals in `fit_periodic`.
+
+    It matters only where samples are missing (moments around the seam, forces in swing): there it
+    keeps every force below 5 body weights, instead of 100, and changes the number of harmonics of a
+    fit by at most three.
+    """
+    few: int = 1000
+    """Most phases whose cosines and sines are kept: the many curves of a record are asked for the
+    same ones, and cosines and sines are nearly all of the work."""
+
+
+HARMONICS: Final = HarmonicSettings()
 
 
 @dataclass(frozen=True)
@@ -117,16 +128,10 @@ class PeriodicCurve:
         return np.asarray(cosines @ (k * np.array(self.sine)) - sines @ (k * np.array(self.cosine)))
 
 
-_FEW = 1000
-"""Most phases whose cosines and sines are kept: the many curves of a record are asked for the same
-ones, and cosines and sines are nearly all of the work.
-"""
-
-
 def _waves(phase: ArrayLike, harmonics: int) -> tuple[Array, Array]:
     """Cosines and sines (…, H) of 2πkφ at `phase` (…) for k = 1 to H, the number of `harmonics`."""
-    at, most = np.asarray(phase, dtype=float), max(harmonics, HARMONICS_CAP)
-    find = _kept_waves if at.size <= _FEW else _kept_waves.__wrapped__
+    at, most = np.asarray(phase, dtype=float), max(harmonics, HARMONICS.harmonics_cap)
+    find = _kept_waves if at.size <= HARMONICS.few else _kept_waves.__wrapped__
     cosines, sines = (each[:, :harmonics] for each in find(at.tobytes(), most))
     return cosines.reshape(*at.shape, harmonics), sines.reshape(*at.shape, harmonics)
 
@@ -170,12 +175,12 @@ def fit_periodic(
 ) -> tuple[PeriodicCurve, float]:
     """The shortest Fourier series that passes every one of `values` (n,) at `phase` (n,) in 0…1
     within `tolerance`, and its largest absolute residual, all in one unit; that exceeds the
-    tolerance where `HARMONICS_CAP` harmonics are not enough.
+    tolerance where `HARMONICS.harmonics_cap` harmonics are not enough.
 
     Samples at phase 0 and 1 are the same instant, one cycle apart. Each gets half the weight, so
     the curve passes through their mean and the residual contains their difference. Parts of the
-    cycle may be left out; there the curve is the smoothest continuation (`ROUGHNESS`), not a
-    measurement.
+    cycle may be left out; there the curve is the smoothest continuation (`HARMONICS.roughness`),
+    not a measurement.
     """
     phase = np.asarray(phase, dtype=float)
     values = np.asarray(values, dtype=float)
@@ -183,13 +188,15 @@ def fit_periodic(
     weight = np.where((phase == 0) | (phase == 1), np.sqrt(0.5), 1.0)
     curve, residual = PeriodicCurve(float(values.mean()), (), ()), np.inf
     # From few to many: the shortest series that is close enough follows noise least.
-    for harmonics in range(1, HARMONICS_CAP + 1):
+    for harmonics in range(1, HARMONICS.harmonics_cap + 1):
         order = np.arange(1, harmonics + 1)
         angles = 2 * np.pi * np.outer(phase, order)
         design = np.hstack([np.ones((len(phase), 1)), np.cos(angles), np.sin(angles)])
         # Extra rows of the least-squares problem, one for each coefficient: their squares add
-        # `ROUGHNESS` Σ k⁴ (cosine² + sine²). The mean is free.
-        roughness = np.sqrt(ROUGHNESS) * np.diag(np.concatenate([[0], order**2, order**2]))
+        # `HARMONICS.roughness` Σ k⁴ (cosine² + sine²). The mean is free.
+        roughness = np.sqrt(HARMONICS.roughness) * np.diag(
+            np.concatenate([[0], order**2, order**2])
+        )
         coefficients = np.linalg.lstsq(
             np.vstack([design * weight[:, None], roughness]),
             np.concatenate([values * weight, np.zeros(len(roughness))]),

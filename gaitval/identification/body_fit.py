@@ -29,26 +29,37 @@ from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.reference.dynamic_fit import (
+    DYNAMIC_FIT,
     INFERENCE,
-    INSTANTS,
     Problem,
     Solution,
     fit_problem,
     solve_problem,
     with_softer_friction,
 )
-from gaitval.reference.motion import FEED_FORWARD, HARMONICS, ReferenceMotion, build_reference
+from gaitval.reference.motion import FEED_FORWARD, MOTION, ReferenceMotion, build_reference
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
 
 if TYPE_CHECKING:
     from gaitval.model.extended import ExtendedParameter
 
-_PLATES: Final = 2
-"""First numbers of `Solution.common`: shifts of the plates; then the lean of the trunk."""
-BODY: Final = _PLATES + 1
+
+@dataclass(frozen=True)
+class FitSettings:
+    """Sizes of the fit of a body."""
+
+    plates: int = 2
+    """First numbers of `Solution.common`: shifts of the plates; then the lean of the trunk."""
+    fixed: float = 1e6
+    """1 / prior SD of a number that is held."""
+    mode_gain: float = 1e-5
+    """Relative decrease of the sum of squares at which a mode is found, to hundredths of an SD."""
+
+
+FIT: Final = FitSettings()
+
+BODY: Final = FIT.plates + 1
 """First of the numbers that are mu, in units of the prior's SD."""
-_FIXED: Final = 1e6
-"""1 / prior SD of a number that is held."""
 NUISANCES: Final = BODY + len(PARAMETERS)
 """First of the errors of the laboratory's joint centres, in units of their SD."""
 _CENTRES: Final = tuple(
@@ -65,9 +76,6 @@ _SHOWN: Final = slice(2, len(PARAMETERS))
 """Parameters that the fit looks for. Passive damping is a part of the net joint moments that are
 recorded, and friction does not matter to a foot that does not slip. The record determines neither,
 and the fit must not seem to, by way of the smoothing of the contact law."""
-
-_MODE_GAIN: Final = 1e-5
-"""Relative decrease of the sum of squares at which a mode is found, to hundredths of an SD."""
 
 
 @dataclass(frozen=True)
@@ -212,7 +220,7 @@ class BodyFit:
             whole = problem.bodies
             varied = tuple(index for index in problem.varied if index >= _EXTENDED)
             problem = problem._replace(bodies=lambda common: whole(common + unit), varied=varied)
-            prior[BODY:NUISANCES] = _FIXED
+            prior[BODY:NUISANCES] = FIT.fixed
         return solve_problem(
             problem._replace(prior=prior), start=begin, smallest_gain=smallest_gain,
             with_covariance=with_covariance,
@@ -230,7 +238,7 @@ class BodyFit:
 
     def mode(self, start: Solution) -> Solution:
         """The most likely of what the fit finds from `start`."""
-        return self.solve(start=start, smallest_gain=_MODE_GAIN)
+        return self.solve(start=start, smallest_gain=FIT.mode_gain)
 
     @staticmethod
     def looked_for() -> Flags:
@@ -257,7 +265,7 @@ class BodyFit:
             prior_mean=self.prior_mean,
             prior_sd=self.prior_sd,
             log_posterior=-0.5 * found.cost,
-            plates=found.common[:_PLATES],
+            plates=found.common[: FIT.plates],
             extended_mean=sizes * found.common[_EXTENDED:],
             extended_sd=sizes * np.sqrt(np.diag(found.covariance)[_EXTENDED:]),
         )
@@ -269,7 +277,7 @@ def _law_weights(plain: Array, mass: float, noise: NoiseSettings) -> Array:
     """
     weights, weight = plain.copy(), mass * GRAVITY
     # The 160 instants of a curve share smooth errors: they count as `independent` measurements.
-    norm = np.sqrt(noise.independent / INSTANTS)
+    norm = np.sqrt(noise.independent / DYNAMIC_FIT.instants)
     for i, side in enumerate(SIDES):
         place = FOOT + FOOT_NUMBERS * i
         sizes = np.array([noise.forward_force, noise.medial_force, noise.vertical_force])
@@ -286,7 +294,7 @@ def angle_sd(noise: NoiseSettings) -> Array:
     the cosines and the sines: an offset (`angle_offset` of `noise`), and a waveform of the RMS
     `angle`, rad, whose harmonics fall off with the square of their number beyond `angle_harmonics`.
     """
-    harmonic = np.arange(1, HARMONICS + 1)
+    harmonic = np.arange(1, MOTION.harmonics + 1)
     size = np.minimum(1.0, (noise.angle_harmonics / harmonic) ** 2)
     # A harmonic's cosine and sine with SD s contribute s² to the mean square: ½ s² each.
     size *= noise.angle / np.sqrt(np.sum(size**2))

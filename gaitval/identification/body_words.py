@@ -9,9 +9,9 @@ from gaitval._internal.text.number_text import number
 from gaitval.coordinates import SIDES
 from gaitval.identification.combinations import judged_combinations
 from gaitval.identification.joints import FunctionalLeg, with_joints
-from gaitval.identification.legs import SEEN, LegDifference
+from gaitval.identification.legs import LEG_ODDS, LegDifference
 from gaitval.identification.pooled import SAME
-from gaitval.identification.shared_errors import LARGEST_DEVIANCE, Shared
+from gaitval.identification.shared_errors import SHARED, Shared
 from gaitval.identification.verdicts import Judged
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
@@ -31,7 +31,8 @@ def sentences(found: Shared, model: BodyModel) -> str:
     if not found.fits:
         return (
             f"The record does not fit the model of its errors (deviance {found.cost:.0f}, of other "
-            f"people 70 to 225, at most {LARGEST_DEVIANCE:.0f}): nothing is learned of the body, "
+            f"people 70 to 225, at most {SHARED.largest_deviance:.0f}): nothing is learned of "
+            "the body, "
             f"which stays as scaled, legs {100 * model.leg_length:.1f} cm. Look at mass, speed and "
             "plates."
         )
@@ -40,7 +41,8 @@ def sentences(found: Shared, model: BodyModel) -> str:
     length = f"Legs: {100 * (scaled + leg.mean):.1f} ± {100 * leg.sd:.1f} cm, thigh and shank"
     before = f"scaled: {100 * scaled:.1f} ± {100 * leg.prior_sd:.1f}"
     added = ", so the record adds next to nothing" if leg.contraction > _LITTLE else ""
-    fit = f"The record fits the model (deviance {found.cost:.0f}, at most {LARGEST_DEVIANCE:.0f})"
+    most = SHARED.largest_deviance
+    fit = f"The record fits the model (deviance {found.cost:.0f}, at most {most:.0f})"
     return f"{length} ({before}){added}. {_difference(found.legs)}. {fit}."
 
 
@@ -63,7 +65,7 @@ def walker_words(*, found: bool, two_legs: bool) -> str:
 def _difference(legs: LegDifference) -> str:
     """Which leg is longer, or that this cannot be seen."""
     mean, sd = legs.estimate
-    if abs(mean) <= SEEN * sd:
+    if abs(mean) <= LEG_ODDS.seen * sd:
         size = f"{number(1000 * mean, 0)} ± {1000 * sd:.0f} mm"
         return f"Whether the legs differ in length cannot be seen (left less right {size})"
     longer = "The left leg is longer by" if mean > 0 else "The right leg is longer by"

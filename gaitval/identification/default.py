@@ -21,7 +21,7 @@ from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.body_report import in_words
 from gaitval.identification.combinations import correlation, judged_combinations, parameter_sum
 from gaitval.identification.offsets import offset_of
-from gaitval.identification.shared_errors import STUCK, identified
+from gaitval.identification.shared_errors import SHARED, identified
 from gaitval.identification.unidentified import bounded
 from gaitval.identification.verdicts import judged
 from gaitval.metrics.identified_body import MOST
@@ -75,6 +75,6 @@ def shared_identification(
             else 0.0,
             "deviance_nominal": number(fixed_body.cost),
             "deviance_identified": number(shared.cost),
-            "converged": shared.left <= STUCK,
+            "converged": shared.left <= SHARED.stuck,
         }
     )  # fmt: skip

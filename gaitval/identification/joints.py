@@ -30,14 +30,23 @@ from gaitval.identification.verdicts import Judged, verdict_of
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 
-MISSED: Final = 0.0134 / 3**0.5
-"""m each way, of a functional hip centre, from ultrasound (Hicks and Richards 2005, Gait Posture
-22:138: 13.4 mm in space)."""
-ANKLE: Final = 0.005
-"""m, of the ankle's height by malleoli (Della Croce et al. 2005, Gait Posture 21:226)."""
-KNEE: Final = 0.009
-"""m, of the height of a functional knee axis: of 60 people whose skin wanders by 5 mm on the thigh
-and 3 mm on the shank in the rhythm of bending, 8.6 mm."""
+
+@dataclass(frozen=True)
+class JointErrors:
+    """m. Errors of joint centres."""
+
+    missed: float = 0.0134 / 3**0.5
+    """m each way, of a functional hip centre, from ultrasound (Hicks and Richards 2005, Gait
+    Posture 22:138: 13.4 mm in space)."""
+    ankle: float = 0.005
+    """m, of the ankle's height by malleoli (Della Croce et al. 2005, Gait Posture 21:226)."""
+    knee: float = 0.009
+    """m, of the height of a functional knee axis: of 60 people whose skin wanders by 5 mm on the
+    thigh and 3 mm on the shank in the rhythm of bending, 8.6 mm."""
+
+
+JOINT_ERRORS: Final = JointErrors()
+
 _MEASURED: Final = ("hip_x", "hip_y", "hip_z")
 
 
@@ -59,7 +68,7 @@ class FunctionalLeg:
     longer: float
     standard_error: float
     shank_longer: float | None = None
-    knee_error: float = KNEE
+    knee_error: float = JOINT_ERRORS.knee
 
 
 def legs_of_session(record: Mapping[str, Any], where: str) -> dict[Side, FunctionalLeg]:
@@ -145,12 +154,18 @@ def with_joints(
         # mu counts to the left for the right leg and mirrors the left one.
         mirrored = leg.difference * [1.0, 1.0 if side == "right" else -1.0, 1.0]
         values += np.array([*mirrored, leg.longer, leg.shank_longer or 0.0]) / len(SIDES)
-        variance = MISSED**2 + leg.standard_error**2 / 3.0
-        one = np.diag([*3 * [variance], variance + ANKLE**2, leg.knee_error**2 + ANKLE**2])
+        variance = JOINT_ERRORS.missed**2 + leg.standard_error**2 / 3.0
+        one = np.diag(
+            [
+                *3 * [variance],
+                variance + JOINT_ERRORS.ankle**2,
+                leg.knee_error**2 + JOINT_ERRORS.ankle**2,
+            ]
+        )
         # A hip that is found too high is too far from the ankle by as much, and an ankle that is
         # found too low from both.
         one[2, 3] = one[3, 2] = variance
-        one[3, 4] = one[4, 3] = ANKLE**2
+        one[3, 4] = one[4, 3] = JOINT_ERRORS.ankle**2
         covariance += one / len(SIDES) ** 2
     observed = np.zeros((5, len(PARAMETERS)))
     observed[range(3), [PARAMETERS.index(name) for name in _MEASURED]] = 1.0

@@ -3,14 +3,15 @@
 A fit supposes that legs differ as people's do (`shared_errors`), and so it draws a larger
 difference in: of 28 mm it leaves 20. Here that prior is taken out of the estimate again, which
 leaves what the record alone says, and two suppositions are weighed against each other: legs as
-people's are, and legs that differ by `MORE` beside. Their ratio of likelihoods is compared with
-`ODDS`, and the difference is what both say of it, each with the weight of its likelihood.
+people's are, and legs that differ by `LEG_ODDS.more` beside. Their ratio of likelihoods is compared
+with `LEG_ODDS.odds`, and the difference is what both say of it, each with the weight of its
+likelihood.
 
 What a fit supposes is not all that makes legs seem to differ. Beside its own SD stand the `causes`:
 
 * the laboratory: of the ten built-in people, all of one, the left leg is longer by 5.1 mm in the
   mean of what their records alone say, and by 3.3 between the joint centres of their markers; what
-  the laboratory adds is the difference, 1.9 ± 1.3 mm (`LABORATORY`);
+  the laboratory adds is the difference, 1.9 ± 1.3 mm (`LEG_ODDS.laboratory`);
 * the zero of a knee that differs by side, or a knee that is held flexed: a leg with a bent knee is
   shorter, by half of it times the sine of half of the angle for each radian, and of two knees whose
   largest extensions differ a record does not say by how much the markers do (`held`). As much as
@@ -27,22 +28,31 @@ from typing import Final
 
 import numpy as np
 
-MORE: Final = 0.020
-"""m, SD of what a difference is beside what people's are: 20 mm are seen in one of a thousand
-(Guichet et al. 1991, Clin Orthop 272:235), and are why somebody is measured."""
-ODDS: Final = 0.93
-"""Ratio of the likelihoods from which on legs are said to differ by more than people's: beyond
-13.6 mm. Chosen on people of the harsh world of seeds 66889 and 424242: 4 of 78 whose legs differ as
-people's do are called different, of whom 3 have legs that are 13 to 16 mm apart, and 23 of 24 are
-found whose legs differ by 20 to 30 mm."""
-LABORATORY: Final = 0.002
-"""m, SD of what a laboratory gets wrong on everybody: √(1.9² + 1.3²) mm."""
-ZERO: Final = 0.5
-"""Share of the difference of two knees' largest extensions that may be one of their zeros: SD."""
-_NOTHING: Final = 1e-6
-SEEN: Final = 1.645
-"""Standard deviations from zero from which on a difference is seen: of the other sign it is with
-5 %."""
+
+@dataclass(frozen=True)
+class LegOdds:
+    """When legs are said to differ."""
+
+    more: float = 0.020
+    """m, SD of what a difference is beside what people's are: 20 mm are seen in one of a thousand
+    (Guichet et al. 1991, Clin Orthop 272:235), and are why somebody is measured."""
+    odds: float = 0.93
+    """Ratio of the likelihoods from which on legs are said to differ by more than people's: beyond
+    13.6 mm. Chosen on people of the harsh world of seeds 66889 and 424242: 4 of 78 whose legs
+    differ as people's do are called different, of whom 3 have legs that are 13 to 16 mm apart, and
+    23 of 24 are found whose legs differ by 20 to 30 mm."""
+    laboratory: float = 0.002
+    """m, SD of what a laboratory gets wrong on everybody: √(1.9² + 1.3²) mm."""
+    zero: float = 0.5
+    """Share of the difference of two knees' largest extensions that may be one of their zeros:
+    SD."""
+    nothing: float = 1e-6
+    seen: float = 1.645
+    """Standard deviations from zero from which on a difference is seen: of the other sign it is
+    with 5 %."""
+
+
+LEG_ODDS: Final = LegOdds()
 
 
 @dataclass(frozen=True)
@@ -66,7 +76,7 @@ class LegDifference:
     def alone(self) -> tuple[float, float]:
         """(2,) m, what the record alone says: mean without the prior, and SD with all causes."""
         # Of a record that says nothing the SD is as large as one likes, and not infinite.
-        kept = max(1.0 - (self.found_sd / self.prior_sd) ** 2, _NOTHING)
+        kept = max(1.0 - (self.found_sd / self.prior_sd) ** 2, LEG_ODDS.nothing)
         return self.found / kept, float(np.hypot(self.found_sd / np.sqrt(kept), self.causes))
 
     @property
@@ -74,7 +84,7 @@ class LegDifference:
         """How much likelier the record is if legs differ by more than people's do."""
         mean, sd = self.alone
         usual = sd**2 + self.prior_sd**2
-        wide = usual + MORE**2
+        wide = usual + LEG_ODDS.more**2
         return float(np.sqrt(usual / wide) * np.exp(0.5 * mean**2 * (1.0 / usual - 1.0 / wide)))
 
     @property
@@ -83,7 +93,7 @@ class LegDifference:
         suppositions are as likely: then they do not.
         """
         mean, sd = self.alone
-        return self.odds > ODDS and abs(mean) > SEEN * sd
+        return self.odds > LEG_ODDS.odds and abs(mean) > LEG_ODDS.seen * sd
 
     @property
     def estimate(self) -> tuple[float, float]:
@@ -91,7 +101,7 @@ class LegDifference:
         mean, sd = self.alone
         more = self.odds / (self.odds + 1.0)
         found = []
-        for variance in (self.prior_sd**2, self.prior_sd**2 + MORE**2):
+        for variance in (self.prior_sd**2, self.prior_sd**2 + LEG_ODDS.more**2):
             kept = variance / (variance + sd**2)
             found.append((kept * mean, kept * sd**2))
         weights = np.array([1.0 - more, more])
@@ -105,7 +115,7 @@ def held(extension: Mapping[str, float], leg: float, fitted: float) -> float:
     side make; `extension` is the least flexion of each knee over a cycle, rad, by "r" and "l".
     `fitted` rad is the SD of the difference of zeros that a fit has among its unknowns.
     """
-    zero = np.sqrt(max((ZERO * (extension["l"] - extension["r"])) ** 2 - fitted**2, 0.0))
+    zero = np.sqrt(max((LEG_ODDS.zero * (extension["l"] - extension["r"])) ** 2 - fitted**2, 0.0))
     bent = max(*extension.values(), 0.0)
     return float(0.5 * leg * np.sin(0.5 * bent) * zero)
 
@@ -114,5 +124,5 @@ def causes(extension: Mapping[str, float], leg: float, laboratory: bool, *, fitt
     """m, SD of all that makes legs seem to differ beside what a fit supposes; see `held`. People
     whom gaitval makes are in no `laboratory` that errs on everybody.
     """
-    common = LABORATORY if laboratory else 0.0
+    common = LEG_ODDS.laboratory if laboratory else 0.0
     return float(np.hypot(common, held(extension, leg, fitted)))

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from gaitval.arrays import Array
-from gaitval.identification.shared_errors import SOLE, SOLE_ENDS, Shared
+from gaitval.identification.shared_errors import SHARED, SOLE_ENDS, Shared
 from gaitval.model.parameters import PARAMETERS
 
 SAME: Final = 0.90
@@ -68,8 +68,8 @@ def pooled(found: Sequence[Shared]) -> Shared:
     )
     ends = slice(-len(SOLE_ENDS), None)
     values, sd = first.values.copy(), first.sd.copy()
-    values[ends] += SOLE * (shift[ends] - first.shift[ends])
-    sd[ends] = SOLE * np.sqrt(np.diag(joint)[ends])
+    values[ends] += SHARED.sole * (shift[ends] - first.shift[ends])
+    sd[ends] = SHARED.sole * np.sqrt(np.diag(joint)[ends])
     unit = first.legs.prior_sd
     (apart,), ((variance,),) = together(
         [np.array([each.legs.found / unit]) for each in found],

@@ -10,7 +10,7 @@ The residuals' covariance is then that of the noise model plus J S Jᵀ, with J 
 these unknowns and S their prior.
 
 Of soft tissue the SDs of this table are what a study sees of one segment or of one joint; both
-descriptions at once are wider than any study, so each has `NARROWER` of its SD.
+descriptions at once are wider than any study, so each has `SHARED.narrower` of its SD.
 
 | unknown | SD | source |
 |---|---|---|
@@ -25,8 +25,8 @@ descriptions at once are wider than any study, so each has `NARROWER` of its SD.
 | left hip centre forward, up | 5 mm | what of Harrington's (2007) 5-13 mm is of one side |
 | heel's, forefoot's contact forward | 10 mm | a shoe's heel and rocker, `model.extended` |
 
-Those of skin and excursions are studies' SDs, of which the fit takes `NARROWER`: two descriptions
-of the same skin at once are wider than any study's.
+Those of skin and excursions are studies' SDs, of which the fit takes `SHARED.narrower`: two
+descriptions of the same skin at once are wider than any study's.
 
 1. Fiorentino et al. 2020, J Biomech 108:109890: markers underestimate the hip's range.
 2. Ancillao et al. 2021 (CAMS-Knee data): clusters turn by up to 10 and 7°.
@@ -65,10 +65,44 @@ from gaitval.reference.dynamic_fit import (
 )
 
 _FEET: Final = [SEGMENTS.index(f"foot_{side}") for side in "rl"]
-_FORWARD: Final = 3
-"""Coordinate of the pelvis's travel."""
-_OWN: Final = 0.4
-"""Size of the difference between the sides of an error of soft tissue, of the common one."""
+
+
+@dataclass(frozen=True)
+class SharedErrors:
+    """Spreads of the errors that plates and legs share, and how far the search for them goes."""
+
+    forward: int = 3
+    """Coordinate of the pelvis's travel."""
+    own: float = 0.4
+    """Size of the difference between the sides of an error of soft tissue, of the common one."""
+    belt: float = 0.0125
+    left_leg: float = 0.005
+    left_hip: float = 0.005
+    sole: float = 0.010
+    """SDs; see above."""
+    narrower: float = 0.6
+    """Factor on the SDs of `SKIN`, so that a hip's excursion is known to 4.7 % instead of 7.8 %.
+    The records of the ten built-in people are likelier with it (docs/what-we-tried.md), as are legs
+    of 38 harsh people of seed 424242, whose intervals still hold."""
+    trust: float = 0.6
+    """Share of a record's information that counts. A likelihood that is wrong in its model says
+    more than it knows; raised to a power below 1 it says less. Chosen on people of
+    `experiments/harsher_people.py` of commit 60ee3cba."""
+    largest_deviance: float = 300.0
+    """Of minus twice the log posterior at the mode. The ten built-in people have 67 to 176, 196
+    harsh ones 99 to 225; beyond this the record contradicts the model, and nothing is updated."""
+    stuck: float = 0.5
+    """Of minus twice the log posterior; see `Shared.left`."""
+    near: int = 2
+    away: float = 0.3
+    """Pairs of points, and how many posterior SDs they lie from the mode, see `_covariance`."""
+    steps: int = 30
+    gain: float = 1e-5
+    most_damping: float = 1e4
+
+
+SHARED: Final = SharedErrors()
+
 SKIN: Final[Mapping[str, tuple[float, float, str, Mapping[str, float]]]] = {
     "thigh's skin by hip": (-0.03, 0.06, "hip_flexion", {"hip_flexion": 1.0, "knee_angle": 1.0}),
     "thigh's skin by knee": (0.0, 0.02, "knee_angle", {"hip_flexion": 1.0, "knee_angle": 1.0}),
@@ -80,11 +114,6 @@ SKIN: Final[Mapping[str, tuple[float, float, str, Mapping[str, float]]]] = {
 }
 """Mean and SD of the share, whose excursion, and which angles it is added to. A thigh that seems
 turned forward bends hip and knee; a shank that seems turned back bends the knee and the ankle."""
-BELT: Final = 0.0125
-LEFT_LEG: Final = 0.005
-LEFT_HIP: Final = 0.005
-SOLE: Final = 0.010
-"""SDs; see above."""
 SOLE_ENDS: Final = ("heel forward", "forefoot forward")
 BODY_ERRORS: Final = ("left leg", "left hip forward", "left hip up", *SOLE_ENDS)
 """Unknowns that change the body instead of the record; the last ones."""
@@ -94,36 +123,21 @@ NAMES: Final = (
     *BODY_ERRORS,
 )
 """Unknowns, in their order among `Shared.values`."""
-NARROWER: Final = 0.6
-"""Factor on the SDs of `SKIN`, so that a hip's excursion is known to 4.7 % instead of 7.8 %. The
-records of the ten built-in people are likelier with it (docs/what-we-tried.md), as are legs
-of 38 harsh people of seed 424242, whose intervals still hold."""
 _SIZES: Final = np.array(
-    [*(NARROWER * size for _, sd, _, _ in SKIN.values() for size in (sd, _OWN * sd)),
-     BELT, LEFT_LEG, LEFT_HIP, LEFT_HIP, SOLE, SOLE]
+    [*(SHARED.narrower * size for _, sd, _, _ in SKIN.values() for size in (sd, SHARED.own * sd)),
+     SHARED.belt, SHARED.left_leg, SHARED.left_hip, SHARED.left_hip, SHARED.sole, SHARED.sole]
 )  # fmt: skip
 _MEANS: Final = np.array(
     [
-        *(mean for each, sd, _, _ in SKIN.values() for mean in (each / (NARROWER * sd), 0.0)),
+        *(
+            mean
+            for each, sd, _, _ in SKIN.values()
+            for mean in (each / (SHARED.narrower * sd), 0.0)
+        ),
         *(0.0 for _ in ("belt", *BODY_ERRORS)),
     ]
 )
 """Prior means in SDs."""
-TRUST: Final = 0.6
-"""Share of a record's information that counts. A likelihood that is wrong in its model says more
-than it knows; raised to a power below 1 it says less. Chosen on people of
-`experiments/harsher_people.py` of commit 60ee3cba."""
-LARGEST_DEVIANCE: Final = 300.0
-"""Of minus twice the log posterior at the mode. The ten built-in people have 67 to 176, 196 harsh
-ones 99 to 225; beyond this the record contradicts the model, and nothing is updated."""
-STUCK: Final = 0.5
-"""Of minus twice the log posterior; see `Shared.left`."""
-_NEAR: Final = 2
-_AWAY: Final = 0.3
-"""Pairs of points, and how many posterior SDs they lie from the mode, see `_covariance`."""
-_STEPS: Final = 30
-_GAIN: Final = 1e-5
-_MOST_DAMPING: Final = 1e4
 
 
 @dataclass(frozen=True)
@@ -143,8 +157,8 @@ class Shared:
     left : by how much another step would lower the cost if all were linear; large where the steps
         ended too early.
 
-    Of what the record says `TRUST` counts, in all but `solution`, `cost` and `left`; nothing if it
-    does not fit (`fits`).
+    Of what the record says `SHARED.trust` counts, in all but `solution`, `cost` and `left`; nothing
+    if it does not fit (`fits`).
     """
 
     posterior: BodyPosterior
@@ -161,7 +175,7 @@ class Shared:
     @property
     def fits(self) -> bool:
         """Whether the record fits the model well enough to say anything of the body."""
-        return self.cost <= LARGEST_DEVIANCE
+        return self.cost <= SHARED.largest_deviance
 
 
 class SharedFit:
@@ -190,7 +204,7 @@ class SharedFit:
         on_foot = np.isin(tree.sphere_segment, _FEET)
         self._heel = on_foot & (tree.sphere_position[:, 0] < 0.0)
         self._skin = _patterns(plain, self.sizes[: 2 * len(SKIN)])
-        self._speed = float(plain.path[1][:, _FORWARD].mean()) * self.sizes[2 * len(SKIN)]
+        self._speed = float(plain.path[1][:, SHARED.forward].mean()) * self.sizes[2 * len(SKIN)]
         lever = np.zeros((*plain.lever.shape[:2], self._count + len(NAMES)))
         lever[..., : self._count] = plain.lever
         last = self._count + len(NAMES)
@@ -223,7 +237,7 @@ class SharedFit:
             for part, series in zip(self._plain.path, self._plain.series, strict=True)
         ]
         path[1] = path[1].copy()
-        path[1][:, _FORWARD] -= self._speed * values[2 * len(SKIN)]
+        path[1][:, SHARED.forward] -= self._speed * values[2 * len(SKIN)]
         return self._problem._replace(path=(path[0], path[1], path[2]))
 
     def _linearised(self, problem: Problem, change: Array, common: Array) -> Linearised:
@@ -235,7 +249,7 @@ class SharedFit:
             moved = np.einsum("tn,kdn->tdk", series, self._skin, optimize=True)
             lever[:, :, self._count : self._count + 2 * len(SKIN)] -= part @ moved
         lever[:, :, self._count + 2 * len(SKIN)] -= (
-            slope[:, :, COORDINATE_COUNT + _FORWARD] * self._speed
+            slope[:, :, COORDINATE_COUNT + SHARED.forward] * self._speed
         )
         return laws
 
@@ -252,13 +266,13 @@ class SharedFit:
         """
         change, common = start.change, np.concatenate([start.common, np.zeros(len(NAMES))])
         size, cost, damping, steps = change.size, self._cost(change, common), 1e-4, 0
-        while steps < _STEPS:
+        while steps < SHARED.steps:
             steps += 1
             problem = self._at(common)
             laws = self._linearised(problem, change, common)
             matrix, gradient = normal_equations(problem, change, common, laws)
             before = cost
-            while damping < _MOST_DAMPING:
+            while damping < SHARED.most_damping:
                 damped = matrix.copy()
                 damped.flat[:: len(damped) + 1] *= 1.0 + damping
                 try:
@@ -275,7 +289,7 @@ class SharedFit:
                     damping = max(0.2 * damping, 1e-8)
                     break
                 damping = max(8.0 * damping, 1e-6)
-            if before - cost < _GAIN * cost:
+            if before - cost < SHARED.gain * cost:
                 break
         return self._found(change, common, cost, steps)
 
@@ -289,7 +303,7 @@ class SharedFit:
         random = np.random.default_rng(0)
         place = np.concatenate([change.ravel(), common])
         found, away = [], np.zeros_like(place)
-        for index in range(1 + 2 * _NEAR):
+        for index in range(1 + 2 * SHARED.near):
             at = place + (0.0 if index == 0 else (-1.0) ** index) * away
             parts = at[: change.size].reshape(change.shape), at[change.size :]
             problem = self._at(parts[1])
@@ -306,7 +320,7 @@ class SharedFit:
                 left = float(down @ down)
             if index % 2 == 0:
                 drawn = random.standard_normal(len(place))
-                away = _AWAY * solve_triangular(own.T, drawn, lower=False, check_finite=False)
+                away = SHARED.away * solve_triangular(own.T, drawn, lower=False, check_finite=False)
         return np.asarray(np.mean(found, axis=0)), left
 
     def _found(self, change: Array, common: Array, cost: float, steps: int) -> Shared:
@@ -314,7 +328,10 @@ class SharedFit:
         own = slice(None, self._count)
         mode = Solution(change, common[own], covariance[own, own], cost)
         common, covariance = tempered(
-            common, covariance, self._problem.prior, TRUST if cost <= LARGEST_DEVIANCE else 0.0
+            common,
+            covariance,
+            self._problem.prior,
+            SHARED.trust if cost <= SHARED.largest_deviance else 0.0,
         )
         solution = Solution(change, common[own], covariance[own, own], cost)
         legs = np.zeros(wanted)
@@ -397,11 +414,11 @@ def _patterns(problem: Problem, sizes: Array) -> Array:
 @one_thread()
 def identified(fit: BodyFit, fixed_body: Solution, offset: Array | None = None) -> Shared:
     """What `fit` finds from `fixed_body`, its solution with the body as scaled; `offset` of the
-    prior's mean as in `SharedFit`. If the steps ended early, `STUCK`, they begin again from the
-    mode without shared errors, and the likelier of the two is taken.
+    prior's mean as in `SharedFit`. If the steps ended early, `SHARED.stuck`, they begin again from
+    the mode without shared errors, and the likelier of the two is taken.
     """
     shared = SharedFit(fit, offset=offset)
     found = shared.solve(fixed_body)
-    if found.left > STUCK:
+    if found.left > SHARED.stuck:
         found = min((found, shared.solve(shared.fit.mode(fixed_body))), key=lambda each: each.cost)
     return found

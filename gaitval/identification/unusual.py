@@ -9,6 +9,7 @@ knee moments, which are small or differ in sign between people.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -22,22 +23,32 @@ from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, GaitRecord
 from gaitval.identification.plausible import implausible
 from gaitval.scaling.scaling import scale_subject
 
-TURNED: Final = 1.4
-"""How many times further a curve is from other people's mean and the other side than the same curve
-with its sign turned; the largest of the built-in subjects' is 1.32 (a knee moment)."""
-BOTH_TURNED: Final = 1.6
-"""The same of both sides together, and other people's mean alone; theirs reach 1.5."""
-MOMENTS: Final = (0.5, 2.0)
-"""Size of the moments over other people's, geometric mean of all; theirs are 0.78 to 1.21."""
-PELVIS_HEIGHT: Final = (0.45, 0.55)
-"""Of the anterior superior iliac spines above the lowest marker of the feet, over stature; theirs
-is 0.48 to 0.54."""
-LEGS_APART: Final = 0.01
-"""m, of thigh and shank; people's legs differ by 5 mm, SD 4 mm (Knutson 2005, Chiropr Osteopat
-13:11)."""
 
-_STANCE = 60
-"""Percent of the cycle in which every foot is loaded; beyond, a force's curve is no measurement."""
+@dataclass(frozen=True)
+class UnusualLimits:
+    """What is unusual about a body or its moments."""
+
+    turned: float = 1.4
+    """How many times further a curve is from other people's mean and the other side than the same
+    curve with its sign turned; the largest of the built-in subjects' is 1.32 (a knee moment)."""
+    both_turned: float = 1.6
+    """The same of both sides together, and other people's mean alone; theirs reach 1.5."""
+    moments: tuple[float, float] = (0.5, 2.0)
+    """Size of the moments over other people's, geometric mean of all; theirs are 0.78 to 1.21."""
+    pelvis_height: tuple[float, float] = (0.45, 0.55)
+    """Of the anterior superior iliac spines above the lowest marker of the feet, over stature;
+    theirs is 0.48 to 0.54."""
+    legs_apart: float = 0.01
+    """m, of thigh and shank; people's legs differ by 5 mm, SD 4 mm (Knutson 2005, Chiropr Osteopat
+    13:11)."""
+    stance: int = 60
+    """Percent of the cycle in which every foot is loaded; beyond, a force's curve is no
+    measurement."""
+
+
+UNUSUAL: Final = UnusualLimits()
+
+
 _LOWEST = ("Heel", "MT1", "MT2", "MT5")
 _PHASES = np.arange(100) / 100.0
 
@@ -60,7 +71,7 @@ def _averaged(subject: Subject, symmetric: bool) -> Iterator[str]:
     parts = [(each.right_m, each.left_m) for each in table
              if each.segment in ("thigh", "shank") and each.side is None]  # fmt: skip
     longer = sum(right - left for right, left in parts if right is not None and left is not None)
-    if abs(longer) >= LEGS_APART:
+    if abs(longer) >= UNUSUAL.legs_apart:
         yield (
             f"{subject.identifier}: measurements: the {'right' if longer > 0.0 else 'left'} leg is "
             f"{100.0 * abs(longer):.1f} cm longer, thigh and shank together. The body has the mean "
@@ -106,7 +117,7 @@ def _curves(subject: Subject) -> _SideCurves:
         for axis, sign, curve in zip(
             ("forward", "left", "up"), (1.0, medial, 1.0), record.forces[side], strict=True
         ):
-            found["forces", f"{axis}_{side[0]}"] = sign * curve(_PHASES)[:_STANCE]
+            found["forces", f"{axis}_{side[0]}"] = sign * curve(_PHASES)[: UNUSUAL.stance]
     return found
 
 
@@ -129,7 +140,7 @@ def _signs(own: _SideCurves, people: Sequence[_SideCurves]) -> Iterator[str]:
         right, left = own[group, f"{name}_r"], own[group, f"{name}_l"]
         # Both sides first: a sign that is wrong on both would agree with the other side.
         both = _times(np.array([right, left]), [np.array([mean, mean])])
-        if both > BOTH_TURNED:
+        if both > UNUSUAL.both_turned:
             yield (
                 f"{_place(group, name, 'r')} and {_place(group, name, 'l')}: {both:.1f} times "
                 f"nearer to other people's with the sign turned. {_check(group)}"
@@ -137,7 +148,7 @@ def _signs(own: _SideCurves, people: Sequence[_SideCurves]) -> Iterator[str]:
             continue
         for x, here, there in (("r", right, left), ("l", left, right)):
             times = _times(here, [mean, there])
-            if times > TURNED:
+            if times > UNUSUAL.turned:
                 yield (
                     f"{_place(group, name, x)}: {times:.1f} times nearer to other people's and to "
                     f"the other side's with its sign turned. {_check(group)}"
@@ -176,7 +187,7 @@ def _moments(own: _SideCurves, people: Sequence[_SideCurves]) -> Iterator[str]:
     if not ratios:
         return
     size = float(np.exp(np.mean(ratios)))
-    if not MOMENTS[0] <= size <= MOMENTS[1]:
+    if not UNUSUAL.moments[0] <= size <= UNUSUAL.moments[1]:
         yield (
             f"gait.moments: {size:.2g} times the size of other people's, all of them together. "
             "They are Nm over body mass in kg; check the unit and the mass."
@@ -191,9 +202,10 @@ def _pelvis_height(subject: Subject) -> Iterator[str]:
     if not high or not low:
         return
     share = (float(np.mean(high)) - min(low)) / subject.height_m
-    if not PELVIS_HEIGHT[0] <= share <= PELVIS_HEIGHT[1]:
+    if not UNUSUAL.pelvis_height[0] <= share <= UNUSUAL.pelvis_height[1]:
         yield (
             f"markers: the front of the pelvis is {share:.2f} of the stature above the feet; in "
-            f"other people {PELVIS_HEIGHT[0]:g} to {PELVIS_HEIGHT[1]:g}. Check the scale of the "
+            f"other people {UNUSUAL.pelvis_height[0]:g} to {UNUSUAL.pelvis_height[1]:g}. Check "
+            "the scale of the "
             f"markers and height_m = {subject.height_m:g}."
         )

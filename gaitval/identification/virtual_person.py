@@ -40,17 +40,29 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
 
-WIDEST: Final = 2.5
-"""SDs at which draws are cut off."""
-STATURE_SD: Final = 0.04
-"""SD of a factor on all lengths: stature of adults of one sex, 39 mm per metre (ANSUR II, Gordon et
-al. 2014)."""
-BUILD_SD: Final = 0.1
-"""SD of a factor on the mass at a given stature."""
-_LOADED: Final = 0.2
-"""Body weights from which on the error of a force is whole."""
-# Cycles of the walk that are averaged.
-_CYCLES: Final = 20
+
+@dataclass(frozen=True)
+class VirtualPeople:
+    """How virtual people are drawn."""
+
+    widest: float = 2.5
+    """SDs at which draws are cut off."""
+    stature_sd: float = 0.04
+    """SD of a factor on all lengths: stature of adults of one sex, 39 mm per metre (ANSUR II,
+    Gordon et al. 2014)."""
+    build_sd: float = 0.1
+    """SD of a factor on the mass at a given stature."""
+    loaded: float = 0.2
+    """Body weights from which on the error of a force is whole."""
+    # Cycles of the walk that are averaged.
+    cycles: int = 20
+    fixed: float = 1e-4
+    """rad, SD of the lean of the trunk about the drawn one: it is a trait of the person and must
+    not give way to the moments."""
+
+
+VIRTUAL: Final = VirtualPeople()
+
 _OWN_KINETICS: Final = RecordAccuracy(
     frontal=np.deg2rad(0.9),
     rotation=np.deg2rad(0.9),
@@ -64,9 +76,6 @@ _OWN_KINETICS: Final = RecordAccuracy(
 )
 """Moments and forces are those that this body needs for its motion, within the scatter between
 people: a body that is made to walk with another's moments shows nothing of its own."""
-_FIXED: Final = 1e-4
-"""rad, SD of the lean of the trunk about the drawn one: it is a trait of the person and must not
-give way to the moments."""
 _PERCENT: Final = np.linspace(0.0, 1.0, SAMPLES)
 
 
@@ -89,15 +98,15 @@ class VirtualPerson:
 
 
 def drawn_parameters(sd: Array, random: np.random.Generator) -> Array:
-    """Mu (14,) drawn with the generator `random` from the prior, cut off at `WIDEST`; damping and
-    friction stay positive. `sd` (14,) are standard deviations about the nominal parameters, see
-    `identification.prior`.
+    """Mu (14,) drawn with the generator `random` from the prior, cut off at `VIRTUAL.widest`;
+    damping and friction stay positive. `sd` (14,) are standard deviations about the nominal
+    parameters, see `identification.prior`.
     """
     while True:
         z = random.standard_normal(len(sd))
         mu = nominal_parameters() + sd * z
         # All are drawn again if one is rejected, so that the accepted ones stay independent.
-        if np.abs(z).max() <= WIDEST and mu[0] >= 0.0 and mu[1] >= 0.4:
+        if np.abs(z).max() <= VIRTUAL.widest and mu[0] >= 0.0 and mu[1] >= 0.4:
             return np.asarray(mu)
 
 
@@ -127,10 +136,10 @@ def of_another_size(person: Subject, random: np.random.Generator) -> Subject:
     build drawn with the generator `random`. The body is known by stature and mass alone; further
     trials are left out.
     """
-    z = np.clip(random.standard_normal(2), -WIDEST, WIDEST)
-    size = float(1.0 + STATURE_SD * z[0])
+    z = np.clip(random.standard_normal(2), -VIRTUAL.widest, VIRTUAL.widest)
+    size = float(1.0 + VIRTUAL.stature_sd * z[0])
     # At equal body mass index the mass grows with the square of the stature.
-    mass = person.mass_kg * (size**2 * float(1.0 + BUILD_SD * z[1]))
+    mass = person.mass_kg * (size**2 * float(1.0 + VIRTUAL.build_sd * z[1]))
     values = {"height_m": person.height_m * size, "mass_kg": mass, "trials": ()}
     larger = on_legs(person.by_stature(), person.leg_length_m * size, size)
     return larger.model_copy(update=values)
@@ -175,7 +184,7 @@ def walked(
 
     Returns
     -------
-    The task, and `_CYCLES` cycles and more of walking with the compiled engine.
+    The task, and `VIRTUAL.cycles` cycles and more of walking with the compiled engine.
 
     Raises
     ------
@@ -187,7 +196,7 @@ def walked(
     initial = build_reference(record, body, contact)
     accuracy = Accuracy(
         record=_OWN_KINETICS,
-        convention=INFERENCE.convention._replace(lean=_FIXED),
+        convention=INFERENCE.convention._replace(lean=VIRTUAL.fixed),
         mean_lean=INFERENCE.convention.lean * random.standard_normal(),
     )
     reference = fitted(initial, record, body, contact, accuracy)
@@ -197,7 +206,11 @@ def walked(
     walking[:2] = truth[:2]
     settling = configuration.validation.settling_cycles
     walk = record_rollout(
-        WalkingEnvironment(task), policy, mu=walking, start_phase=0.0, cycles=settling + _CYCLES + 2
+        WalkingEnvironment(task),
+        policy,
+        mu=walking,
+        start_phase=0.0,
+        cycles=settling + VIRTUAL.cycles + 2,
     )
     if walk.fell[0]:
         raise VirtualError(f"virtual person {number} of seed {seed} falls.")
@@ -210,7 +223,7 @@ def seen(walk: Rollout, task: WalkingTask, damping: float) -> tuple[Curves, dict
     with the `damping` of the body that walked, Nms/rad.
     """
     configuration = task.configuration
-    cycles = find_cycles(walk, configuration).first(_CYCLES)
+    cycles = find_cycles(walk, configuration).first(VIRTUAL.cycles)
     net = replace(walk, moments=walk.moments - damping * walk.velocities[:, 6:])
     each = curves_of(task, net, cycles)
     mean = Curves(
@@ -287,7 +300,7 @@ def with_errors(
     for side in SIDES:
         vertical = curves.forces[f"vertical_{side[0]}"]
         # a plate without a foot on it shows none
-        loaded = np.clip(vertical / _LOADED, 0.0, 1.0)
+        loaded = np.clip(vertical / VIRTUAL.loaded, 0.0, 1.0)
         plate = noise.plate * random.standard_normal()
         for name in JOINT_MOMENTS:
             key = f"{name}_{side[0]}"

@@ -186,7 +186,7 @@ def _person(
 def _top_level(file: Path) -> dict[str, str]:
     """The plain values at the top level of a YAML file, as text; nothing else of it is read."""
     try:
-        text = file_gate.read_text(file, RecordError, largest=file_gate.WRITTEN)
+        text = file_gate.read_text(file, RecordError, largest=file_gate.SIZES.written)
     except UnicodeDecodeError:
         raise RecordError(
             f"{file}: not UTF-8 text, so it is not the metadata that OpenCap writes. Download the "

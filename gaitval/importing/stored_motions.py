@@ -168,7 +168,7 @@ def _knees(path: Path) -> dict[Side, float]:
 
 def _with_masses(model: BodyModel, path: Path) -> BodyModel:
     """`model` with masses, centres and inertias of the OpenSim model in `path`, which is ours."""
-    content = file_gate.read_bytes(path, ArtefactError, largest=file_gate.VALUES)
+    content = file_gate.read_bytes(path, ArtefactError, largest=file_gate.SIZES.values)
     root = parse_xml(path, content, root="OpenSimDocument", kind="an OpenSim model")
     bodies = {each.get("name"): each for each in root.iter("Body")}
 

@@ -21,22 +21,27 @@ from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.measured_ranges import MEASURED_RANGES
 
-RESTING_SPEED: Final = 0.10
-"""m/s relative to the floor, below which a marker is at rest: 3 mm of noise leave about 0.02 m/s
-after the filter, while a rolling heel or a toe in push-off moves at 0.3 m/s or more."""
 
-SHORTEST_REST: Final = 0.10
-"""s; a foot that rests for less is not anchored."""
+@dataclass(frozen=True)
+class AnchoringSettings:
+    """When a foot rests, and how firmly it is held."""
 
-CUTOFF_HZ: Final = 6.0
-"""Low-pass of the markers before their speed is computed, as usual for walking (Winter 2009)."""
+    resting_speed: float = 0.10
+    """m/s relative to the floor, below which a marker is at rest: 3 mm of noise leave about 0.02
+    m/s after the filter, while a rolling heel or a toe in push-off moves at 0.3 m/s or more."""
+    shortest_rest: float = 0.10
+    """s; a foot that rests for less is not anchored."""
+    cutoff_hz: float = 6.0
+    """Low-pass of the markers before their speed is computed, as usual for walking (Winter
+    2009)."""
+    anchor_weight: float = 10.0
+    """Weight of a point on the sole, relative to the mean weight of the markers."""
+    fade: float = 0.06
+    """s, over which a sole moves gradually to its anchored position at either end of a rest, so
+    that the motion does not jump."""
 
-ANCHOR_WEIGHT: Final = 10.0
-"""Weight of a point on the sole, relative to the mean weight of the markers."""
 
-FADE: Final = 0.06
-"""s, over which a sole moves gradually to its anchored position at either end of a rest, so that
-the motion does not jump."""
+ANCHORING: Final = AnchoringSettings()
 
 
 _SUBTALAR: Final = ("subtalar_angle_r", "subtalar_angle_l")
@@ -100,7 +105,9 @@ def anchored(
             target[begin:end] = places[begin:end] - _fade(end - begin, rate) * away
         targets.append(target + travel)
     anchors = [
-        replace(point, weight=ANCHOR_WEIGHT * mean_weight) for points in soles for point in points
+        replace(point, weight=ANCHORING.anchor_weight * mean_weight)
+        for points in soles
+        for point in points
     ]
     # What no marker shows of a foot, its anchors would show in its rests only, and move it there.
     blind = [n for n in _SUBTALAR if not kinematics.determined[:, COORDINATES.index(n)].any()]
@@ -141,7 +148,7 @@ def _foot_velocities(
     seen = np.asarray(np.isfinite(measured).all(axis=2).any(axis=0))
     for segment in ("foot_r", "foot_l"):
         columns = [i for i, marker in enumerate(markers) if marker.segment == segment and seen[i]]
-        smooth = low_pass(measured[:, columns], rate=rate, cutoff_hz=CUTOFF_HZ)
+        smooth = low_pass(measured[:, columns], rate=rate, cutoff_hz=ANCHORING.cutoff_hz)
         velocities.append(np.gradient(smooth, 1.0 / rate, axis=0))
     return velocities[0], velocities[1]
 
@@ -157,14 +164,14 @@ def _floor_velocity(velocities: tuple[Array, Array]) -> Array:
         mean = velocity.mean(axis=1)
         # Velocity of the markers relative to their mean: zero where the foot only translates.
         turning = np.linalg.norm(velocity - mean[:, None], axis=2).max(axis=1)
-        flat = (turning < RESTING_SPEED) & (np.abs(mean[:, 2]) < RESTING_SPEED)
+        flat = (turning < ANCHORING.resting_speed) & (np.abs(mean[:, 2]) < ANCHORING.resting_speed)
         level.append(mean[flat])
     gathered = np.concatenate(level) if level else np.zeros((0, 3))
     if not len(gathered):
         return np.zeros(3)
     floor = np.median(gathered, axis=0)
     floor[2] = 0.0
-    return floor if np.linalg.norm(floor) > RESTING_SPEED else np.zeros(3)
+    return floor if np.linalg.norm(floor) > ANCHORING.resting_speed else np.zeros(3)
 
 
 def _resting(velocities: tuple[Array, Array], floor: Array, rate: float) -> Flags:
@@ -174,9 +181,11 @@ def _resting(velocities: tuple[Array, Array], floor: Array, rate: float) -> Flag
         if velocity.shape[1] < 2:
             continue
         speed = np.linalg.norm(velocity - floor, axis=2)
-        slow = np.asarray((speed < RESTING_SPEED).all(axis=1))  # False where one was not seen
+        slow = np.asarray(
+            (speed < ANCHORING.resting_speed).all(axis=1)
+        )  # False where one was not seen
         for begin, end in zip(*runs(slow), strict=True):
-            resting[begin:end, foot] = end - begin >= SHORTEST_REST * rate
+            resting[begin:end, foot] = end - begin >= ANCHORING.shortest_rest * rate
     return resting
 
 
@@ -184,7 +193,7 @@ def _fade(count: int, rate: float) -> Array:
     """Factors (count, 1, 1) that rise from and fall to zero at the ends as a raised cosine."""
     # Frames from the nearer end, counted from 1.
     edge = np.minimum(np.arange(count), np.arange(count)[::-1]) + 1.0
-    grown = 0.5 - 0.5 * np.cos(np.pi * np.minimum(edge / (FADE * rate), 1.0))
+    grown = 0.5 - 0.5 * np.cos(np.pi * np.minimum(edge / (ANCHORING.fade * rate), 1.0))
     return np.asarray(grown[:, None, None])
 
 

@@ -11,7 +11,7 @@ vector continues beyond 180° instead of jumping to the opposite one.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -31,17 +31,22 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-SMALLEST_LEVER = 0.010
-"""m: a coordinate is not determined if it moves the seen markers by less than this per radian
-beyond what the coordinates nearer to the pelvis can explain: 3 mm of noise would change it by
-17°."""
+@dataclass(frozen=True)
+class KinematicsLimits:
+    """What angles can be told from."""
 
-GENERIC_ANGLE = 0.3
-"""rad, of every coordinate in the pose in which `SMALLEST_LEVER` is tested: straight legs and arms
-would hide some coordinates."""
+    smallest_lever: float = 0.010
+    """m: a coordinate is not determined if it moves the seen markers by less than this per radian
+    beyond what the coordinates nearer to the pelvis can explain: 3 mm of noise would change it by
+    17°."""
+    generic_angle: float = 0.3
+    """rad, of every coordinate in the pose in which `smallest_lever` is tested: straight legs and
+    arms would hide some coordinates."""
+    largest_turn: float = np.deg2rad(320.0)
+    """Largest rotation of the pelvis from the laboratory's axes; a rotation vector ends at 360°."""
 
-LARGEST_TURN = np.deg2rad(320.0)
-"""Largest rotation of the pelvis from the laboratory's axes; a rotation vector ends at 360°."""
+
+KINEMATICS: Final = KinematicsLimits()
 
 
 @dataclass(frozen=True, repr=False)
@@ -166,7 +171,7 @@ def inverse_kinematics(
     ModelError : markers are on unknown segments, share a name, or have unusable positions or
         weights.
     RecordError : `measured` has another shape, is not in metres or shows the pelvis in no frame, or
-        the pelvis rotates by more than `LARGEST_TURN`.
+        the pelvis rotates by more than `KINEMATICS.largest_turn`.
     """
     problem = marker_trial(model, markers, measured)
     fixed = fixed or {}
@@ -225,14 +230,14 @@ def _determined(problem: MarkerTrial, frozen: Flags) -> Flags:
     patterns, pattern = np.unique(seen, axis=0, return_inverse=True)
     found = np.empty((len(patterns), len(COORDINATES)), dtype=np.bool_)
     work = workspace()
-    pose = np.full(len(COORDINATES), GENERIC_ANGLE)
+    pose = np.full(len(COORDINATES), KINEMATICS.generic_angle)
     pose[:ROOT_DOFS] = 0.0
     # JᵀJ does not depend on the measured positions, so those of any frame will do. Weights are 1: a
     # small weight does not make a marker less seen.
     problem = problem._replace(weight=patterns.astype(float))
     for t, row in enumerate(found):
         evaluate(problem, t, pose, work)
-        independent_coordinates(work.normal, frozen, SMALLEST_LEVER**2, row)
+        independent_coordinates(work.normal, frozen, KINEMATICS.smallest_lever**2, row)
     return np.asarray(found[pattern.reshape(-1)])
 
 
@@ -292,10 +297,11 @@ def _continuous(vectors: Array) -> Array:
         if np.linalg.norm(other, axis=1).max() < lengths.max():
             vectors = other
     largest = float(np.linalg.norm(vectors, axis=1).max())
-    if largest > LARGEST_TURN:
+    if largest > KINEMATICS.largest_turn:
         raise RecordError(
             f"the pelvis rotates {np.degrees(largest):.0f}° from the laboratory's axes (at most "
-            f"{np.degrees(LARGEST_TURN):.0f}° is possible). Cut the trial where the person turns "
+            f"{np.degrees(KINEMATICS.largest_turn):.0f}° is possible). Cut the trial where the "
+            "person turns "
             "round."
         )
     return vectors

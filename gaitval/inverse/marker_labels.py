@@ -13,18 +13,24 @@ from gaitval.inverse.marked_body import marker_positions
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 
-FRAMES: Final = 20
-"""Number of frames of a trial that are checked, evenly spaced."""
 
-SMALLEST_DISTANCE: Final = 0.05
-"""m. Two markers whose distances from their places add up to less than this are where they
-belong."""
+@dataclass(frozen=True)
+class LabelLimits:
+    """When labels of markers were exchanged."""
 
-EXCHANGED: Final = 0.75
-"""Two markers are exchanged if the sum of their distances to each other's places on the model is
-less than this fraction of the sum of distances to their own. For all exchanges of two markers on
-the right side of WBDS01 T01 the ratio is at most 0.62; without an exchange it is at least 13 there,
-and 2.3 in the walk of Rajagopal et al. 2016, whose thigh markers slide most."""
+    frames: int = 20
+    """Number of frames of a trial that are checked, evenly spaced."""
+    smallest_distance: float = 0.05
+    """m. Two markers whose distances from their places add up to less than this are where they
+    belong."""
+    exchanged: float = 0.75
+    """Two markers are exchanged if the sum of their distances to each other's places on the model
+    is less than this fraction of the sum of distances to their own. For all exchanges of two
+    markers on the right side of WBDS01 T01 the ratio is at most 0.62; without an exchange it is at
+    least 13 there, and 2.3 in the walk of Rajagopal et al. 2016, whose thigh markers slide most."""
+
+
+LABELS: Final = LabelLimits()
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,7 @@ def find_exchanged(
     are far from their own places and near each other's. Raises ModelError or RecordError as
     `inverse_kinematics`.
     """
-    frames = np.unique(np.linspace(0, len(measured) - 1, FRAMES).astype(int))
+    frames = np.unique(np.linspace(0, len(measured) - 1, LABELS.frames).astype(int))
     shown = np.isfinite(measured[frames]).all(axis=2).sum(axis=1)
     measured = measured[frames][shown >= 3]
     if not len(measured):
@@ -72,14 +78,14 @@ def find_exchanged(
     distance = np.linalg.norm(measured[:, :, None] - expected[:, None], axis=3)
     # The pose gives way to both wrong labels, so even the crossed distances are not zero: the two
     # sums are compared.
-    clearest, found = EXCHANGED, None
+    clearest, found = LABELS.exchanged, None
     for i, j in combinations(range(len(markers)), 2):
         both = np.isfinite(distance[:, i, i] + distance[:, j, j])
         if not both.any():
             continue
         own = float(np.median((distance[:, i, i] + distance[:, j, j])[both]))
         crossed = float(np.median((distance[:, i, j] + distance[:, j, i])[both]))
-        if own > SMALLEST_DISTANCE and crossed < clearest * own:
+        if own > LABELS.smallest_distance and crossed < clearest * own:
             clearest = crossed / own
             found = Exchange(markers[i].name, markers[j].name, own, crossed)
     return found

@@ -22,13 +22,7 @@ from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinema
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
-from gaitval.scaling.joint_centres import (
-    ACROMION_TO_SHOULDER,
-    MARKER_OFFSET,
-    arms_hang,
-    locate,
-    pelvis_frame,
-)
+from gaitval.scaling.joint_centres import SURFACE, arms_hang, locate, pelvis_frame
 from gaitval.scaling.landmarks import Place, Widths
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.measurements import Limbs, Measurements
@@ -36,22 +30,28 @@ from gaitval.scaling.measurements import Limbs, Measurements
 CHECKLIST: Final = "OpenSim, Simulation with OpenSim - Best Practices"
 """Where the limits of `placement_checks` come from."""
 
-LARGEST_DISTANCE: Final = 0.02
-LARGEST_RMS: Final = 0.01
-"""m, distance of a landmark or joint centre in standing from its place in the model."""
 
-LARGEST_ANKLE_ANGLE: Final = 5.0
-LARGEST_HIP_ANGLE: Final = 10.0
-"""Degrees from the neutral pose, in standing."""
+@dataclass(frozen=True)
+class PlacementLimits:
+    """How far markers may be from where a model has them."""
+
+    largest_distance: float = 0.02
+    largest_rms: float = 0.01
+    """m, distance of a landmark or joint centre in standing from its place in the model."""
+    largest_ankle_angle: float = 5.0
+    largest_hip_angle: float = 10.0
+    """Degrees from the neutral pose, in standing."""
+    given_weight: float = 100.0
+    """Of a joint centre that is given, beside a landmark."""
+    elbow_half_width: float = 0.045
+    """m, distance of the marker on the lateral epicondyle of the elbow from the joint centre if the
+    medial side has no marker: half of 70 mm, plus 10 mm for the marker itself."""
+
+
+PLACEMENT: Final = PlacementLimits()
+
 
 _UP: Final = np.array([0.0, 0.0, 1.0])
-
-GIVEN_WEIGHT: Final = 100.0
-"""Of a joint centre that is given, beside a landmark."""
-
-ELBOW_HALF_WIDTH: Final = 0.045
-"""m, distance of the marker on the lateral epicondyle of the elbow from the joint centre if the
-medial side has no marker: half of 70 mm, plus 10 mm for the marker itself."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def place_markers(
         # Raised arms lift the acromion, so it is put above the model's own shoulder.
         if raised and segment == "torso" and (definition.landmark or "").endswith(".Acromion"):
             shoulder = model[f"upper_arm_{str(definition.landmark)[0].lower()}"].joint_position
-            position = shoulder + 2 * ACROMION_TO_SHOULDER * abs(shoulder[1]) * _UP
+            position = shoulder + 2 * SURFACE.acromion_to_shoulder * abs(shoulder[1]) * _UP
             moved.append(name)
         markers.append(ModelMarker(name, segment, position, definition.weight))
     distances = dict(zip(alike.names, alike.marker_errors[0].tolist(), strict=True))
@@ -188,8 +188,13 @@ def placement_checks(
     worst = max(distances, key=lambda name: distances[name])
     rms = float(np.sqrt(np.mean(np.square(list(distances.values())))))
     rows = [
-        (f"largest distance of a landmark ({worst})", distances[worst], LARGEST_DISTANCE, "m"),
-        ("RMS distance of the landmarks", rms, LARGEST_RMS, "m"),
+        (
+            f"largest distance of a landmark ({worst})",
+            distances[worst],
+            PLACEMENT.largest_distance,
+            "m",
+        ),
+        ("RMS distance of the landmarks", rms, PLACEMENT.largest_rms, "m"),
     ]
     for side in ("right", "left"):
         ankle, hip = (
@@ -198,9 +203,12 @@ def placement_checks(
         )
         bent = float(abs(hip - np.degrees(pelvic_tilt)))
         rows += [
-            (f"{side} ankle angle in standing", float(abs(ankle)), LARGEST_ANKLE_ANGLE, "deg"),
+            (
+                f"{side} ankle angle in standing", float(abs(ankle)),
+                PLACEMENT.largest_ankle_angle, "deg",
+            ),
             (f"{side} hip flexion in standing, from the standing pelvis", bent,
-             LARGEST_HIP_ANGLE, "deg"),
+             PLACEMENT.largest_hip_angle, "deg"),
         ]  # fmt: skip
     return tuple(PlacementCheck(*row, CHECKLIST) for row in rows)
 
@@ -274,7 +282,7 @@ def _anatomy(
         if name in points
     }
     for limbs, side, sign in zip(measured.modelled.values(), "RL", (1.0, -1.0), strict=True):
-        heads, heel = limbs.metatarsals, limbs.heel - [MARKER_OFFSET, 0.0, 0.0]
+        heads, heel = limbs.metatarsals, limbs.heel - [SURFACE.marker_offset, 0.0, 0.0]
         end = side.lower()
         # y is to the left, so +y is towards the midline on the right side.
         medial = np.array([0.0, sign, 0.0])
@@ -312,7 +320,7 @@ def _about_knees(
     beside a lateral marker on the axis the centre is then pulled along (9 mm in OpenCap's Subject4,
     whose tibiae are turned by 18 degrees).
     """
-    changed = {name: replace(_of(anatomy, name), weight=GIVEN_WEIGHT) for name in given}
+    changed = {name: replace(_of(anatomy, name), weight=PLACEMENT.given_weight) for name in given}
     for side in "RL":
         name, centre = f"{side}.Knee", points[f"{side}.Knee.Centre"]
         up = points[f"{side}.Hip.Centre"] - centre
@@ -322,7 +330,7 @@ def _about_knees(
         left /= np.linalg.norm(left)
         away = (points[name] - centre) @ np.column_stack([np.cross(left, up), left, up])
         knee = model[f"shank_{side.lower()}"].joint_position
-        weight = GIVEN_WEIGHT if f"{name}.Centre" in given else 1.0
+        weight = PLACEMENT.given_weight if f"{name}.Centre" in given else 1.0
         changed[name] = replace(_of(anatomy, name), position=knee + away, weight=weight)
     return [changed.get(each.name, each) for each in anatomy]
 
@@ -340,7 +348,7 @@ def _arm(
     places = {f"{side}.Shoulder.Centre": _shoulder(model, points, side)}
     if lateral not in points:
         return places
-    half = ELBOW_HALF_WIDTH
+    half = PLACEMENT.elbow_half_width
     if centre in points:
         places[centre] = (f"forearm_{end}", np.zeros(3))
         half = float(np.linalg.norm(points[lateral] - points[centre]))

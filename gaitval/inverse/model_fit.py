@@ -16,8 +16,9 @@ could not be distinguished from a rotation of all markers of the segment.
 A walking marker's variance σ² has two parts. Noise is independent in every frame; it is estimated
 from the residuals, alternating with the fit. Soft tissue motion repeats with the gait cycle, and
 lengths and positions absorb much of it, so the residuals do not show it: its size is given, and all
-frames together count as `INDEPENDENT_FRAMES` samples of it. Without it the hips of the recorded
-walks (WBDS01, Rajagopal) are pulled 3 cm upwards, to where the skin rotates instead of the bone.
+frames together count as `MODEL_FIT.independent_frames` samples of it. Without it the hips of the
+recorded walks (WBDS01, Rajagopal) are pulled 3 cm upwards, to where the skin rotates instead of the
+bone.
 
 `segment_lengths` contains the lengths and what moves with them, `model_fit_solver` the solver.
 """
@@ -56,34 +57,37 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.model.tree import tree_arrays
 
-ANATOMICAL_SD: Final = 0.005
-"""m, standard deviation of the position of a marker on a palpated landmark, each way."""
 
-TRACKING_SD: Final = 0.020
-"""m, standard deviation of the position of any other marker: anatomy does not fix its place, and
-a cluster may slip between trials (the one on the left thigh in the Rajagopal walk by 3-4 cm)."""
+@dataclass(frozen=True)
+class ModelFitSettings:
+    """Standard deviations and sizes of the fit of a model to markers."""
 
-LARGEST_CHANGE: Final = 4.0
-"""Largest change of a length, in standard deviations of its prior."""
+    anatomical_sd: float = 0.005
+    """m, standard deviation of the position of a marker on a palpated landmark, each way."""
+    tracking_sd: float = 0.020
+    """m, standard deviation of the position of any other marker: anatomy does not fix its place,
+    and a cluster may slip between trials (the one on the left thigh in the Rajagopal walk by 3-4
+    cm)."""
+    largest_change: float = 4.0
+    """Largest change of a length, in standard deviations of its prior."""
+    frames: int = 60
+    """Number of frames of the walking trial, equally spaced."""
+    soft_tissue_sd: float = 0.010
+    """m, of a marker of weight 1 on the skin about its mean place on the segment in walking, each
+    way: 5-30 mm on the thigh, under 15 mm on the shank (Leardini et al. 2005, Gait Posture
+    21:212)."""
+    independent_frames: float = 5.0
+    """Number of independent samples of soft tissue motion in a walking trial; convention. The
+    motion repeats with every gait cycle and is smooth within it, so more frames do not average it
+    out."""
+    standing_sd: float = 0.010
+    """m, of a marker in standing about that mean place, each way."""
+    smallest_sd: float = 1e-5
+    """m: smallest residual assumed (made-up markers have none)."""
+    noise_updates: int = 12
 
-FRAMES: Final = 60
-"""Number of frames of the walking trial, equally spaced."""
 
-SOFT_TISSUE_SD: Final = 0.010
-"""m, of a marker of weight 1 on the skin about its mean place on the segment in walking, each
-way: 5-30 mm on the thigh, under 15 mm on the shank (Leardini et al. 2005, Gait Posture 21:212)."""
-
-INDEPENDENT_FRAMES: Final = 5.0
-"""Number of independent samples of soft tissue motion in a walking trial; convention. The motion
-repeats with every gait cycle and is smooth within it, so more frames do not average it out."""
-
-STANDING_SD: Final = 0.010
-"""m, of a marker in standing about that mean place, each way."""
-
-SMALLEST_SD: Final = 1e-5
-"""m: smallest residual assumed (made-up markers have none)."""
-
-_NOISE_UPDATES = 12
+MODEL_FIT: Final = ModelFitSettings()
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,7 @@ class FittedLength:
         only (for the thigh, that of hip and knee together).
     fitted, standard_error : value after the fit, and its standard deviation given all measurements;
         equal to `prior_sd` if no marker shows this length.
-    at_bound : True if it would have changed by more than `LARGEST_CHANGE` deviations.
+    at_bound : True if it would have changed by more than `MODEL_FIT.largest_change` deviations.
     """
 
     name: str
@@ -146,7 +150,7 @@ def fit_model(
     placement_sd: Mapping[str, float] | None = None,
     length_sd: Mapping[str, float] | None = None,
     ranges: Mapping[str, tuple[float, float]] = MEASURED_RANGES,
-    soft_tissue_sd: float = SOFT_TISSUE_SD,
+    soft_tissue_sd: float = MODEL_FIT.soft_tissue_sd,
 ) -> ModelFit:
     """Fit lengths, marker positions and poses to a standing and a walking trial.
 
@@ -157,11 +161,12 @@ def fit_model(
     standing : (S, M, 3) m, project axes, NaN where not seen; its median is used.
     walking : (T, M, 3) m, the same; the markers filtered as for inverse kinematics.
     placement_sd : m, standard deviation of a marker's position, each way, by its name;
-        `TRACKING_SD` for others.
+        `MODEL_FIT.tracking_sd` for others.
     length_sd : m, standard deviation of the prior of a length, instead of that in `LENGTH_SD`; 0
         fixes the length.
     ranges : as in `inverse_kinematics.inverse_kinematics`.
-    soft_tissue_sd : m, see `SOFT_TISSUE_SD`; 0 for markers that do not move on their segments.
+    soft_tissue_sd : m, see `MODEL_FIT.soft_tissue_sd`; 0 for markers that do not move on their
+        segments.
 
     Raises
     ------
@@ -172,7 +177,9 @@ def fit_model(
     known, placed = LENGTH_SD | dict(length_sd or {}), placement_sd or {}
     deviations = (
         np.array([known[name] for name in LENGTHS], dtype=float),
-        np.array([placed.get(marker.name, TRACKING_SD) for marker in markers], dtype=float),
+        np.array(
+            [placed.get(marker.name, MODEL_FIT.tracking_sd) for marker in markers], dtype=float
+        ),
     )
     # The start of the fit, and which coordinates the markers of each frame show.
     stood = inverse_kinematics(model, markers, _median(standing), ranges=ranges)
@@ -192,7 +199,7 @@ def fit_model(
         sigma = _measurement_sd(fit, state)
         fitted = state
         # σ weighs the fit and is estimated from its residuals, so the two alternate.
-        for _ in range(_NOISE_UPDATES):
+        for _ in range(MODEL_FIT.noise_updates):
             fitted, _, converged = solve(fit, fitted, _precision(fit, sigma, soft_tissue_sd))
             last, sigma = sigma, _measurement_sd(fit, fitted)
             if abs(sigma - last) < 0.01 * last:
@@ -229,7 +236,7 @@ def _problem(
         coupling=skin_shifts(model, markers),
         placement_precision=placement_deviation**-2,
         length_precision=length_precision(length_deviation),
-        length_limit=LARGEST_CHANGE * length_deviation,
+        length_limit=MODEL_FIT.largest_change * length_deviation,
         measured=np.where(seen[..., None], measured, 0.0),
         weight=seen * (weights / weights.mean()),
         free=free,
@@ -256,7 +263,9 @@ def _choose(walking: Array) -> Index:
             f"only {len(good)} frames of the walking trial show the markers, but a fit of the "
             "body needs a trial in which the joints move. Give a longer trial."
         )
-    return np.unique(good[np.linspace(0, len(good) - 1, min(FRAMES, len(good))).astype(np.int64)])
+    return np.unique(
+        good[np.linspace(0, len(good) - 1, min(MODEL_FIT.frames, len(good))).astype(np.int64)]
+    )
 
 
 def with_level_pelvis(fit: FitProblem, state: FitState) -> FitState:
@@ -304,14 +313,14 @@ def with_level_pelvis(fit: FitProblem, state: FitState) -> FitState:
 
 def _precision(fit: FitProblem, sigma: float, soft_tissue_sd: float) -> Array:
     """Inverse variance (F, M) of a coordinate of each measured marker: noise is independent in
-    every frame, and soft tissue counts as `INDEPENDENT_FRAMES` samples.
+    every frame, and soft tissue counts as `MODEL_FIT.independent_frames` samples.
     """
-    # With F frames, each has F / `INDEPENDENT_FRAMES` times the variance, so that together they
-    # weigh as much as that many samples.
-    repeated = max(1.0, (len(fit.weight) - 1) / INDEPENDENT_FRAMES)
+    # With F frames, each has F / `MODEL_FIT.independent_frames` times the variance, so that
+    # together they weigh as much as that many samples.
+    repeated = max(1.0, (len(fit.weight) - 1) / MODEL_FIT.independent_frames)
     precision = fit.weight / (sigma**2 + repeated * soft_tissue_sd**2)
     # Markers that do not move on their segments in walking do not do so in standing either.
-    standing = STANDING_SD if soft_tissue_sd > 0 else sigma
+    standing = MODEL_FIT.standing_sd if soft_tissue_sd > 0 else sigma
     precision[0] = fit.weight[0] / standing**2
     return np.asarray(precision)
 
@@ -331,7 +340,7 @@ def _measurement_sd(fit: FitProblem, state: FitState) -> float:
             "Use a trial with more frames or more markers."
         )
     variance = float((weight[..., None] * errors**2).sum()) / float(freedom)
-    return max(float(np.sqrt(variance)), SMALLEST_SD)
+    return max(float(np.sqrt(variance)), MODEL_FIT.smallest_sd)
 
 
 def _result(

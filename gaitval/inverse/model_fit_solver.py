@@ -5,7 +5,8 @@ arrow), so the poses are eliminated frame by frame (Schur complement), and an it
 hundredths of a second.
 """
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -17,12 +18,20 @@ from gaitval.inverse.pose_solver import moved
 from gaitval.inverse.segment_lengths import LENGTHS
 from gaitval.model.tree import DOF_COUNT, FIRST_DOF, PARENT, SEGMENT_COUNT, empty_frames, forward
 
-_MOST_ITERATIONS = 100
-_STEP_TOLERANCE = 1e-6  # m and rad
-_COST_TOLERANCE = 1e-4
-"""By which the last iteration lowers the cost, minus the logarithm of a density, if they were
-enough: an arm that is straight creeps round its axis for long, and a standard error changes the
-cost by 0.5."""
+
+@dataclass(frozen=True)
+class SolverSettings:
+    """When the fit has converged."""
+
+    most_iterations: int = 100
+    step_tolerance: float = 1e-6  # m and rad
+    cost_tolerance: float = 1e-4
+    """By which the last iteration lowers the cost, minus the logarithm of a density, if they were
+    enough: an arm that is straight creeps round its axis for long, and a standard error changes the
+    cost by 0.5."""
+
+
+SOLVER: Final = SolverSettings()
 
 
 class FitProblem(NamedTuple):
@@ -248,7 +257,7 @@ def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState,
     """
     damping = fall = 0.0
     cost = _cost(fit, state, precision)
-    for iteration in range(1, _MOST_ITERATIONS + 1):
+    for iteration in range(1, SOLVER.most_iterations + 1):
         normal = _equations(fit, state, precision)
         while True:
             shared, inverse = _reduced(normal, damping)
@@ -262,14 +271,14 @@ def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState,
             # The factor allows for rounding near the minimum, where the cost no longer falls.
             if trial_cost <= cost * (1.0 + 1e-12):
                 break
-            if longest < _STEP_TOLERANCE or damping > 1e9:
-                return state, iteration, longest < _STEP_TOLERANCE
+            if longest < SOLVER.step_tolerance or damping > 1e9:
+                return state, iteration, longest < SOLVER.step_tolerance
             damping = max(1e-4, 10.0 * damping)
         state, cost, fall = trial, trial_cost, cost - trial_cost
-        if longest < _STEP_TOLERANCE:
+        if longest < SOLVER.step_tolerance:
             return state, iteration, True
         damping = 0.0 if damping < 1e-6 else 0.1 * damping
-    return state, _MOST_ITERATIONS, fall < _COST_TOLERANCE
+    return state, SOLVER.most_iterations, fall < SOLVER.cost_tolerance
 
 
 def shared_covariance(fit: FitProblem, state: FitState, precision: Array) -> Array:

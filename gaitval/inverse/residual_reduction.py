@@ -18,7 +18,7 @@ the trial.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -58,18 +58,23 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, segment_frames, tree_arrays
 
-STRIDE_S = 1.0
-"""s. Errors of markers, forces and the guessed trunk repeat from stride to stride, and within a
-stride are similar for the time between knots: relative to the priors of the masses, a trial of any
-length and frame rate counts as independent errors over this time."""
 
-LARGEST_STEPS = 20
+@dataclass(frozen=True)
+class ReductionLimits:
+    """How far a search for smaller residuals goes."""
 
-SHORTEST_STEP = 1e-3
-"""Fraction of a Gauss-Newton step at which the search along it ends."""
+    stride_s: float = 1.0
+    """s. Errors of markers, forces and the guessed trunk repeat from stride to stride, and within a
+    stride are similar for the time between knots: relative to the priors of the masses, a trial of
+    any length and frame rate counts as independent errors over this time."""
+    largest_steps: int = 20
+    shortest_step: float = 1e-3
+    """Fraction of a Gauss-Newton step at which the search along it ends."""
+    smallest_gain: float = 1e-3
+    """Relative decrease of the cost per step below which the search ends."""
 
-SMALLEST_GAIN = 1e-3
-"""Relative decrease of the cost per step below which the search ends."""
+
+REDUCTION: Final = ReductionLimits()
 
 
 @dataclass(frozen=True)
@@ -252,8 +257,8 @@ def _problem(
     recorded = make_interp_spline(time, coordinates, k=DEGREE)
     base = np.stack([coordinates, recorded(time, 1), recorded(time, 2)], axis=1)
     splines = ChangeSplines(time, settings.knot_s)
-    # Frames share the weight of one stride, a sample a knot; see `STRIDE_S`.
-    weight = STRIDE_S / settings.knot_s / len(time)
+    # Frames share the weight of one stride, a sample a knot; see `REDUCTION.stride_s`.
+    weight = REDUCTION.stride_s / settings.knot_s / len(time)
     # In the order of the root's generalised forces: moment, then force.
     deviations = np.repeat([settings.residual_moment_nm, settings.residual_force_n], 3)
     body_deviations = [settings.segment_mass, settings.trunk_offset_m]
@@ -333,7 +338,7 @@ def _gauss_newton_step(problem: _Problem, at: _Estimate) -> tuple[Array, Array]:
 def _solve(problem: _Problem) -> tuple[_Estimate, int]:
     """The estimate with the least cost, and the number of steps taken."""
     best = _estimate(problem, np.zeros(len(problem.prior)), np.zeros(BODY_UNKNOWNS))
-    for steps in range(LARGEST_STEPS):
+    for steps in range(REDUCTION.largest_steps):
         change_step, body_step = _gauss_newton_step(problem, best)
         # Far from the minimum a whole step may overshoot, so it is halved until the cost falls.
         length = 1.0
@@ -344,12 +349,12 @@ def _solve(problem: _Problem) -> tuple[_Estimate, int]:
             if trial.cost <= best.cost:
                 break
             length *= 0.5
-            if length < SHORTEST_STEP:  # rounding: there is nothing left to gain
+            if length < REDUCTION.shortest_step:  # rounding: there is nothing left to gain
                 return best, steps
         gain, best = best.cost - trial.cost, trial
-        if gain < SMALLEST_GAIN * best.cost:
+        if gain < REDUCTION.smallest_gain * best.cost:
             return best, steps + 1
-    return best, LARGEST_STEPS
+    return best, REDUCTION.largest_steps
 
 
 def reduce_residuals(

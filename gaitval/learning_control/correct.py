@@ -9,11 +9,11 @@ changes are of the height of the pelvis and the lowest harmonics of hip, knee, a
 angles. How curves answer is known from other people's walks and learned from every walk of the
 search (`slopes`); the steps are Gauss-Newton's.
 
-The target is the reference, moved a part of the way (`TO_RECORD`, `TO_ESTIMATE`, `TO_PREDICTION`)
-to the record that it was fitted to, if that is given. A walk obeys the laws of motion anyway, so it
-can have part of what the fit gave up for them. Data held out from the run stay held out. A Gaussian
-prior holds every change near zero, so only changes that affect the walk are free; their effective
-number is reported.
+The target is the reference, moved a part of the way (`CORRECTION.to_record`,
+`CORRECTION.to_estimate`, `CORRECTION.to_prediction`) to the record that it was fitted to, if that
+is given. A walk obeys the laws of motion anyway, so it can have part of what the fit gave up for
+them. Data held out from the run stay held out. A Gaussian prior holds every change near zero, so
+only changes that affect the walk are free; their effective number is reported.
 
 Policy, body and physics are unchanged, and nothing supports the body: it is the same walker, given
 a motion that differs from the reference by about a degree. Even so it can fall after a minute where
@@ -24,6 +24,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import chain
+from typing import Final
 
 import numpy as np
 
@@ -57,23 +58,34 @@ from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
 
-INDEPENDENT = 12
-"""Independent numbers in a curve over the cycle: the harmonics below the 10 Hz of the filter."""
-_ANGLE, _HEIGHT = np.deg2rad(0.4), 0.003
-"""Standard deviation of the prior, rad and m: of a harmonic, and of the height."""
-_FLAT = 4
-"""Harmonics above this have a prior of the same angular acceleration: without, forces ring."""
-_SHARES = (1.0, 0.7, 0.4)
-"""Shares of the change that was found. The largest one that does no harm is used."""
-TO_RECORD, TO_ESTIMATE, TO_PREDICTION = 0.3, 1.0, 1.0
-"""Of the way, with the person's own kinetics, which contradict one another, and with estimated and
-predicted ones, which do so less. Chosen by walks of people that no table contains
-(docs/what-we-tried.md); of predictions by walks of held-out trials
-(docs/what-we-tried.md)."""
-TOWARDS_PREDICTION = 2.0
-"""How many times as free a change is towards a prediction: there is more to make up for."""
-_CYCLES = 8
-"""Cycles of a walk that are averaged."""
+
+@dataclass(frozen=True)
+class CorrectionSettings:
+    """How a walk is corrected after its training."""
+
+    independent: int = 12
+    """Independent numbers in a curve over the cycle: the harmonics below the 10 Hz of the
+    filter."""
+    angle: float = np.deg2rad(0.4)
+    height: float = 0.003
+    """Standard deviation of the prior, rad and m: of a harmonic, and of the height."""
+    flat: int = 4
+    """Harmonics above this have a prior of the same angular acceleration: without, forces ring."""
+    shares: tuple[float, float, float] = (1.0, 0.7, 0.4)
+    """Shares of the change that was found. The largest one that does no harm is used."""
+    to_record: float = 0.3
+    to_estimate: float = 1.0
+    to_prediction: float = 1.0
+    """Of the way, with the person's own kinetics, which contradict one another, and with estimated
+    and predicted ones, which do so less. Chosen by walks of people that no table contains
+    (docs/what-we-tried.md); of predictions by walks of held-out trials (docs/what-we-tried.md)."""
+    towards_prediction: float = 2.0
+    """How many times as free a change is towards a prediction: there is more to make up for."""
+    cycles: int = 8
+    """Cycles of a walk that are averaged."""
+
+
+CORRECTION: Final = CorrectionSettings()
 
 
 @dataclass(frozen=True)
@@ -83,7 +95,7 @@ class Corrected:
     Attributes
     ----------
     errors : `Walked.error` before and after each step; empty if the uncorrected walker fell.
-    share : of the change that was found, the part that is used; see `_SHARES`.
+    share : of the change that was found, the part that is used; see `CORRECTION.shares`.
     effective_number : of free numbers, of `Adjustment.harmonics` and height: trace of the matrix
         that takes a curve's deviations to the fitted ones.
     refused : why a correction that was found is not used; None if it is, or none was found.
@@ -148,7 +160,7 @@ def beside_reference(
         mu=first.mu,
         start_phases=[case.start_phase for case in cases],
         # The first and last strikes may be outside, and half a cycle of the other foot.
-        cycles=task.configuration.validation.settling_cycles + _CYCLES + 2,
+        cycles=task.configuration.validation.settling_cycles + CORRECTION.cycles + 2,
     )
     wanted = target(task, to_record)
     return [_compared(task, rollout, wanted, accuracies) for rollout in rollouts]
@@ -175,8 +187,8 @@ def _compared(
     accuracies: Accuracies,
 ) -> Walked | None:
     """A walk beside the curves that are wanted; None if it fell."""
-    cycles = find_cycles(rollout, task.configuration).first(_CYCLES)
-    if rollout.fell[0] or min(cycles.count("right"), cycles.count("left")) < _CYCLES:
+    cycles = find_cycles(rollout, task.configuration).first(CORRECTION.cycles)
+    if rollout.fell[0] or min(cycles.count("right"), cycles.count("left")) < CORRECTION.cycles:
         return None
     walked = by_kind(curves_of(task, rollout, cycles))
     parts = []
@@ -188,7 +200,7 @@ def _compared(
             if fitted(kind, name):
                 # A curve has 101 samples but is worth 12 independent numbers: so weighted, its sum
                 # of squares is 12 where it is off by its accuracy throughout.
-                weight = float(np.sqrt(INDEPENDENT / len(curve)))
+                weight = float(np.sqrt(CORRECTION.independent / len(curve)))
                 weight /= accuracy_of(kind, name, accuracies)
                 parts.append(weight * (mean - curve))
     return Walked(np.concatenate(parts), errors, accuracies)
@@ -225,8 +237,11 @@ def correction_of(numbers: Array) -> Adjustment:
 
 def prior_sd(harmonics: int) -> Array:
     """Standard deviations (13 + 26 H + 1,), rad and m, of a change with H `harmonics`."""
-    waves = np.minimum(1.0, (_FLAT / np.arange(1.0, harmonics + 1.0)) ** 2)
-    return np.append(np.tile(_ANGLE * np.concatenate([[1.0], waves, waves]), len(JOINTS)), _HEIGHT)
+    waves = np.minimum(1.0, (CORRECTION.flat / np.arange(1.0, harmonics + 1.0)) ** 2)
+    return np.append(
+        np.tile(CORRECTION.angle * np.concatenate([[1.0], waves, waves]), len(JOINTS)),
+        CORRECTION.height,
+    )
 
 
 def _falls(starts: Sequence[Endurance]) -> int:
@@ -239,7 +254,7 @@ def correct(
     mu: Array,
     *,
     target_record: GaitRecord | None = None,
-    to_record: float = TO_RECORD,
+    to_record: float = CORRECTION.to_record,
     accuracies: Accuracies = ACCURACY,
     freedom: float = 1.0,
     slopes: Slopes | None = None,
@@ -306,13 +321,13 @@ def correct(
         )
         # Without it and with each share of it, from the start phase and from half a cycle later:
         # eight walks, which take no longer than one.
-        points = [none, *(share * found.point for share in _SHARES)]
+        points = [none, *(share * found.point for share in CORRECTION.shares)]
         walks = walk(points, start, (start + 0.5) % 1.0)
         used, starts, refused = _usable(walks, points, far, phases)
     return Corrected(
         correction=correction_of(sd * points[used]),
         errors=found.errors,
-        share=(0.0, *_SHARES)[used],
+        share=(0.0, *CORRECTION.shares)[used],
         effective_number=found.effective_number if settings.steps else 0.0,
         refused=refused,
         before=walks[0],

@@ -4,6 +4,7 @@ whether the change that was found does harm.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -11,19 +12,27 @@ from gaitval.arrays import Array
 from gaitval.learning_control.slopes import Slopes
 from gaitval.learning_control.walked import Walked
 
-_SMALLEST_GAIN = 0.02
-"""Relative decrease of the objective at which the steps end."""
-_DAMPINGS = (0.0, 3.0, 30.0, 300.0)
-"""Damping of a step, in units of the prior's weight. All of them are tried: a walk does not respond
-linearly, so no rule gives the best one beforehand."""
-_LENGTHS = (1.0, 0.5)
-"""Fractions of each step that are tried: with the dampings eight walks, which take no longer than
-one."""
 
-_PELVIS = 0.25
-"""Degrees by which the pelvis's angles may get worse, a sixth of the accuracy with which other
-angles are looked for. Corrections of people that are in no table of walks made them worse by at
-most 0.21, and what they looked at better by 7 to 72 % (docs/learning.md)."""
+@dataclass(frozen=True)
+class SearchSettings:
+    """How far the search for a correction goes."""
+
+    smallest_gain: float = 0.02
+    """Relative decrease of the objective at which the steps end."""
+    dampings: tuple[float, float, float, float] = (0.0, 3.0, 30.0, 300.0)
+    """Damping of a step, in units of the prior's weight. All of them are tried: a walk does not
+    respond linearly, so no rule gives the best one beforehand."""
+    lengths: tuple[float, float] = (1.0, 0.5)
+    """Fractions of each step that are tried: with the dampings eight walks, which take no longer
+    than one."""
+    pelvis: float = 0.25
+    """Degrees by which the pelvis's angles may get worse, a sixth of the accuracy with which other
+    angles are looked for. Corrections of people that are in no table of walks made them worse by at
+    most 0.21, and what they looked at better by 7 to 72 % (docs/learning.md)."""
+
+
+SEARCH: Final = SearchSettings()
+
 
 WalkFunction = Callable[[Sequence[Array]], Sequence[Walked | None]]
 """Walks at each of several points, (n,) in units of the prior's SD; None for one that fell."""
@@ -78,7 +87,7 @@ def search(
             errors.append(found.error())
         if on_step is not None:
             on_step(number, errors[-1])
-        if reached > (1.0 - _SMALLEST_GAIN) * least:
+        if reached > (1.0 - SEARCH.smallest_gain) * least:
             break
     return Optimum(point, tuple(errors), effective_number(slopes.mean))
 
@@ -99,14 +108,16 @@ def effective_number(slopes: Array) -> float:
 
 
 def _steps(slopes: Array, found: Walked, point: Array) -> list[Array]:
-    """Gauss-Newton steps with each of `_DAMPINGS` and `_LENGTHS`, from the longest on."""
+    """Gauss-Newton steps with each of `SEARCH.dampings` and `SEARCH.lengths`, from the longest
+    on.
+    """
     # The prior's weight is 1: the point in the gradient, and the 1.0 on the diagonal.
     normal, right = slopes.T @ slopes, slopes.T @ found.deviations + point
     steps = [
         np.asarray(-np.linalg.solve(normal + (1.0 + damping) * np.eye(len(point)), right), float)
-        for damping in _DAMPINGS
+        for damping in SEARCH.dampings
     ]
-    return [length * step for step in steps for length in _LENGTHS]
+    return [length * step for step in steps for length in SEARCH.lengths]
 
 
 def harm(
@@ -126,9 +137,9 @@ def harm(
     worse = max(
         after.left_out() - before.left_out(), after_other.left_out() - before_other.left_out()
     )
-    if worse > _PELVIS:
+    if worse > SEARCH.pelvis:
         return (
             f"the pelvis's angles, which are not fitted, get {worse:.2f} degrees worse; at most "
-            f"{_PELVIS} are allowed"
+            f"{SEARCH.pelvis} are allowed"
         )
     return None

@@ -20,14 +20,24 @@ from gaitval.arrays import Array, Index
 
 STORED: Final = "shared_slopes.safetensors"
 """Slopes of people whom no table of the project contains; experiments/shared_slopes.py makes it."""
-HARMONICS: Final = 12
-"""Harmonics of the gait cycle in each change whose slopes are stored."""
-EVERY: Final = 2
-"""Of so many samples of a curve one is stored: curves have nothing above 10 Hz."""
-SPEED: Final = 0.35
-"""Dimensionless speed of the stored slopes; they change with it by a line within `speeds`."""
-NOISE: Final = 100.0
-"""Sum of squares that a linear answer leaves of a walk; 30 or 300 do as well (docs/learning.md)."""
+
+
+@dataclass(frozen=True)
+class SlopeSettings:
+    """How a correction changes a walk."""
+
+    harmonics: int = 12
+    """Harmonics of the gait cycle in each change whose slopes are stored."""
+    every: int = 2
+    """Of so many samples of a curve one is stored: curves have nothing above 10 Hz."""
+    speed: float = 0.35
+    """Dimensionless speed of the stored slopes; they change with it by a line within `speeds`."""
+    noise: float = 100.0
+    """Sum of squares that a linear answer leaves of a walk; 30 or 300 do as well
+    (docs/learning.md)."""
+
+
+SLOPES: Final = SlopeSettings()
 
 
 @dataclass(frozen=True)
@@ -55,7 +65,7 @@ class Slopes:
     def learned(self, steps: Array, changes: Array) -> "Slopes":
         """The same after `steps` (k, n) from a point changed the deviations by `changes` (k, m)."""
         crossed = steps @ self.covariance
-        scatter = crossed @ steps.T + NOISE * np.eye(len(steps))
+        scatter = crossed @ steps.T + SLOPES.noise * np.eye(len(steps))
         gain = np.linalg.solve(scatter, crossed)
         covariance = self.covariance - crossed.T @ gain
         return Slopes(
@@ -68,10 +78,10 @@ class Slopes:
 def places(harmonics: int, joints: int) -> Index:
     """Places of fewer `harmonics` of some `joints` among the stored unknowns; last the height."""
     of_joint = np.concatenate(
-        [[0], np.arange(1, 1 + harmonics), HARMONICS + np.arange(1, 1 + harmonics)]
+        [[0], np.arange(1, 1 + harmonics), SLOPES.harmonics + np.arange(1, 1 + harmonics)]
     )
-    first = (1 + 2 * HARMONICS) * np.arange(joints)
-    return np.append((first[:, None] + of_joint).ravel(), (1 + 2 * HARMONICS) * joints)
+    first = (1 + 2 * SLOPES.harmonics) * np.arange(joints)
+    return np.append((first[:, None] + of_joint).ravel(), (1 + 2 * SLOPES.harmonics) * joints)
 
 
 @cache
@@ -85,8 +95,8 @@ def shared_slopes(speed: float, harmonics: int, joints: int, samples: int) -> Sl
     many `harmonics` of each of the `joints`, and of curves with so many `samples` each.
     """
     stored, which = _stored(), places(harmonics, joints)
-    away = np.clip(speed, *stored["speeds"]) - SPEED
+    away = np.clip(speed, *stored["speeds"]) - SLOPES.speed
     at_speed = stored["mean"] + away * stored["by_speed"]
-    kept = np.arange(0, samples, EVERY)
+    kept = np.arange(0, samples, SLOPES.every)
     mean = CubicSpline(kept, at_speed[..., which], axis=1)(np.arange(samples))
     return Slopes(mean.reshape(-1, len(which)), stored["covariance"][np.ix_(which, which)])

@@ -19,7 +19,7 @@ from scipy.special import logsumexp
 
 from gaitval.arrays import Array, Flags
 from gaitval.consistency import OTHER, SOUND, Change, Verdict, verdict_of
-from gaitval.gait.plate_contacts import USUAL_DELAY
+from gaitval.gait.plate_contacts import CONTACTS
 from gaitval.measurement.balance import PRESSURE, Data, PlateTrial, data_of
 from gaitval.measurement.kinds import KINDS, Fault, faults
 from gaitval.measurement.likelihood import (
@@ -34,7 +34,7 @@ from gaitval.measurement.standing import StandingForces
 DELAYS: Final = tuple(np.arange(-70, 71, 10) / 1000.0)
 """s, those that are tried: beyond, an import refuses the forces (`gait.plate_contacts`)."""
 OWN_DELAY: Final = 0.003
-"""s, standard deviation of `USUAL_DELAY` between sound recordings."""
+"""s, standard deviation of `CONTACTS.usual_delay` between sound recordings."""
 MOST: Final = 3
 """Faults of a session that are looked for together."""
 BEAM: Final = 10
@@ -133,7 +133,7 @@ def examined(
     lag = delay_of(tried, height_m)
     recorded, shifted = (
         data_of(trials, mass_kg, later=later, stood=stood, legs=legs)
-        for later in (USUAL_DELAY, lag.value + USUAL_DELAY)
+        for later in (CONTACTS.usual_delay, lag.value + CONTACTS.usual_delay)
     )
     if recorded is None:
         return None
@@ -305,7 +305,7 @@ def delay_of(tried: Mapping[float, Data], height_m: float) -> Lag:
     order = np.argsort(grid)
     fine = np.arange(grid.min(), grid.max() + 1e-9, 0.001)
     log = CubicSpline(grid[order], np.array(logs)[order])(fine)
-    beside, usual = fine - USUAL_DELAY, KINDS["delay"]
+    beside, usual = fine - CONTACTS.usual_delay, KINDS["delay"]
     faulty = np.exp(log - log.max() - 0.5 * (beside / usual.faulty) ** 2)
     sound = np.exp(log - log.max() - 0.5 * (beside / usual.sound) ** 2)
     value = float((beside * faulty).sum() / faulty.sum())

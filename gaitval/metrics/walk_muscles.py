@@ -15,7 +15,7 @@ from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.metrics.cycles import GaitCycles, step_of, walking_speed
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
-from gaitval.musculature.gait import RATE, LoadedMotion
+from gaitval.musculature.gait import SAMPLED, LoadedMotion
 from gaitval.musculature.paths import COORDINATES
 from gaitval.prediction.slopes import body_without
 from gaitval.simulation.rollout import Rollout
@@ -98,11 +98,13 @@ def walk_motion(
 
 
 def _thinned(step: float) -> slice:
-    return slice(None, None, max(1, round(1.0 / (step * RATE))))
+    return slice(None, None, max(1, round(1.0 / (step * SAMPLED.rate))))
 
 
 def walk_dynamics(rollout: Rollout, model: BodyModel) -> tuple[InverseDynamics, Array]:
-    """Inverse dynamics of a `rollout` at about `RATE`, and its low-passed positions (T, 31)."""
+    """Inverse dynamics of a `rollout` at about `SAMPLED.rate`, and its low-passed positions (T,
+    31).
+    """
     step = step_of(rollout)
     every = _thinned(step)
     positions = low_pass_simulated(rollout.positions, step=step, frequency=CUTOFF)[every]

@@ -15,7 +15,7 @@ import numpy as np
 from gaitval.arrays import Array, Flags
 from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
-from gaitval.gait.mean_curves import STANCE_THRESHOLD
+from gaitval.gait.mean_curves import TOLERANCES
 from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
@@ -92,8 +92,8 @@ def _tested(
     if kind != "forces":
         return np.ones(SAMPLES, dtype=bool)
     vertical = f"vertical_{name[-1]}"
-    on_ground: Flags = curves.forces[vertical].mean(axis=0) > STANCE_THRESHOLD
-    recorded_on: Flags = recorded["forces"][vertical] > 100.0 * STANCE_THRESHOLD
+    on_ground: Flags = curves.forces[vertical].mean(axis=0) > TOLERANCES.stance_threshold
+    recorded_on: Flags = recorded["forces"][vertical] > 100.0 * TOLERANCES.stance_threshold
     return on_ground | recorded_on
 
 

@@ -108,7 +108,7 @@ def check_size(path: Path) -> tuple[int, int, int]:
     format, or in the byte order of MIPS processors.
     """
     fix = "Check the name and the folder"
-    with file_gate.opened(path, RecordError, largest=file_gate.BINARY, fix=fix) as file:
+    with file_gate.opened(path, RecordError, largest=file_gate.SIZES.binary, fix=fix) as file:
         head = file.read(_BLOCK)
         size = file.seek(0, io.SEEK_END)
         if len(head) == _BLOCK:

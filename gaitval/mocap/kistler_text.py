@@ -64,7 +64,7 @@ def read_kistler_text(path: Path, recording: Recording) -> tuple[float, float, t
     is unknown; or the place of the plates is not said, or cannot be.
     """
     path = Path(path)
-    with file_gate.opened(path, RecordError, largest=file_gate.TABLE) as file:
+    with file_gate.opened(path, RecordError, largest=file_gate.SIZES.table) as file:
         head = file.read(_HEAD).decode("cp1252", "replace").splitlines()
     lines = [] if _names_at(head) is None else text_lines(path)
     at = _names_at(lines)

@@ -43,7 +43,7 @@ def text_lines(path: Path) -> list[str]:
         text = file_gate.read_text(
             path,
             RecordError,
-            largest=file_gate.TABLE,
+            largest=file_gate.SIZES.table,
             fix="Check the name and the folder",
             encodings=("utf-8-sig", "cp1252"),
         )

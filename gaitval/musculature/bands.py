@@ -25,7 +25,7 @@ from gaitval.musculature.forces import (
 )
 from gaitval.musculature.mapping import LegLoads
 from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry
-from gaitval.musculature.pelvis_zero import SHAPES
+from gaitval.musculature.pelvis_zero import PELVIS
 from gaitval.musculature.person import LegMuscles
 from gaitval.musculature.sharing import CRITERIA, Criterion
 
@@ -78,7 +78,7 @@ class Spreads:
     hip: float = 0.010
     moment: float = 0.06
     moment_time: float = 0.10
-    pelvis_zero: float = SHAPES
+    pelvis_zero: float = PELVIS.shapes
     mass: float = 0.01
     weights: float = 1.0
     knee: float = 0.005

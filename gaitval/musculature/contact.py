@@ -19,18 +19,24 @@ from gaitval.arrays import Array, Flags
 from gaitval.musculature.mapping import BoneSizes, LegLoads, tibia_axes
 from gaitval.musculature.paths import JOINTS, KNEE, Geometry
 
-PLATEAUS: Final = 0.040
-"""Distance of the points of contact of a knee, m, of a tibia of the published size; 38 to 46 mm in
-people and implants (Winby et al. 2009; Lerner et al. 2015)."""
 
-ASIDE: Final = -0.0068
-"""How far the middle of the knee is to the outer side of the body's knee centre where no marker
-shows it, m, of a leg of the published size: the mean of twenty knees of ten standing people
-(`knee_middles` at 60ee3cba). They lie inside of the line from the regression's hip to the
-ankle."""
+@dataclass(frozen=True)
+class KneeContact:
+    """Where the knee bears load."""
 
-BELOW: Final = 0.019
-"""How far the plateau is below the knee's centre in the published model, m."""
+    plateaus: float = 0.040
+    """Distance of the points of contact of a knee, m, of a tibia of the published size; 38 to 46 mm
+    in people and implants (Winby et al. 2009; Lerner et al. 2015)."""
+    aside: float = -0.0068
+    """How far the middle of the knee is to the outer side of the body's knee centre where no marker
+    shows it, m, of a leg of the published size: the mean of twenty knees of ten standing people
+    (`knee_middles` at 60ee3cba). They lie inside of the line from the regression's hip to the
+    ankle."""
+    below: float = 0.019
+    """How far the plateau is below the knee's centre in the published model, m."""
+
+
+KNEE_CONTACT: Final = KneeContact()
 
 
 @dataclass(frozen=True)
@@ -66,7 +72,7 @@ class Contact:
 
 def knee_middle(loads: LegLoads, own: BoneSizes) -> float:
     """m, `loads.knee_aside`, or what is usual."""
-    return ASIDE * own.tibia if loads.knee_aside is None else loads.knee_aside
+    return KNEE_CONTACT.aside * own.tibia if loads.knee_aside is None else loads.knee_aside
 
 
 def contact(
@@ -91,7 +97,9 @@ def contact(
     moment = np.einsum("tji,tj->ti", axes, moment)
     compression = -knee[:, 1]
     # Lateral less medial, by the moment about the axis forward: up on the outer side is +x.
-    tilt = (moment[:, 0] + BELOW * own.tibia * knee[:, 2]) / (wider * PLATEAUS * own.tibia)
+    tilt = (moment[:, 0] + KNEE_CONTACT.below * own.tibia * knee[:, 2]) / (
+        wider * KNEE_CONTACT.plateaus * own.tibia
+    )
     medial, lateral = compression / 2 - tilt, compression / 2 + tilt
     lifted = (medial < 0.0) != (lateral < 0.0)
     within = np.clip(medial, 0.0, np.maximum(compression, 0.0))

@@ -25,25 +25,30 @@ from gaitval.musculature.curves import (
 from gaitval.musculature.mapping import LegLoads, leg_loads, sizes
 from gaitval.musculature.paths import COORDINATES, JOINTS, MUSCLES, Geometry, geometry, table
 from gaitval.musculature.person import LegMuscles, leg_muscles
-from gaitval.musculature.sharing import CRITERIA, LOWEST, Criterion, solve
+from gaitval.musculature.sharing import CRITERIA, SHARING, Criterion, solve
 
-RESERVE: Final = 0.3
-"""A reserve of so many Nm is as dear as a whole muscle at full activation."""
 
-MUCH_RESERVE: Final = 0.05
-"""Reserve over the largest moment from which it is remarked."""
+@dataclass(frozen=True)
+class ForceSettings:
+    """When muscle forces are believed, and how they are worked out."""
 
-AT_LIMIT: Final = 0.99
+    reserve: float = 0.3
+    """A reserve of so many Nm is as dear as a whole muscle at full activation."""
+    much_reserve: float = 0.05
+    """Reserve over the largest moment from which it is remarked."""
+    at_limit: float = 0.99
+    farthest: float = np.radians(20.0)
+    """How far an angle may be beyond the table of paths, in a frame."""
+    rise: float = 0.010
+    fall: float = 0.040
+    """s, time constants of a muscle's activation as it rises and as it falls (Zajac 1989)."""
+    elastic_steps: int = 30
+    elastic_enough: float = 2e-3
+    shortest: float = 0.3
+    """Of the optimal fibre's length: shorter fibres are held here, where they have no force."""
 
-FARTHEST: Final = np.radians(20.0)
-"""How far an angle may be beyond the table of paths, in a frame."""
 
-RISE, FALL = 0.010, 0.040
-"""s, time constants of a muscle's activation as it rises and as it falls (Zajac 1989)."""
-
-_ELASTIC_STEPS, _ELASTIC_ENOUGH = 30, 2e-3
-_SHORTEST = 0.3
-"""Of the optimal fibre's length: shorter fibres are held here, where they have no force."""
+FORCES: Final = ForceSettings()
 
 
 class RecordedActivation(NamedTuple):
@@ -63,7 +68,7 @@ class RecordedActivation(NamedTuple):
 def change_limits(time: Array) -> tuple[float, float]:
     """Shares by which activations may fall and rise from frame to frame of `time` (T,) s."""
     step = float(np.median(np.diff(time))) if len(time) > 1 else np.inf
-    return float(-np.expm1(-step / FALL)), float(-np.expm1(-step / RISE))
+    return float(-np.expm1(-step / FORCES.fall)), float(-np.expm1(-step / FORCES.rise))
 
 
 @dataclass(frozen=True)
@@ -167,7 +172,7 @@ class MuscleForces:
     def _of(self, side: Side, leg: LegForces) -> Iterator[str]:
         largest = np.abs(leg.moments[leg.known]).max(axis=0, initial=0.0)
         for i, share_left in enumerate(leg.reserve_share()):
-            if share_left > MUCH_RESERVE:
+            if share_left > FORCES.much_reserve:
                 at = int(np.nanargmax(np.abs(leg.reserves[:, i])))
                 yield (
                     f"{side} {COORDINATES[i].replace('_', ' ')}: "
@@ -193,7 +198,7 @@ class MuscleForces:
         full = [
             MUSCLES[muscle]
             for muscle, activation in zip(leg.muscles.names, leg.activation.T, strict=True)
-            if (activation > AT_LIMIT).any()
+            if (activation > FORCES.at_limit).any()
         ]
         if full:
             yield (
@@ -251,7 +256,7 @@ def share(
     lost : coordinates (`paths.COORDINATES`) of joints that a prosthesis has, by side: what muscles
         that span them had to do is left out.
     dynamics_of_activation : whether activations rise and fall no faster than muscles can
-        (`RISE`, `FALL`).
+        (`FORCES.rise`, `FORCES.fall`).
     recorded : activations to stay near, such as of EMG, by side.
     assist : (T, 25) Nm that devices make at the joints (`coordinates.ACTUATED`), which muscles need
         not.
@@ -323,7 +328,7 @@ def _check_angles(time: Array, loads: LegLoads, side: Side) -> None:
     low, high = table().ranges.T
     beyond = np.maximum(low - loads.angles, loads.angles - high)
     t, i = np.unravel_index(int(beyond.argmax()), beyond.shape)
-    if beyond[t, i] > FARTHEST:
+    if beyond[t, i] > FORCES.farthest:
         raise RecordError(
             f"{COORDINATES[i]} of the {side} leg is {np.degrees(loads.angles[t, i]):.0f} deg at "
             f"{time[t]:.4g} s; muscle paths are known from {np.degrees(low[i]):.0f} to "
@@ -468,12 +473,12 @@ def capacity(
         stretched = slack * (1.0 + tendon_strain(tendon_force / muscles.max_force))
         slack = np.where(muscles.elastic, stretched, slack)
     width = muscles.optimal_fibre * np.sin(muscles.pennation)
-    along = np.maximum(length - slack, _SHORTEST * muscles.optimal_fibre)
+    along = np.maximum(length - slack, FORCES.shortest * muscles.optimal_fibre)
     fibre = np.hypot(along, width)
     slope = along / fibre
     normal = fibre / muscles.optimal_fibre
     fast = np.clip(speed * slope / (FASTEST * muscles.optimal_fibre), -1.0, 1.0)
-    fixed = length - slack <= _SHORTEST * muscles.optimal_fibre
+    fixed = length - slack <= FORCES.shortest * muscles.optimal_fibre
     active = np.where(fixed, 0.0, active_length(normal) * velocity(fast))
     passive = passive_length(normal, muscles.passive_from, muscles.passive_to)
     most = np.where(muscles.present, muscles.max_force, 0.0)
@@ -530,7 +535,7 @@ def capacity_shares(
     muscles: LegMuscles,
     criterion: Criterion,
     weight: float,
-    lowest: float = LOWEST,
+    lowest: float = SHARING.lowest,
     limits: tuple[float, float] = (1.0, 1.0),
     recorded: RecordedActivation | None = None,
 ) -> SharedFrames:
@@ -558,8 +563,10 @@ def capacity_shares(
     spared = _spared(loads, paths, criterion, weight)
     able, start = capacity(length, speed, muscles), None
     stretching, guess = muscles.elastic.any(), np.zeros_like(length)
-    stiffness = np.concatenate([np.full(arms.shape[2], 2.0 / RESERVE**2), 2.0 * spared.weights])
-    for step in range(_ELASTIC_STEPS):
+    stiffness = np.concatenate(
+        [np.full(arms.shape[2], 2.0 / FORCES.reserve**2), 2.0 * spared.weights]
+    )
+    for step in range(FORCES.elastic_steps):
         rows = np.einsum("tmj,tm->tjm", arms, able.active)
         wanted = loads.moments - np.einsum("tmj,tm->tj", arms, able.passive)
         if len(spared.weights):
@@ -579,7 +586,7 @@ def capacity_shares(
         )
         force, start = shares.activations * able.active + able.passive, shares.multipliers
         off = (np.abs(force - guess) / muscles.max_force)[:, muscles.elastic]
-        if not stretching or off.max(initial=0.0) < _ELASTIC_ENOUGH:
+        if not stretching or off.max(initial=0.0) < FORCES.elastic_enough:
             break
         # Halfway, so that a tendon that stretches too far in one step does not slacken in the next.
         guess = force if step == 0 else (guess + force) / 2
@@ -587,4 +594,4 @@ def capacity_shares(
     return SharedFrames(shares.activations, force, able, shares.solved)
 
 
-__all__ = ["LOWEST", "LegForces", "MuscleForces", "RecordedActivation", "share", "share_leg"]
+__all__ = ["LegForces", "MuscleForces", "RecordedActivation", "share", "share_leg"]

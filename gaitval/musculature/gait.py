@@ -30,15 +30,24 @@ if TYPE_CHECKING:
 DEFAULT: Final = "contact by volume"
 """The criterion where nobody chose one."""
 
-RATE: Final = 100.0
-"""Hz: motions that are sampled faster are thinned out to about this; what is shared has passed
-filters of 15 Hz or less."""
 
-PADDING: Final = 0.05
-"""s before and after a span, so that rates at its ends are not one-sided."""
+@dataclass(frozen=True)
+class SampledGait:
+    """How a gait is sampled for its muscles."""
 
-BAND_FRAMES: Final = 41
-"""Frames of a cycle for which draws are shared."""
+    rate: float = 100.0
+    """Hz: motions that are sampled faster are thinned out to about this; what is shared has passed
+    filters of 15 Hz or less."""
+    padding: float = 0.05
+    """s before and after a span, so that rates at its ends are not one-sided."""
+    band_frames: int = 41
+    """Frames of a cycle for which draws are shared."""
+    alone: int = 24
+    """Draws of each source by itself."""
+
+
+SAMPLED: Final = SampledGait()
+
 
 CONTACTS: Final[Mapping[str, str]] = {
     "hip": "Hip contact force",
@@ -337,7 +346,7 @@ def _joined(spans: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float
     """Spans that touch are one."""
     start = end = np.nan
     for a, b in sorted(spans):
-        if a <= end + PADDING:
+        if a <= end + SAMPLED.padding:
             end = max(end, b)
             continue
         if np.isfinite(start):
@@ -359,8 +368,10 @@ def _share_span(
     zero: float,
 ) -> MuscleForces:
     time = motion.dynamics.time
-    every = max(1, round(1.0 / (RATE * float(np.median(np.diff(time))))))
-    rows = np.flatnonzero((time >= start - PADDING) & (time <= end + PADDING))[::every]
+    every = max(1, round(1.0 / (SAMPLED.rate * float(np.median(np.diff(time))))))
+    rows = np.flatnonzero((time >= start - SAMPLED.padding) & (time <= end + SAMPLED.padding))[
+        ::every
+    ]
     if recorded is not None:
         recorded = RecordedActivation(recorded.activation[rows], recorded.weight[rows])
     return share(
@@ -505,9 +516,6 @@ SOURCES: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """What bands are of: names, and what of `Spreads` they are; of the cost, the criteria, too."""
 
-_ALONE: Final = 24
-"""Draws of each source by itself."""
-
 
 def _drawn(
     part: tuple[MuscleForces, float, float], side: Side, draws: int, spreads: Spreads
@@ -520,7 +528,7 @@ def _cycle_of(part: tuple[MuscleForces, float, float], side: Side) -> MuscleForc
     """One cycle, thinned out, as `draw` takes it."""
     found, start, end = part
     inside = np.flatnonzero((found.time >= start - 0.01) & (found.time <= end + 0.01))
-    step = max(1, round(len(inside) / BAND_FRAMES))
+    step = max(1, round(len(inside) / SAMPLED.band_frames))
     rows = inside[::step]
     if rows[-1] != inside[-1]:
         rows = np.append(rows, inside[-1])
@@ -537,7 +545,7 @@ def _contributions(
     for source, names in SOURCES.items():
         own = replace(none, **{name: getattr(spreads, name) for name in names})
         options = {} if source == "cost" else {"criteria": (few.criterion.name,)}
-        found = draw(few, side, draws=_ALONE, spreads=own, seed=3, **options)
+        found = draw(few, side, draws=SAMPLED.alone, spreads=own, seed=3, **options)
         kinds = (("hip", found.hip), ("knee", found.compression), ("medial", found.medial))
         for joint, values in kinds:
             variances[joint][source] = float(values.max(axis=1).var())

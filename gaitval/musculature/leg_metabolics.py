@@ -8,14 +8,14 @@ from gaitval.arrays import Array
 from gaitval.musculature.curves import active_length
 from gaitval.musculature.forces import LegForces, change_limits, rate
 from gaitval.musculature.metabolics import (
-    DENSITY,
+    METABOLISM,
     MODELS,
     Fibres,
     FibreStates,
     MuscleRates,
     slow_shares,
 )
-from gaitval.musculature.person import SPECIFIC_TENSION, LegMuscles
+from gaitval.musculature.person import PUBLISHED, LegMuscles
 
 _STEEPEST: Final = 0.1
 """Cosine of the pennation that a fibre may reach: a shorter one would stand across its tendon."""
@@ -25,7 +25,7 @@ def fibres_of(muscles: LegMuscles) -> Fibres:
     """What the muscles of a leg are made of; those that the person lacks have no mass."""
     force = np.where(muscles.present, muscles.max_force, 0.0)
     return Fibres(
-        mass=DENSITY * force * muscles.optimal_fibre / SPECIFIC_TENSION,
+        mass=METABOLISM.density * force * muscles.optimal_fibre / PUBLISHED.specific_tension,
         slow=slow_shares(muscles.names),
         max_force=force,
         optimal=muscles.optimal_fibre,

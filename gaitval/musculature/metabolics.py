@@ -22,15 +22,25 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.musculature.curves import FASTEST
 
-DENSITY: Final = 1059.7
-"""kg/m³ of muscle: the default of OpenSim's probes."""
 
-REST: Final = 1.2
-"""W/kg of the body, of a person at rest: the default of OpenSim's probes and of Falisse et al.; the
-3.5 ml of oxygen a minute and kg that the American College of Sports Medicine takes are as much."""
+@dataclass(frozen=True)
+class Metabolism:
+    """Constants of the metabolic cost."""
 
-AEROBIC: Final = 1.5
-"""Factor on the heat of Umberger's and Uchida's models: for activity of some length."""
+    density: float = 1059.7
+    """kg/m³ of muscle: the default of OpenSim's probes."""
+    rest: float = 1.2
+    """W/kg of the body, of a person at rest: the default of OpenSim's probes and of Falisse et al.;
+    the 3.5 ml of oxygen a minute and kg that the American College of Sports Medicine takes are as
+    much."""
+    aerobic: float = 1.5
+    """Factor on the heat of Umberger's and Uchida's models: for activity of some length."""
+    unknown_slow: float = 0.5
+    """Of muscles that they do not have, as there."""
+
+
+METABOLISM: Final = Metabolism()
+
 
 SLOW_TWITCH: Final[Mapping[str, float]] = {
     **dict.fromkeys(("glmax1", "glmax2", "glmax3", "glmed1", "glmed2", "glmed3"), 0.55),
@@ -53,8 +63,6 @@ SLOW_TWITCH: Final[Mapping[str, float]] = {
 }
 """Share of slow fibres by muscle, of Uchida et al. (2016) as `getSlowTwitchRatios.m` of
 3dpredictsim has them."""
-_UNKNOWN_SLOW: Final = 0.5
-"""Of muscles that they do not have, as there."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +127,7 @@ class MuscleRates:
 
 def slow_shares(names: tuple[str, ...]) -> Array:
     """(m,) share of slow fibres of the muscles `names`."""
-    return np.array([SLOW_TWITCH.get(name, _UNKNOWN_SLOW) for name in names])
+    return np.array([SLOW_TWITCH.get(name, METABOLISM.unknown_slow) for name in names])
 
 
 def _step(values: Array, smoothing: float | None) -> Array:
@@ -180,14 +188,14 @@ def _umberger(
     long = _step(state.length - 1.0, smoothing)
     heat = 128.0 * fast + 25.0
     heat = heat + (-0.6 * heat + 0.6 * heat * state.isometric) * long
-    kept = heat * active**0.6 * AEROBIC
+    kept = heat * active**0.6 * METABOLISM.aerobic
     rate = state.speed / fibres.optimal
     shorter = 1.0 - _step(rate, smoothing)
     of_fast, of_slow = 153.0 / FASTEST, 100.0 / (FASTEST / 2.5)
     more = lengthening * of_slow * rate
     moving = more + (-more - of_slow * rate * slow - of_fast * rate * fast) * shorter
-    scaled = moving * active * AEROBIC
-    scaled = scaled + (moving * active**2 * AEROBIC - scaled) * shorter
+    scaled = moving * active * METABOLISM.aerobic
+    scaled = scaled + (moving * active**2 * METABOLISM.aerobic - scaled) * shorter
     moving = scaled * (1.0 - long) + scaled * state.isometric * long
     with np.errstate(invalid="ignore", divide="ignore"):
         work = np.nan_to_num(-state.active * state.speed / fibres.mass)

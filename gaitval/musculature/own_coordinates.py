@@ -4,6 +4,7 @@ For other programs, which know no Chebyshev series and no second skeleton: OpenS
 polynomials as paths. They are fitted to `paths.geometry` over the range of gait.
 """
 
+from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from typing import Final, NamedTuple
@@ -15,15 +16,24 @@ from gaitval.arrays import Array
 from gaitval.musculature.mapping import published_angles
 from gaitval.musculature.paths import COORDINATES, geometry, table
 
-INWARD: Final = np.radians(15.0)
-"""How far inside the range of the table poses are taken: gait, and 5 degrees beyond."""
 
-GOOD_LENGTH, GOOD_ARM = 0.2e-3, 1.0e-3
-"""m, 95 % of poses: a higher order is tried until both are kept."""
+@dataclass(frozen=True)
+class OwnPathSettings:
+    """How paths of muscles become functions of coordinates."""
 
-ORDERS: Final = (3, 4, 5, 6, 7)
-_POSES: Final = 1024
-_TRAIN: Final = np.arange(_POSES) % 4 != 0
+    inward: float = np.radians(15.0)
+    """How far inside the range of the table poses are taken: gait, and 5 degrees beyond."""
+    good_length: float = 0.2e-3
+    good_arm: float = 1.0e-3
+    """m, 95 % of poses: a higher order is tried until both are kept."""
+    orders: tuple[int, int, int, int, int] = (3, 4, 5, 6, 7)
+    poses: int = 1024
+
+
+OWN_PATHS: Final = OwnPathSettings()
+
+
+_TRAIN: Final = np.arange(OWN_PATHS.poses) % 4 != 0
 
 
 class PlainPath(NamedTuple):
@@ -56,8 +66,8 @@ class PlainPath(NamedTuple):
 def _poses() -> Array:
     """(N, 6) rad of gaitval's coordinates, over the range of gait and at its ends."""
     low, high = table().ranges.T
-    unit = 1.04 * (2 * qmc.Sobol(6, seed=2).random(_POSES) - 1)
-    middle, half = (low + high) / 2, (high - low) / 2 - INWARD
+    unit = 1.04 * (2 * qmc.Sobol(6, seed=2).random(OWN_PATHS.poses) - 1)
+    middle, half = (low + high) / 2, (high - low) / 2 - OWN_PATHS.inward
     found = middle + half * np.clip(unit, -1, 1)
     found[:, 0] -= table().skeleton.hip_zero
     found[:, COORDINATES.index("knee_angle")] -= table().skeleton.knee_zero
@@ -112,7 +122,10 @@ def _basis(spans: tuple[int, ...], order: int) -> _Basis:
     value = _terms(x / scale, powers)
     down = np.stack([_slope(x / scale, powers, i) / scale[i] for i in range(len(spans))])
     rows = np.concatenate(
-        [value[_TRAIN] / GOOD_LENGTH, *(each[_TRAIN] / GOOD_ARM for each in down)]
+        [
+            value[_TRAIN] / OWN_PATHS.good_length,
+            *(each[_TRAIN] / OWN_PATHS.good_arm for each in down),
+        ]
     )
     gram = rows.T @ rows
     gram[np.diag_indices(len(gram))] *= 1.0 + 1e-11
@@ -124,15 +137,18 @@ def _fitted(number: int, lengths: Array, slopes: Array) -> PlainPath:
     spans = (*(i for i in of if i < 4), *((4, 5) if any(i >= 4 for i in of) else ()))
     y, slope = lengths[:, number], slopes[:, number][:, spans]
     wanted = np.concatenate(
-        [y[_TRAIN] / GOOD_LENGTH, *(each[_TRAIN] / GOOD_ARM for each in slope.T)]
+        [
+            y[_TRAIN] / OWN_PATHS.good_length,
+            *(each[_TRAIN] / OWN_PATHS.good_arm for each in slope.T),
+        ]
     )
-    for order in ORDERS:
+    for order in OWN_PATHS.orders:
         basis = _basis(spans, order)
         found = basis.inverse @ wanted
         off = np.abs(basis.value @ found - y)[~_TRAIN]
         arm_off = np.abs(np.einsum("int,t->ni", basis.down, found) - slope)[~_TRAIN]
         length_error, arm_error = (float(np.quantile(each, 0.95)) for each in (off, arm_off))
-        if length_error < GOOD_LENGTH and arm_error < GOOD_ARM:
+        if length_error < OWN_PATHS.good_length and arm_error < OWN_PATHS.good_arm:
             break
     return PlainPath(
         tuple(COORDINATES[i] for i in spans),

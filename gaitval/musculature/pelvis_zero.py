@@ -2,11 +2,12 @@
 
 Muscles are as long as published where the plane of the person's ASIS and PSIS lies as on the
 published pelvis. But that plane is tilted by 5 degrees more or less in pelves that lie alike
-(`SHAPES`), and healthy people walk with a tilt that differs by hardly more (`SPREAD`): nearly all
-of what one person's mean tilt is off is the shape of the bone and where the markers are, not
-posture. Where it was taken for posture, the thigh of who walked with a tilt of 3 degrees was 28
-degrees behind the pelvis; passive flexors of the hip pulled three times as much as hips make there,
-and what held against them had nothing left: 12 % of a moment was made by no muscle.
+(`PELVIS.shapes`), and healthy people walk with a tilt that differs by hardly more
+(`PELVIS.spread`): nearly all of what one person's mean tilt is off is the shape of the bone and
+where the markers are, not posture. Where it was taken for posture, the thigh of who walked with a
+tilt of 3 degrees was 28 degrees behind the pelvis; passive flexors of the hip pulled three times as
+much as hips make there, and what held against them had nothing left: 12 % of a moment was made by
+no muscle.
 
 So a person's mean tilt in walking is drawn to what is usual, by the share that shapes are expected
 to make of it. What is farther out than 95 % of healthy people is taken for posture, as in crouch.
@@ -14,6 +15,7 @@ to make of it. What is farther out than 95 % of healthy people is taken for post
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
@@ -24,18 +26,24 @@ from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 
-USUAL: Final = math.radians(9.3)
-SPREAD: Final = math.radians(5.3)
-"""rad, mean and standard deviation of the mean tilt of healthy adults who walk over ground at their
-own speed, positive where the front is lower: 32 of the 42 of Fukuchi et al. (2018) PeerJ 6:e4640,
-without the built-in ten (`tests/muscles/test_pelvis_zero.py`)."""
 
-SHAPES: Final = 0.087
-"""rad, standard deviation of the tilt of the plane of ASIS and PSIS in pelves that lie alike: 5
-degrees (Preece et al. 2008, read about)."""
+@dataclass(frozen=True)
+class PelvisZero:
+    """Where the pelvis of a model has its zero."""
 
-_FARTHEST: Final = 2.0
-"""Of `SPREAD`."""
+    usual: float = math.radians(9.3)
+    spread: float = math.radians(5.3)
+    """rad, mean and standard deviation of the mean tilt of healthy adults who walk over ground at
+    their own speed, positive where the front is lower: 32 of the 42 of Fukuchi et al. (2018) PeerJ
+    6:e4640, without the built-in ten (`tests/muscles/test_pelvis_zero.py`)."""
+    shapes: float = 0.087
+    """rad, standard deviation of the tilt of the plane of ASIS and PSIS in pelves that lie alike: 5
+    degrees (Preece et al. 2008, read about)."""
+    farthest: float = 2.0
+    """Of `spread`."""
+
+
+PELVIS: Final = PelvisZero()
 
 
 class GaitMotion(Protocol):
@@ -62,9 +70,9 @@ def pelvis_zero(tilt: float) -> float:
     """How much further forward, rad, a pelvis lies than its ASIS and PSIS say, expected of a person
     who walks with the mean `tilt` (rad) of their plane.
     """
-    share = min(1.0, (SHAPES / SPREAD) ** 2)
-    most = _FARTHEST * SPREAD
-    return -share * float(np.clip(tilt - USUAL, -most, most))
+    share = min(1.0, (PELVIS.shapes / PELVIS.spread) ** 2)
+    most = PELVIS.farthest * PELVIS.spread
+    return -share * float(np.clip(tilt - PELVIS.usual, -most, most))
 
 
 def tilts(model: BodyModel, positions: Array) -> Array:
@@ -91,4 +99,4 @@ def _within(motion: GaitMotion, cycles: Sequence[tuple[float, float]]) -> Array:
     return tilts(motion.model, motion.positions[inside])
 
 
-__all__ = ["SHAPES", "SPREAD", "USUAL", "pelvis_zero", "tilts", "walking_tilt"]
+__all__ = ["PELVIS", "pelvis_zero", "tilts", "walking_tilt"]

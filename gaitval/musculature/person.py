@@ -18,12 +18,22 @@ from gaitval.errors import ModelError
 from gaitval.musculature.mapping import BoneSizes
 from gaitval.musculature.paths import COORDINATES, geometry, table
 
-SPECIFIC_TENSION: Final = 60e4
-"""N/m² (Rajagopal et al. 2016)."""
 
-_PUBLISHED_MASS, _PUBLISHED_HEIGHT = 75.0, 1.70
-_VOLUME: Final = (47.05, 1289.6)
-"""cm³ of muscle in a leg: per kg and m of mass times stature, and constant (Handsfield 2014)."""
+@dataclass(frozen=True)
+class PublishedMuscles:
+    """What muscles of a person are scaled from."""
+
+    specific_tension: float = 60e4
+    """N/m² (Rajagopal et al. 2016)."""
+    published_mass: float = 75.0
+    published_height: float = 1.70
+    volume: tuple[float, float] = (47.05, 1289.6)
+    """cm³ of muscle in a leg: per kg and m of mass times stature, and constant (Handsfield
+    2014)."""
+
+
+PUBLISHED: Final = PublishedMuscles()
+
 
 _STANDING: Final = np.zeros((1, 6))
 
@@ -64,7 +74,7 @@ class LegMuscles:
 
 def muscle_volume(mass: float, height: float) -> float:
     """Volume of the muscles of a leg, m³, of a person of `mass` kg and `height` m."""
-    slope, constant = _VOLUME
+    slope, constant = PUBLISHED.volume
     return (slope * mass * height + constant) * 1e-6
 
 
@@ -102,7 +112,9 @@ def leg_muscles(
     standing = geometry(_STANDING).length[0]
     longer = standing @ own.factors / standing.sum(axis=1)
     fibre = np.array([each.optimal_fibre for each in found.muscles])
-    more = muscle_volume(mass, height) / muscle_volume(_PUBLISHED_MASS, _PUBLISHED_HEIGHT)
+    more = muscle_volume(mass, height) / muscle_volume(
+        PUBLISHED.published_mass, PUBLISHED.published_height
+    )
     force = np.array([each.max_force for each in found.muscles]) * more / longer
     volume = force * fibre * longer
     return LegMuscles(

@@ -23,15 +23,21 @@ import numpy as np
 from gaitval.arrays import Array, Flags
 from gaitval.musculature.dual_newton import share_frames
 
-LOWEST: Final = 0.0
-"""Least activation. OpenSim's 0.01 of all muscles about the knee presses it with a third of a body
-weight, at rest, too."""
 
-_LOWEST_OF_ROOTS = 1e-3
-"""Of exponents above 2: at 0 an activation rises infinitely fast with what it is worth, and one
-frame of a thousand would not be solved."""
+@dataclass(frozen=True)
+class SharingSettings:
+    """Bounds of activations."""
 
-_PRECISION = 1e-9
+    lowest: float = 0.0
+    """Least activation. OpenSim's 0.01 of all muscles about the knee presses it with a third of a
+    body weight, at rest, too."""
+    lowest_of_roots: float = 1e-3
+    """Of exponents above 2: at 0 an activation rises infinitely fast with what it is worth, and one
+    frame of a thousand would not be solved."""
+    precision: float = 1e-9
+
+
+SHARING: Final = SharingSettings()
 
 
 @dataclass(frozen=True)
@@ -130,7 +136,7 @@ def solve(
     weights: Array,
     *,
     exponent: float = 2.0,
-    lowest: float = LOWEST,
+    lowest: float = SHARING.lowest,
     favour: Array | None = None,
     limits: tuple[float, float] = (1.0, 1.0),
     start: Array | None = None,
@@ -155,11 +161,11 @@ def solve(
     multipliers = np.zeros((count, r)) if start is None else np.array(start, float)
     activations, solved = np.empty((count, m)), np.empty(count, dtype=bool)
     if exponent > 2.0:
-        lowest = max(lowest, _LOWEST_OF_ROOTS)
+        lowest = max(lowest, SHARING.lowest_of_roots)
     rows, wanted = np.ascontiguousarray(rows), np.ascontiguousarray(wanted)
     favoured = np.zeros((count, m)) if favour is None else np.array(favour, float)
     share_frames(
-        rows, wanted, softness, weights, exponent, lowest, favoured, *limits, _PRECISION,
+        rows, wanted, softness, weights, exponent, lowest, favoured, *limits, SHARING.precision,
         multipliers, activations, solved,
     )  # fmt: skip
     left = wanted - np.einsum("nri,ni->nr", rows, activations)

@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element, SubElement
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.body import BodyModel
 from gaitval.musculature.curves import FASTEST, STRETCHED
-from gaitval.musculature.forces import FALL, RISE
+from gaitval.musculature.forces import FORCES
 from gaitval.musculature.mapping import sizes
 from gaitval.musculature.own_coordinates import PlainPath, plain_paths
 from gaitval.musculature.person import LegMuscles, leg_muscles
@@ -63,8 +63,8 @@ def _muscle(forces: Element, of: LegMuscles, i: int, path: PlainPath, side: str)
         ("tendon_slack_length", of.tendon_slack[i]),
         ("pennation_angle_at_optimal", of.pennation[i]),
         ("max_contraction_velocity", FASTEST),
-        ("activation_time_constant", RISE),
-        ("deactivation_time_constant", FALL),
+        ("activation_time_constant", FORCES.rise),
+        ("deactivation_time_constant", FORCES.fall),
     ):
         SubElement(muscle, tag).text = repr(float(value))
     SubElement(muscle, "ignore_tendon_compliance").text = "false" if of.elastic[i] else "true"

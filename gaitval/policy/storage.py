@@ -270,7 +270,7 @@ def _read(folder: Path) -> Policy:
             "Train the policy again with this version of gaitval."
         )
     try:
-        tensors = load_file(file_gate.passed(path, PolicyError, largest=file_gate.UNPACKED))
+        tensors = load_file(file_gate.passed(path, PolicyError, largest=file_gate.SIZES.unpacked))
     except (safetensors.SafetensorError, OSError, KeyError, TypeError, ValueError) as error:
         raise PolicyError(
             f"{path}: cannot be read as safetensors ({error}); it is truncated or damaged. Train "

@@ -105,7 +105,9 @@ def _write_checkpoint(folder: Path, checkpoint: _Checkpoint, total: int) -> None
 def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
     """The checkpoint of a training of `total` samples; None if there is none to resume from."""
     try:
-        path = file_gate.passed(folder / _CHECKPOINT, ArtefactError, largest=file_gate.UNPACKED)
+        path = file_gate.passed(
+            folder / _CHECKPOINT, ArtefactError, largest=file_gate.SIZES.unpacked
+        )
         with safe_open(path, "pt") as file:
             state = json.loads(file.metadata()["state"])
             # The schedules run over the whole of a training, so a checkpoint of another length is

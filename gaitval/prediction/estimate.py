@@ -48,14 +48,28 @@ from gaitval.prediction.deviations import (
 from gaitval.prediction.laboratories import SHARE, Laboratories, differences, stored
 from gaitval.prediction.worth import MissedPerson, left_over
 
-NEAR: Final = 2.0
-"""Standard deviation, % of the gait cycle, of what counts for w at a phase. Of 1, 2, 3, 4, 7, 10,
-15 and the whole cycle, nine people choose 2 or 3 whoever the tenth is
-(docs/what-we-tried.md)."""
-NOISE: Final = 1.0
-"""Noise of a ridge regression over the signal that its features can explain: as much."""
-BAND: Final = 0.9
-"""Share of people whose curve the band around an estimate is to contain, at each percent."""
+
+@dataclass(frozen=True)
+class EstimateSettings:
+    """How an estimate weighs what it knows."""
+
+    near: float = 2.0
+    """Standard deviation, % of the gait cycle, of what counts for w at a phase. Of 1, 2, 3, 4, 7,
+    10, 15 and the whole cycle, nine people choose 2 or 3 whoever the tenth is
+    (docs/what-we-tried.md)."""
+    noise: float = 1.0
+    """Noise of a ridge regression over the signal that its features can explain: as much."""
+    band: float = 0.9
+    """Share of people whose curve the band around an estimate is to contain, at each percent."""
+    ankle_share: float = 0.5
+    """What 33 people's ankles count beside the ten with all their curves: convention."""
+    all_share: float = 0.5
+    """What a regression through people of all laboratories counts beside that through the built-in
+    people and the 33 ankles: as much. Convention."""
+
+
+ESTIMATE: Final = EstimateSettings()
+
 WIDER_ELSEWHERE: Final = np.array([[1.9], [1.6], [1.7], [1.6], [1.3], [1.4], [1.2]])
 """By how much the bands of `KINETICS` are wider for people of another laboratory: recordings of
 others with plates, imported without them, needed it when the total of both feet was shared out by
@@ -91,11 +105,6 @@ class Lever(NamedTuple):
 _MEDIAL: Final = KINETICS.index(("forces", "medial"))
 _VERTICAL: Final = KINETICS.index(("forces", "vertical"))
 _ANKLE: Final = KINETICS.index(("moments", "ankle_angle"))
-ANKLE_SHARE: Final = 0.5
-"""What 33 people's ankles count beside the ten with all their curves: convention."""
-ALL_SHARE: Final = 0.5
-"""What a regression through people of all laboratories counts beside that through the built-in
-people and the 33 ankles: as much. Convention."""
 _ELSEWHERE: Final = [
     KINETICS.index(("moments", name)) for name in ("hip_flexion", "hip_adduction", "knee_angle")
 ]
@@ -121,7 +130,7 @@ class Estimate:
     ----------
     kinetics : (2, 7, n) `KINETICS`.
     expected : (2, 7, n) of anybody at this speed.
-    half_width : (7, n) of the band of `BAND`, by how far the estimates of others are off.
+    half_width : (7, n) of the band of `ESTIMATE.band`, by how far the estimates of others are off.
     weights : (7, n) w.
     regressed, own : (2, 7, n) l + r, and f - s.
     looked_at_angles : whether the regression was used.
@@ -190,7 +199,7 @@ def _ridge(seen: Sequence[Blocks], targets: Array) -> _Ridge:
     )
     features = np.concatenate([_features(blocks, scales) for blocks in seen])
     gram = features @ features.T
-    gram += NOISE * np.trace(gram) / len(gram) * np.eye(len(gram))
+    gram += ESTIMATE.noise * np.trace(gram) / len(gram) * np.eye(len(gram))
     return _Ridge(scales, features, np.linalg.solve(gram, targets))
 
 
@@ -209,7 +218,7 @@ def _levered(
         arms = [getattr(each, of_what) * each.usual[:, by] for each in every]
         known = list(zip(arms, rest, strict=True))[: len(found)]
         upper = sum(np.sum(arm * left[:, moved]) for arm, left in known)
-        lower = sum(np.sum(arm**2) for arm, _ in known) * (1.0 + NOISE / len(found))
+        lower = sum(np.sum(arm**2) for arm, _ in known) * (1.0 + ESTIMATE.noise / len(found))
         share = upper / lower if lower > 0.0 else 0.0
         for arm, left in zip(arms, rest, strict=True):
             left[:, moved] -= share * arm
@@ -292,7 +301,9 @@ def _parts(
     kinetics, fit = _regressed(found, rest[: len(found)], of)
     parts = _Parts(explained + kinetics, of.fit - fit)
     parts = _with_ankles(parts, trial, of.usual, without, angles)
-    return parts._replace(regressed=parts.regressed + ALL_SHARE * (by_all - parts.regressed))
+    return parts._replace(
+        regressed=parts.regressed + ESTIMATE.all_share * (by_all - parts.regressed)
+    )
 
 
 def _with_ankles(
@@ -306,21 +317,21 @@ def _with_ankles(
     if angles:
         # What is expected of anybody is known from both.
         differs = known.change + 0.5 * (known.usual - usual[:, _ANKLE])
-        regressed[:, _ANKLE] += ANKLE_SHARE * (differs - regressed[:, _ANKLE])
+        regressed[:, _ANKLE] += ESTIMATE.ankle_share * (differs - regressed[:, _ANKLE])
     else:
-        regressed[:, _ANKLE] += ANKLE_SHARE * known.change
+        regressed[:, _ANKLE] += ESTIMATE.ankle_share * known.change
     return parts._replace(regressed=regressed)
 
 
 def _weights(remains: Sequence[Array], own: Sequence[Array], errors: Sequence[Array]) -> Array:
-    """(7, n) w in 0 to 1, least squares of what remains by mechanics' own part `NEAR` each phase;
-    each person's squared error counts against that of the expectation.
+    """(7, n) w in 0 to 1, least squares of what remains by mechanics' own part `ESTIMATE.near` each
+    phase; each person's squared error counts against that of the expectation.
     """
     upper, lower = (
         sum(np.mean(a * f, axis=0) / e[:, None] for a, f, e in zip(by, own, errors, strict=True))
         for by in (remains, own)
     )
-    near = NEAR * remains[0].shape[-1] / 100.0
+    near = ESTIMATE.near * remains[0].shape[-1] / 100.0
     upper, lower = (gaussian_filter1d(each, near, axis=1, mode="wrap") for each in (upper, lower))
     return np.asarray(np.clip(upper / np.maximum(lower, 1e-30), 0.0, 1.0))
 
@@ -358,7 +369,7 @@ def estimate(
         MissedPerson(off, kinetics_of(person[0].gait), person[0].gait.left_phase)
         for off, person in zip(missed, people, strict=True)
     ]
-    wide = student.ppf(0.5 + 0.5 * BAND, len(people) - 1)
+    wide = student.ppf(0.5 + 0.5 * ESTIMATE.band, len(people) - 1)
     half_width = wide * np.sqrt(np.mean(np.square(missed), axis=(0, 1)))
     half_width = half_width if angles else WIDER_ELSEWHERE * half_width
     of = deviation(trial, people)

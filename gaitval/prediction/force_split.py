@@ -11,9 +11,11 @@ afterwards:
 * the shapes of the angles, with as much noise as signal;
 * stride time, speed and leg length, likewise: children and fast walkers of other laboratories load
   their feet otherwise than a line through the built-in adults has it;
-* the landings of both feet, which markers say to `LANDING_ERROR`. Who lands later than markers say
+* the landings of both feet, which markers say to `EVENTS.landing_error`. Who lands later than
+markers say
   has forces and angles that are later there;
-* the total of both forces, `TOTAL_LATE`, with every noise of `NOISE_SCALES` as likely as it makes
+* the total of both forces, `SPLIT.total_late`, with every noise of `SPLIT.noise_scales` as likely
+as it makes
   the total.
 
 Its covariance is the mean of two:
@@ -29,7 +31,7 @@ knows the split less well, so it is not used (docs/what-we-tried.md).
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from json import loads
@@ -42,7 +44,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.dimensionless import speed_unit, time_unit
-from gaitval.gait.events import LANDING_ERROR
+from gaitval.gait.events import EVENTS
 from gaitval.gait.record import GaitRecord
 from gaitval.prediction.deviations import SAGITTAL
 from gaitval.prediction.normal_form import TO_MIDLINE
@@ -50,8 +52,53 @@ from gaitval.prediction.population import expected_record, gaits_of, other_peopl
 from gaitval.prediction.seen import PHASES, contacts, knows_total, stance_curves
 
 STORE: Final = "forces_elsewhere.json"
-UNIT: Final = 1e-4
-"""Of the whole numbers in `STORE`: body weights, rad, and as `_walk` has them."""
+
+
+@dataclass(frozen=True)
+class SplitSettings:
+    """How the force under both feet is split without plates."""
+
+    unit: float = 1e-4
+    """Of the whole numbers in `STORE`: body weights, rad, and as `_walk` has them."""
+    of_walk: int = 3
+    """Numbers of a leg that are of its force, then of its angles, then of the walk."""
+    seen_noise: float = 0.04
+    """Noise of each direction of the angles' shapes, and of the walk's numbers, of the variance of
+    all: about as much as the signal has in one of the 27 people. Convention; with half or twice of
+    it forces of laboratories that are left out are as near within 4 %."""
+    farthest: float = 3.0
+    """Standard deviations beyond which a number of the walk counts as no farther: what forces do
+    there, nobody who is known has shown. None of the 44 people whose forces are learned from is
+    there."""
+    elsewhere: float = 0.5
+    """What other laboratories count in the covariance: as much as the built-in people.
+    Convention."""
+    rough_over: float = 0.25
+    noise_scales: tuple[float, float, float, float, float, float, float] = (
+        0.5,
+        0.7,
+        1.0,
+        1.4,
+        2.0,
+        3.0,
+        4.0,
+    )
+    """Of that noise, which a recording may have; what the total says is their mean, each as heavy
+    as it makes the total likely."""
+    noise_spread: float = 1.2
+    """Standard deviation of the logarithm of that scale, before the total is seen. Convention."""
+    total_late: float = 0.004
+    """s by which the total by plates comes later than by markers, beside the angles: mean of six
+    laboratories, each as heavy (standard deviation between them 0.006): `python -m claims
+    elsewhere.laboratories`."""
+    mean_noise: float = 0.01
+    """Body weights by which the mean is off: that of the mass."""
+    highest_hz: float = 8.0
+    """Up to which the total is known: the low-pass of the markers."""
+
+
+SPLIT: Final = SplitSettings()
+
 CONTACT_TIMES: Final = np.concatenate(
     [np.arange(16) / 16, 1.0 + np.arange(28) / 28, 2.0 + np.arange(16) / 15]
 )
@@ -62,41 +109,16 @@ ANGLE_TIMES: Final = np.concatenate([np.arange(24) / 8, 3.0 + np.arange(8) / 8])
 own foot lands again."""
 _OF_FORCES: Final = 3 * len(CONTACT_TIMES)
 _OF_ANGLES: Final = len(SAGITTAL) * len(ANGLE_TIMES)
-_OF_WALK: Final = 3
-"""Numbers of a leg that are of its force, then of its angles, then of the walk."""
-SEEN_NOISE: Final = 0.04
-"""Noise of each direction of the angles' shapes, and of the walk's numbers, of the variance of all:
-about as much as the signal has in one of the 27 people. Convention; with half or twice of it forces
-of laboratories that are left out are as near within 4 %."""
-FARTHEST: Final = 3.0
-"""Standard deviations beyond which a number of the walk counts as no farther: what forces do there,
-nobody who is known has shown. None of the 44 people whose forces are learned from is there."""
-LANDING_SPREAD: Final = LANDING_ERROR / 1.96
+LANDING_SPREAD: Final = EVENTS.landing_error / 1.96
 """Standard deviation of a landing by markers, s."""
-ELSEWHERE: Final = 0.5
-"""What other laboratories count in the covariance: as much as the built-in people. Convention."""
 ROUGH: Final = np.array([0.008, 0.006, 0.02])
 """Body weights (forward, sideways, up) by which a force differs beside what people have shown, as a
-few people have not shown all; over `ROUGH_OVER` of the time between contacts. Convention; with half
-or one and a half of it forces are as near within 2 %."""
-ROUGH_OVER: Final = 0.25
+few people have not shown all; over `SPLIT.rough_over` of the time between contacts. Convention;
+with half or one and a half of it forces are as near within 2 %."""
 NOISE: Final = np.array([0.009, 0.006, 0.013])
 """Body weights (forward, left, up) by which each harmonic of the total is off in markers of five
 laboratories."""
-NOISE_SCALES: Final = (0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 4.0)
-"""Of that noise, which a recording may have; what the total says is their mean, each as heavy as it
-makes the total likely."""
-NOISE_SPREAD: Final = 1.2
-"""Standard deviation of the logarithm of that scale, before the total is seen. Convention."""
-TOTAL_LATE: Final = 0.004
-"""s by which the total by plates comes later than by markers, beside the angles: mean of six
-laboratories, each as heavy (standard deviation between them 0.006): `python -m claims
-elsewhere.laboratories`."""
-MEAN_NOISE: Final = 0.01
-"""Body weights by which the mean is off: that of the mass."""
-HIGHEST_HZ: Final = 8.0
-"""Up to which the total is known: the low-pass of the markers."""
-CORNER_HZ: Final = HIGHEST_HZ / (np.sqrt(2.0) - 1.0) ** 0.25
+CORNER_HZ: Final = SPLIT.highest_hz / (np.sqrt(2.0) - 1.0) ** 0.25
 """At which one of the two passes of that filter has its cut-off (`gait.filters.low_pass`)."""
 
 
@@ -106,7 +128,7 @@ class ForcesElsewhere(NamedTuple):
     Attributes
     ----------
     spread : (2s, 2s) covariance of how they differ, as `difference` has it.
-    late : s, as `TOTAL_LATE`.
+    late : s, as `SPLIT.total_late`.
     """
 
     spread: Array
@@ -187,7 +209,7 @@ def _seen(record: GaitRecord, expected: GaitRecord, leg_length: float) -> Array:
 def difference(record: GaitRecord, expected: GaitRecord, leg_length: float) -> Array:
     """(2, s) by which a `record`, on legs of `leg_length` (m), differs from what is `expected` of
     anybody, each at its own contacts: of each leg `_OF_FORCES` numbers of `at_contacts`,
-    `_OF_ANGLES` of `angles_at_contacts`, and `_OF_WALK` of `_walk`, the same of both legs.
+    `_OF_ANGLES` of `angles_at_contacts`, and `SPLIT.of_walk` of `_walk`, the same of both legs.
     """
     even = replace(expected, left_phase=0.5)
     forces = at_contacts(record) - at_contacts(even)
@@ -209,8 +231,8 @@ def forces_elsewhere() -> ForcesElsewhere:
     """Pooled, those that come with the package (experiments/forces_elsewhere.py)."""
     text = (resources.files("gaitval.prediction") / STORE).read_text(encoding="utf-8")
     stored: dict[str, Any] = loads(text)
-    shapes = UNIT * np.array(stored["shapes"], float)
-    return ForcesElsewhere(shapes.T @ shapes, TOTAL_LATE)
+    shapes = SPLIT.unit * np.array(stored["shapes"], float)
+    return ForcesElsewhere(shapes.T @ shapes, SPLIT.total_late)
 
 
 @cache
@@ -235,9 +257,9 @@ def _rough() -> Array:
     """
     apart = CONTACT_TIMES[:, None] - CONTACT_TIMES
     end = np.clip(0.3 + np.minimum(CONTACT_TIMES, 3.0 - CONTACT_TIMES) / 0.15, 0.0, 1.0)
-    smooth = np.exp(-0.5 * np.square(apart / ROUGH_OVER)) * np.outer(end, end)
+    smooth = np.exp(-0.5 * np.square(apart / SPLIT.rough_over)) * np.outer(end, end)
     one = np.einsum("ij,cd->icjd", smooth, np.diag(ROUGH**2)).reshape(_OF_FORCES, -1)
-    return np.kron(np.eye(2), np.pad(one, (0, _OF_ANGLES + _OF_WALK)))
+    return np.kron(np.eye(2), np.pad(one, (0, _OF_ANGLES + SPLIT.of_walk)))
 
 
 def covariance(person: str, elsewhere: Array) -> Array:
@@ -246,7 +268,7 @@ def covariance(person: str, elsewhere: Array) -> Array:
     """
     known = any(each.person == person for each in builtin_subjects())
     at_home = _built_in(person if known else "")
-    return (1.0 - ELSEWHERE) * at_home + ELSEWHERE * elsewhere + _rough()
+    return (1.0 - SPLIT.elsewhere) * at_home + SPLIT.elsewhere * elsewhere + _rough()
 
 
 def _late(record: GaitRecord, usual: GaitRecord, foot: Side) -> Array:
@@ -274,7 +296,7 @@ def _late(record: GaitRecord, usual: GaitRecord, foot: Side) -> Array:
             angles = _shapes(usual, side, np.interp(bent, when, even))
             found.append(
                 np.concatenate(
-                    [np.stack(force, axis=1).ravel(), angles.ravel(), np.zeros(_OF_WALK)]
+                    [np.stack(force, axis=1).ravel(), angles.ravel(), np.zeros(SPLIT.of_walk)]
                 )
             )
         moved.append(np.concatenate(found))
@@ -314,10 +336,10 @@ def _before_total(
     by_leg = np.diag(own).reshape(2, -1).mean(axis=0)
     angle = by_leg[:_OF_ANGLES].reshape(-1, len(SAGITTAL)).mean(axis=0)
     walk = by_leg[_OF_ANGLES:]
-    of_all = np.append(np.tile(_OF_ANGLES * angle, len(ANGLE_TIMES)), _OF_WALK * walk)
-    noise = 2.0 * SEEN_NOISE * np.diag(np.tile(of_all, 2))
+    of_all = np.append(np.tile(_OF_ANGLES * angle, len(ANGLE_TIMES)), SPLIT.of_walk * walk)
+    noise = 2.0 * SPLIT.seen_noise * np.diag(np.tile(of_all, 2))
     seen = _seen(record, usual, leg_length)
-    far = FARTHEST * np.sqrt(walk)
+    far = SPLIT.farthest * np.sqrt(walk)
     seen[:, _OF_ANGLES:] = np.clip(seen[:, _OF_ANGLES:], -far, far)
     weights = np.linalg.solve(own + noise, both)
     return _Known(weights.T @ seen.ravel(), forces - both.T @ weights)
@@ -379,10 +401,10 @@ def _given_total(
     flat = by_leg.reshape(2, samples, 3, -1)
     frequency = np.arange(samples // 2 + 1) / record.stride_time
     gain = 1.0 / (1.0 + (frequency / CORNER_HZ) ** 4)
-    kept = int(HIGHEST_HZ * record.stride_time)
+    kept = int(SPLIT.highest_hz * record.stride_time)
 
     def harmonics(values: Array, gain: Array) -> Array:
-        """Amplitudes (2k + 1, ...) of the mean, and of cosines and sines to `HIGHEST_HZ`."""
+        """Amplitudes (2k + 1, ...) of the mean, and of cosines and sines to `SPLIT.highest_hz`."""
         found = (np.fft.rfft(values, axis=0).T * gain).T[: kept + 1] * 2.0 / samples
         found[0] *= 0.5
         return np.concatenate([found.real, found[1:].imag])
@@ -392,7 +414,7 @@ def _given_total(
         seen.append(harmonics(flat[:, :, c].sum(axis=0), gain))
         expected = harmonics(forces[..., c].sum(axis=0), gain)
         lacks.append(harmonics(needed[:, c], np.ones_like(gain)) - expected)
-        noise.append(np.append(MEAN_NOISE, np.full(2 * kept, NOISE[c])) ** 2)
+        noise.append(np.append(SPLIT.mean_noise, np.full(2 * kept, NOISE[c])) ** 2)
     saw = np.concatenate(seen)
     common = known.spread @ saw.T
     still = np.concatenate(lacks) - saw @ known.mean
@@ -404,12 +426,13 @@ def _given_total(
 
 def _by_likelihood(signal: Array, noise: Array, lacks: Array) -> Array:
     """(k,) C⁻¹ y of what is lacking, y (k,), with C = `signal` (k, k) + the variances `noise` (k,)
-    times the square of a scale: the mean of `NOISE_SCALES`, each as heavy as it makes y likely.
+    times the square of a scale: the mean of `SPLIT.noise_scales`, each as heavy as it makes y
+    likely.
     """
     solved, likely = [], []
-    for scale in NOISE_SCALES:
+    for scale in SPLIT.noise_scales:
         inside = signal + np.diag(scale**2 * noise)
         solved.append(np.linalg.solve(inside, lacks))
         fits = -0.5 * float(np.linalg.slogdet(inside)[1] + lacks @ solved[-1])
-        likely.append(fits - 0.5 * (np.log(scale) / NOISE_SPREAD) ** 2)
+        likely.append(fits - 0.5 * (np.log(scale) / SPLIT.noise_spread) ** 2)
     return np.asarray(np.average(solved, axis=0, weights=np.exp(np.array(likely) - max(likely))))

@@ -15,12 +15,12 @@ from scipy.stats import norm
 
 from gaitval.arrays import Array
 from gaitval.gait.insoles import InsoleForces
-from gaitval.prediction.estimate import BAND, Estimate
+from gaitval.prediction.estimate import ESTIMATE, Estimate
 from gaitval.prediction.force_split import LANDING_SPREAD
 from gaitval.prediction.worth import INSOLES, per_vertical
 
-_DEVIATIONS: Final = float(norm.ppf(0.5 + 0.5 * BAND))
-"""Half of a band of `BAND` in standard deviations."""
+_DEVIATIONS: Final = float(norm.ppf(0.5 + 0.5 * ESTIMATE.band))
+"""Half of a band of `ESTIMATE.band` in standard deviations."""
 
 
 def with_insoles(found: Estimate, insoles: InsoleForces) -> Estimate:

@@ -15,9 +15,9 @@ from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.gait.dimensionless import speed_unit, time_unit
-from gaitval.gait.mean_curves import FORCE_TOLERANCE
+from gaitval.gait.mean_curves import TOLERANCES
 from gaitval.gait.record import (
-    HARMONICS_CAP,
+    HARMONICS,
     REQUIRED_ANGLES,
     REQUIRED_MOMENTS,
     GaitRecord,
@@ -127,7 +127,9 @@ def record_from(gait: NormalForm, leg_length: float) -> GaitRecord:
         # In an average of several gaits the force fades out after the mean end of stance.
         stance[side] = float(gait.stance[i])
         on = np.append(np.arange(int(stance[side] * SAMPLES) + 1), SAMPLES)
-        series = [fit_periodic(on / SAMPLES, each, FORCE_TOLERANCE)[0] for each in rows[on].T]
+        series = [
+            fit_periodic(on / SAMPLES, each, TOLERANCES.force_tolerance)[0] for each in rows[on].T
+        ]
         forces[side] = (series[0], series[1], series[2])
     moments = moment_units(leg_length) * gait.moments
     return GaitRecord(
@@ -136,11 +138,11 @@ def record_from(gait: NormalForm, leg_length: float) -> GaitRecord:
         left_phase=float(gait.left_phase),
         stance_fraction=stance,
         angles={
-            name: periodic_through(values, HARMONICS_CAP)
+            name: periodic_through(values, HARMONICS.harmonics_cap)
             for name, values in zip(REQUIRED_ANGLES, gait.angles, strict=True)
         },
         moments={
-            name: periodic_through(values, HARMONICS_CAP)
+            name: periodic_through(values, HARMONICS.harmonics_cap)
             for name, values in zip(REQUIRED_MOMENTS, moments, strict=True)
         },
         forces=forces,

@@ -16,14 +16,8 @@ from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.dimensionless import speed_unit
-from gaitval.gait.mean_curves import FORCE_TOLERANCE
-from gaitval.gait.record import (
-    HARMONICS_CAP,
-    GaitRecord,
-    PeriodicCurve,
-    fit_periodic,
-    periodic_through,
-)
+from gaitval.gait.mean_curves import TOLERANCES
+from gaitval.gait.record import HARMONICS, GaitRecord, PeriodicCurve, fit_periodic, periodic_through
 from gaitval.prediction.population import other_people
 from gaitval.prediction.speed_line import dimensionless_speed
 
@@ -80,7 +74,7 @@ def at_own_contacts(record: GaitRecord, subject: Subject) -> GaitRecord:
     for side in SIDES:
         at = np.interp(PHASES, contacts(own, side), contacts(even, side))
         for name in (each for each in record.moments if each.endswith(f"_{side[0]}")):
-            moments[name] = periodic_through(record.moments[name](at), HARMONICS_CAP)
+            moments[name] = periodic_through(record.moments[name](at), HARMONICS.harmonics_cap)
         forces[side] = stance_curves(record.ground_reaction(side, at), own.stance_fraction[side])
     return replace(own, moments=moments, forces=forces)
 
@@ -99,5 +93,7 @@ def stance_curves(rows: Array, stance: float) -> tuple[PeriodicCurve, PeriodicCu
     at = np.append(PHASES, 1.0)
     on = np.append(stance >= PHASES, True)
     closed = np.vstack([rows, rows[:1]])[on]
-    forward, left, up = (fit_periodic(at[on], each, FORCE_TOLERANCE)[0] for each in closed.T)
+    forward, left, up = (
+        fit_periodic(at[on], each, TOLERANCES.force_tolerance)[0] for each in closed.T
+    )
     return forward, left, up

@@ -6,7 +6,7 @@ trial the change is other people's alone.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -33,31 +33,42 @@ from gaitval.prediction.population import (
     other_people,
 )
 
-LARGEST_CHANGE: Final = 0.5
-"""Fraction of the nearest trial's speed: beyond it people change how they walk, not only how
-fast."""
 
-PASSING: Final = 0.1
-"""Fraction of the slowest trial's speed over which a prediction passes, up to `LARGEST_CHANGE`
-below it, from how the person changes to what is expected of others: the stride time of a person
-who slows down by long steps would else go on growing, to 2.7 s at 0.3 m/s."""
+@dataclass(frozen=True)
+class SpeedSettings:
+    """How curves change with speed, and how far that is believed."""
 
-TRUST: Final = 0.8
-"""Share of other people's change that is expected of a person. What three people have in common is
-known with an error, so the whole of it predicts a fourth's angles worse (docs/held-out.md)."""
+    largest_change: float = 0.5
+    """Fraction of the nearest trial's speed: beyond it people change how they walk, not only how
+    fast."""
+    passing: float = 0.1
+    """Fraction of the slowest trial's speed over which a prediction passes, up to `largest_change`
+    below it, from how the person changes to what is expected of others: the stride time of a person
+    who slows down by long steps would else go on growing, to 2.7 s at 0.3 m/s."""
+    trust: float = 0.8
+    """Share of other people's change that is expected of a person. What three people have in common
+    is known with an error, so the whole of it predicts a fourth's angles worse
+    (docs/held-out.md)."""
+    stride_time_exponent: float = -0.47
+    """Of speed in stride time: mean of 43 people at six to eight speeds each, between whom it has a
+    standard deviation of 0.08 (Fukuchi et al. 2018; tests/prediction/test_speed.py computes it)."""
+    same_speed: float = 0.003
+    """Difference of dimensionless speed, a centimetre a second, below which two trials say nothing
+    about the change between them."""
+    own_change_span: float = 0.3
+    """Difference of dimensionless speed between a person's own trials at which their own change
+    counts as much as other people's beyond them. The ankles of 30 people at up to eight speeds,
+    predicted from two of their trials and the change in two others, choose it
+    (tests/prediction/test_speed.py)."""
+    near_a_trial: float = 0.02
+    """Difference of dimensionless speed, 6 cm a second, from a trial at which it counts as much as
+    the mean of all trials; convention."""
+    ripples_from: int = 8
+    """Harmonic from which the moments of a trial are more its own than the person's
+    (docs/what-we-tried.md)."""
 
-STRIDE_TIME_EXPONENT: Final = -0.47
-"""Of speed in stride time: mean of 43 people at six to eight speeds each, between whom it has a
-standard deviation of 0.08 (Fukuchi et al. 2018; tests/prediction/test_speed.py computes it)."""
 
-SAME_SPEED: Final = 0.003
-"""Difference of dimensionless speed, a centimetre a second, below which two trials say nothing
-about the change between them."""
-
-OWN_CHANGE_SPAN: Final = 0.3
-"""Difference of dimensionless speed between a person's own trials at which their own change counts
-as much as other people's beyond them. The ankles of 30 people at up to eight speeds, predicted from
-two of their trials and the change in two others, choose it (tests/prediction/test_speed.py)."""
+SPEED: Final = SpeedSettings()
 
 
 def at_speed(
@@ -76,7 +87,7 @@ def at_speed(
     records : of the person, as far as they are known to the model.
     speed : m/s.
     others : people with several trials; the person of `subject` is left out.
-    forced : also beyond `LARGEST_CHANGE`.
+    forced : also beyond `SPEED.largest_change`.
 
     Raises
     ------
@@ -86,11 +97,12 @@ def at_speed(
     if not speed > 0.0:
         raise SubjectError(f"speed {speed:g} m/s: not a walking speed. Give one above zero.")
     change = min(abs(speed / each - 1.0) for each in speeds)
-    if change > LARGEST_CHANGE and not forced:
+    if change > SPEED.largest_change and not forced:
         walked = ", ".join(f"{each:g}" for each in sorted(speeds))
         raise SubjectError(
             f"{subject.identifier}: {speed:g} m/s is {100 * change:.0f} % from the nearest speed "
-            f"that was walked ({walked} m/s), and beyond {100 * LARGEST_CHANGE:.0f} % a prediction "
+            f"that was walked ({walked} m/s), and beyond {100 * SPEED.largest_change:.0f} % a "
+            "prediction "
             "is a guess. Give a speed nearer to one that was walked, or --force."
         )
     wanted = speed / speed_unit(subject.leg_length_m)
@@ -98,9 +110,9 @@ def at_speed(
     people = other_people(subject, others)
     gait = _with_all_trials(_moved(own, wanted, _change_of_others(people)), own, people)
     slower = 1.0 - speed / min(speeds)
-    if slower > LARGEST_CHANGE - PASSING:
+    if slower > SPEED.largest_change - SPEED.passing:
         far = _far_slower(own, wanted, people)
-        share = min(1.0, 1.0 - (LARGEST_CHANGE - slower) / PASSING)
+        share = min(1.0, 1.0 - (SPEED.largest_change - slower) / SPEED.passing)
         gait = combined([gait, far], np.array([1.0 - share, share]))
     # The speed as given: through the dimensionless one and back it would be rounded.
     return replace(record_from(gait, subject.leg_length_m), speed=speed)
@@ -155,10 +167,10 @@ def _far_slower(own: Sequence[NormalForm], speed: float, people: FittedPeople) -
 
 
 def _distinct(gaits: Sequence[NormalForm]) -> list[NormalForm]:
-    """The gaits, slowest first; the mean of those of `SAME_SPEED`."""
+    """The gaits, slowest first; the mean of those of `SPEED.same_speed`."""
     groups: list[list[NormalForm]] = []
     for gait in sorted(gaits, key=lambda each: each.speed):
-        if groups and gait.speed - groups[-1][0].speed < SAME_SPEED:
+        if groups and gait.speed - groups[-1][0].speed < SPEED.same_speed:
             groups[-1].append(gait)
         else:
             groups.append([gait])
@@ -169,9 +181,9 @@ def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> Norma
     """A person's gaits, slowest first, interpolated or extrapolated to a dimensionless speed."""
     nearest = min(own, key=lambda gait: abs(gait.speed - speed))
     away = speed - nearest.speed
-    gaits, weights = [nearest, change], [1.0, TRUST * away]
+    gaits, weights = [nearest, change], [1.0, SPEED.trust * away]
     # Curves change linearly with speed, stride time with a power of it.
-    exponent = STRIDE_TIME_EXPONENT
+    exponent = SPEED.stride_time_exponent
     if len(own) > 1:
         # The person's own change, over the trials on both sides of the speed or the last two.
         speeds = [gait.speed for gait in own]
@@ -180,9 +192,14 @@ def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> Norma
         span = above.speed - below.speed
         # Between two trials their straight line is all that is needed.
         between = below.speed <= speed <= above.speed
-        share = 1.0 if between else span**2 / (span**2 + OWN_CHANGE_SPAN**2)
+        share = 1.0 if between else span**2 / (span**2 + SPEED.own_change_span**2)
         gaits += [above, below]
-        weights = [1.0, (1.0 - share) * TRUST * away, share * away / span, -share * away / span]
+        weights = [
+            1.0,
+            (1.0 - share) * SPEED.trust * away,
+            share * away / span,
+            -share * away / span,
+        ]
         # Stride time is a power of speed, so its exponent is the slope of the logarithms.
         step = np.log(above.stride_time / below.stride_time) / np.log(above.speed / below.speed)
         exponent += share * (float(step) - exponent)
@@ -190,12 +207,6 @@ def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> Norma
     return replace(combined(gaits, np.array(weights)), speed=speed, stride_time=stride_time)
 
 
-NEAR_A_TRIAL: Final = 0.02
-"""Difference of dimensionless speed, 6 cm a second, from a trial at which it counts as much as the
-mean of all trials; convention."""
-RIPPLES_FROM: Final = 8
-"""Harmonic from which the moments of a trial are more its own than the person's
-(docs/what-we-tried.md)."""
 _OF_ALL_TRIALS: Final = np.array([[name.startswith("hip_adduction")] for name in REQUIRED_MOMENTS])
 """(8, 1) the moments that differ more from trial to trial than with speed: a trial that is copied
 brings what was its own."""
@@ -209,7 +220,7 @@ def _with_all_trials(
     """
     away = min(abs(each.speed - gait.speed) for each in own)
     # at the speed of a trial it is that trial
-    share = away**2 / (away**2 + NEAR_A_TRIAL**2)
+    share = away**2 / (away**2 + SPEED.near_a_trial**2)
     moments = share * _by_all_trials(own, gait.speed, people) + (1.0 - share) * gait.moments
     return replace(gait, moments=np.where(_OF_ALL_TRIALS, moments, gait.moments))
 
@@ -269,8 +280,8 @@ def _weights(beyond: NDArray[np.complex128], of_trial: Array) -> Array:
     whose ripples vary more than those of usual trials (`of_trial`), as many times less. A plate
     that rippled in a trial was at fault in that trial's slow harmonics, too.
     """
-    ripples = (np.abs(beyond[..., RIPPLES_FROM:]) ** 2).sum(axis=-1)
-    usual = of_trial[:, RIPPLES_FROM:].sum(axis=-1)
+    ripples = (np.abs(beyond[..., SPEED.ripples_from :]) ** 2).sum(axis=-1)
+    usual = of_trial[:, SPEED.ripples_from :].sum(axis=-1)
     # no other person's trials ripple where nothing is known of them
     louder = ripples / np.maximum(usual, np.finfo(float).eps)
     return np.asarray(1.0 / np.maximum(louder, 1.0))[..., None]

@@ -9,7 +9,7 @@ import numpy as np
 from gaitval._internal.text.display import Displayed
 from gaitval.coordinates import SIDES
 from gaitval.musculature.gait import LoadedMotion, MuscleGait
-from gaitval.musculature.metabolics import MODELS, REST
+from gaitval.musculature.metabolics import METABOLISM, MODELS
 from gaitval.quantities.metabolic_rate import (
     CENTRAL,
     METABOLIC_JOINTS,
@@ -81,7 +81,7 @@ class MetabolicCost(Displayed):
 
     def net(self, model: str) -> float:
         """W/kg above rest, by a `model`."""
-        return self.gross[model] - REST
+        return self.gross[model] - METABOLISM.rest
 
     def per_metre(self, model: str) -> float | None:
         """J/kg/m, gross, by a `model`."""
@@ -163,7 +163,7 @@ def joint_rate(motion: LoadedMotion) -> float | None:
             inside = (dynamics.time >= start) & (dynamics.time < end)
             if inside.any():
                 found.append(float(legs[f"leg_{side[0]}"][inside].mean()))
-    return REST + 2.0 * float(np.mean(found)) / motion.model.mass if found else None
+    return METABOLISM.rest + 2.0 * float(np.mean(found)) / motion.model.mass if found else None
 
 
 def _mean(values: Sequence[float | None]) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.gait.cycle_curves import Curves
 from gaitval.musculature.gait import MuscleGait
-from gaitval.musculature.metabolics import MODELS, REST
+from gaitval.musculature.metabolics import METABOLISM, MODELS
 from gaitval.quantities.joint_power import JOINTS, joint_power
 from gaitval.quantities.quantity import (
     Figures,
@@ -81,7 +81,7 @@ def expected_rate(speed: float) -> float:
 def _figures(rates: Mapping[str, float]) -> Figures:
     """Of the mean rates of both legs, W/kg, by name with side."""
     return {
-        "gross": {name: REST + rate for name, rate in rates.items()},
+        "gross": {name: METABOLISM.rest + rate for name, rate in rates.items()},
         "net": dict(rates),
     }
 

@@ -23,8 +23,8 @@ It is long because one problem is set up, linearised and solved here, from one s
 """
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
@@ -47,7 +47,7 @@ from gaitval.reference.harmonic_square import harmonic_square
 from gaitval.reference.hip_moments import HIP_SIGNS
 from gaitval.reference.motion import (
     FEED_FORWARD,
-    HARMONICS,
+    MOTION,
     ReferenceMotion,
     build_reference,
     moved,
@@ -65,42 +65,56 @@ from gaitval.reference.walking_laws import (
     walking_laws,
 )
 
-INSTANTS = 160
-"""Instants of the cycle at which Newton's equations must hold, 6 to 8 ms apart."""
 
-SMOOTH_HARMONIC = 12
-"""Up to this harmonic a coordinate may change by its whole accuracy, beyond it by as much as gives
-the same acceleration."""
+@dataclass(frozen=True)
+class DynamicFitSettings:
+    """How a reference is made to obey the laws of motion."""
 
-ROUGHNESS = 2.0
+    instants: int = 160
+    """Instants of the cycle at which Newton's equations must hold, 6 to 8 ms apart."""
+    smooth_harmonic: int = 12
+    """Up to this harmonic a coordinate may change by its whole accuracy, beyond it by as much as
+    gives the same acceleration."""
+    roughness: float = 2.0
+    most_steps: int = 40
+    eases: tuple[float, float, float] = (0.1, 0.3, 1.0)
+    """Weights of Newton's laws on the pelvis, one after the other."""
+    easy_transition: float = 0.2
+    """m/s, of `ContactSettings.transition_velocity` at first."""
+    smallest_gain: float = 3e-3
+    """Relative decrease of the sum of squares at which the Gauss-Newton steps end ..."""
+    near_gain: float = 1e-3
+    """... and of those that begin near the end, which are short."""
+    most_damping: float = 1e4
+    least_load: float = 0.3
+    """BW that a foot carries from where on it should not twist: with less it is landing or
+    leaving."""
+    least_power: float = 0.03
+    """W/kg, root mean square of an ankle's power below which its share says nothing: that of people
+    who walk on their heels and do not push at all (Bovi et al. 2011, Gait Posture 33:6,
+    supplement)."""
+    toe_moment: float = 0.13
+    toe_moment_sd: float = 0.04
+    """Nm/kg, largest moment at the metatarsophalangeal joints in 22 adults walking barefoot (Kim et
+    al. 2012, Int J Precis Eng Manuf 13:1481, abstract). Nothing that is compared with a record
+    depends on it: walkers of fits without it braked with their toes, by up to 0.44 Nm/kg, what
+    their ankles pushed too much, or had toes that took up nothing."""
+    swing_clearance: float = 0.012
+    """m below the lowest point of a swinging sole; people have about 13 mm (Winter 1992, from
+    memory), and a policy that is given less lifts its feet more than the reference, which delays
+    heel strike."""
+    common: int = 7
+    """Unknowns that are the same at all instants, see `Solution`; those of the hip centres."""
+    no_shift: float = 1e-7
+    """m, standard deviation of a shift that is not to be found."""
+    varied_step: float = 1e-3
+    """Step of the central differences by the numbers that the body depends on, in their units."""
+    stance_edge: float = 0.04
+    """Fraction of the cycle before and after swing in which the foot may still be near the
+    ground."""
 
-MOST_STEPS = 40
 
-EASES = (0.1, 0.3, 1.0)
-"""Weights of Newton's laws on the pelvis, one after the other."""
-
-EASY_TRANSITION = 0.2
-"""m/s, of `ContactSettings.transition_velocity` at first."""
-
-SMALLEST_GAIN = 3e-3
-"""Relative decrease of the sum of squares at which the Gauss-Newton steps end ..."""
-_NEAR_GAIN = 1e-3
-"""... and of those that begin near the end, which are short."""
-
-MOST_DAMPING = 1e4
-
-LEAST_LOAD = 0.3
-"""BW that a foot carries from where on it should not twist: with less it is landing or leaving."""
-
-LEAST_POWER = 0.03
-"""W/kg, root mean square of an ankle's power below which its share says nothing: that of people who
-walk on their heels and do not push at all (Bovi et al. 2011, Gait Posture 33:6, supplement)."""
-
-TOE_MOMENT, TOE_MOMENT_SD = 0.13, 0.04
-"""Nm/kg, largest moment at the metatarsophalangeal joints in 22 adults walking barefoot (Kim et al.
-2012, Int J Precis Eng Manuf 13:1481, abstract). Nothing that is compared with a record depends on
-it: walkers of fits without it braked with their toes, by up to 0.44 Nm/kg, what their ankles pushed
-too much, or had toes that took up nothing."""
+DYNAMIC_FIT: Final = DynamicFitSettings()
 
 
 class LawAccuracy(NamedTuple):
@@ -109,7 +123,7 @@ class LawAccuracy(NamedTuple):
     residual: float = 0.002
     """BW and BW m; residual force and moment on the pelvis, which nothing exerts."""
     clearance: float = 0.002
-    """m, by which the swinging foot misses `SWING_CLEARANCE`."""
+    """m, by which the swinging foot misses `DYNAMIC_FIT.swing_clearance`."""
 
 
 class ConventionAccuracy(NamedTuple):
@@ -132,7 +146,7 @@ class ConventionAccuracy(NamedTuple):
     lumbar: float = np.deg2rad(10.0)
     """Of each harmonic; the trunk's rotation is what limits the lumbar joint."""
     translation: float = 0.03
-    toe_moment: float = TOE_MOMENT_SD
+    toe_moment: float = DYNAMIC_FIT.toe_moment_sd
     """Nm/kg, of the moment at the toes from what is expected of people (`_toe_moment`)."""
     toe_excess: float = 0.015
     """Nm/kg, of what of it is beyond the mean and a standard deviation of people, which costs as
@@ -185,24 +199,10 @@ INFERENCE = Accuracy(
 how well these things are known, not what walks best. Joint centres are unknowns of the
 identification itself."""
 
-SWING_CLEARANCE = 0.012
-"""m below the lowest point of a swinging sole; people have about 13 mm (Winter 1992, from memory),
-and a policy that is given less lifts its feet more than the reference, which delays heel strike."""
 
 _HIPS = slice(3, 7)
-_COMMON = 7
-"""Unknowns that are the same at all instants, see `Solution`; those of the hip centres."""
 
 _TOES = [COORDINATES.index(f"mtp_angle_{side}") for side in "rl"]
-
-_NO_SHIFT = 1e-7
-"""m, standard deviation of a shift that is not to be found."""
-
-_VARIED_STEP = 1e-3
-"""Step of the central differences by the numbers that the body depends on, in their units."""
-
-_STANCE_EDGE = 0.04
-"""Fraction of the cycle before and after swing in which the foot may still be near the ground."""
 
 
 Bodies = Callable[[Array], tuple[Tree, ContactLaw]]
@@ -270,8 +270,8 @@ class Solution(NamedTuple):
 
 
 def _series(phase: Array, stride_time: float) -> tuple[Array, Array, Array]:
-    """Harmonics 0 to `HARMONICS` (T, n) with their first and second rates in time."""
-    k = 2.0 * np.pi * np.arange(1, HARMONICS + 1)
+    """Harmonics 0 to `MOTION.harmonics` (T, n) with their first and second rates in time."""
+    k = 2.0 * np.pi * np.arange(1, MOTION.harmonics + 1)
     angle = np.outer(phase, k)
     one = np.ones((len(phase), 1))
     return (
@@ -323,10 +323,12 @@ def _penalties(
     """
     instants, terms = series.shape
     # Mean, cosines, sines: the order of a series' columns.
-    harmonic = np.concatenate([[0], np.tile(np.arange(1, HARMONICS + 1), 2)])
-    high = harmonic > SMOOTH_HARMONIC
+    harmonic = np.concatenate([[0], np.tile(np.arange(1, MOTION.harmonics + 1), 2)])
+    high = harmonic > DYNAMIC_FIT.smooth_harmonic
     # Acceleration grows with the square of the harmonic.
-    roughness = np.diag(ROUGHNESS * high * (harmonic / SMOOTH_HARMONIC) ** 2)
+    roughness = np.diag(
+        DYNAMIC_FIT.roughness * high * (harmonic / DYNAMIC_FIT.smooth_harmonic) ** 2
+    )
     closer = np.diag(np.concatenate([[0.0], np.tile(1.0 / steady, 2)]))
     penalty = np.zeros((len(COORDINATES), instants + terms, terms))
     miss = np.zeros(penalty.shape[:2])
@@ -362,7 +364,7 @@ def _toe_moment(load: Array, extension: Array) -> Array:
     `load` presses on, as large as people's at its largest. Negative resists `extension`, rad.
     """
     shape = np.maximum(load, 0.0) * np.maximum(extension, 0.0)
-    return -TOE_MOMENT * shape / max(float(shape.max()), _NO_SHIFT)
+    return -DYNAMIC_FIT.toe_moment * shape / max(float(shape.max()), DYNAMIC_FIT.no_shift)
 
 
 def _hold_unrecorded(
@@ -387,7 +389,7 @@ def _hold_unrecorded(
         target[:, row] = mass * moment
         weights[:, row] = 1.0 / (size * mass)
     # Friction turns a foot back by as much as it is loaded: the same turning weighs the same.
-    held = load > LEAST_LOAD
+    held = load > DYNAMIC_FIT.least_load
     twist = FOOT + FOOT_NUMBERS * i + 7
     weights[held, twist] = 1.0 / (wanted.record.twist * load[held] * mass * GRAVITY)
 
@@ -417,8 +419,8 @@ def fit_problem(
     body = tree_arrays(model), contact_law(contact, NOMINAL_FRICTION)
     weight = model.mass * GRAVITY
     time = record.stride_time
-    phase = np.arange(INSTANTS) / INSTANTS
-    path = tuple(_resampled(values, INSTANTS) for values in _path(reference, record))
+    phase = np.arange(DYNAMIC_FIT.instants) / DYNAMIC_FIT.instants
+    path = tuple(_resampled(values, DYNAMIC_FIT.instants) for values in _path(reference, record))
     series = _series(phase, time)
     departure = np.concatenate([np.zeros(ROOT_DOFS), reference.offsets])
 
@@ -429,12 +431,12 @@ def fit_problem(
     # No periodic motion has another mean force against gravity than one body weight.
     level = sum((each @ model.ground.up).mean() for each in force)
 
-    target = np.zeros((INSTANTS, OUTPUTS))
+    target = np.zeros((DYNAMIC_FIT.instants, OUTPUTS))
     # An upright trunk leans in the axes of a slope.
     target[:, TRUNK] = Rotation.from_matrix(model.ground.from_level).as_rotvec()
     target[:, TRUNK.start + 1] += accuracy.mean_lean
-    weights = np.zeros((INSTANTS, OUTPUTS))
-    lever = np.zeros((INSTANTS, OUTPUTS, _COMMON))
+    weights = np.zeros((DYNAMIC_FIT.instants, OUTPUTS))
+    lever = np.zeros((DYNAMIC_FIT.instants, OUTPUTS, DYNAMIC_FIT.common))
     # Element 1 of the trunk's rotation vector is its turn about y, the forward lean; the lean that
     # is common to all instants is subtracted from it.
     lever[:, TRUNK.start + 1, 2] = -1.0
@@ -464,12 +466,14 @@ def fit_problem(
             row = COORDINATES.index(f"{name}_{side[0]}")
             lever[:, row, _HIPS.start + 2 * i + column] = sign * target[:, place + 2]
 
-    pushes = max(float(np.sqrt(np.mean(target[:, POWER] ** 2))), LEAST_POWER * model.mass)
+    pushes = max(
+        float(np.sqrt(np.mean(target[:, POWER] ** 2))), DYNAMIC_FIT.least_power * model.mass
+    )
     weights[:, POWER] = 1.0 / (wanted.ankle_power * pushes)
 
-    shift, hip = max(shift_sd, _NO_SHIFT), max(wanted.hip_centre, _NO_SHIFT)
-    norm = 1.0 / np.sqrt(INSTANTS)
-    rates = np.array(2.0 * np.pi / time * np.arange(1.0, HARMONICS + 1))
+    shift, hip = max(shift_sd, DYNAMIC_FIT.no_shift), max(wanted.hip_centre, DYNAMIC_FIT.no_shift)
+    norm = 1.0 / np.sqrt(DYNAMIC_FIT.instants)
+    rates = np.array(2.0 * np.pi / time * np.arange(1.0, MOTION.harmonics + 1))
     steady = steady_amplitude(model, rates, accuracy.convention.steady_moment)
     departures = np.broadcast_to(departure, path[0].shape)
     flat = (own <= ends) & (path[0][:, _TOES] < accuracy.convention.flat_toes)
@@ -483,12 +487,12 @@ def fit_problem(
         target=target,
         weight=weights * norm,
         lever=lever,
-        swinging=(own > ends + _STANCE_EDGE) & (own < 1.0 - _STANCE_EDGE),
+        swinging=(own > ends + DYNAMIC_FIT.stance_edge) & (own < 1.0 - DYNAMIC_FIT.stance_edge),
         clearance_weight=norm / accuracy.laws.clearance,
         penalty=penalty,
         miss=miss,
         prior=1.0 / np.array([*[shift] * 2, accuracy.convention.lean, *[hip] * 4]),
-        toe_most=(TOE_MOMENT + TOE_MOMENT_SD) * model.mass,
+        toe_most=(DYNAMIC_FIT.toe_moment + DYNAMIC_FIT.toe_moment_sd) * model.mass,
         toe_excess=norm / (accuracy.convention.toe_excess * model.mass),
     )
 
@@ -521,9 +525,9 @@ def weighted_laws(
         height = FOOT + FOOT_NUMBERS * i + 6
         # One-sided: only a swinging foot that is too low counts, so the residual is continuous but
         # its slope jumps.
-        low = problem.swinging[:, i] & (out[:, height] < SWING_CLEARANCE)
+        low = problem.swinging[:, i] & (out[:, height] < DYNAMIC_FIT.swing_clearance)
         weight[low, height] = problem.clearance_weight
-        residual[low, height] = out[low, height] - SWING_CLEARANCE
+        residual[low, height] = out[low, height] - DYNAMIC_FIT.swing_clearance
         # Likewise what of a moment at the toes is more than people's; it is added to the residual
         # from what is expected, so that one number stays one residual.
         toes = _TOES[i]
@@ -555,11 +559,11 @@ def levers(problem: Problem, change: Array, common: Array) -> Array:
             away = np.zeros(len(common))
             # The whole body is built again on either side: a length changes inertia, joints and
             # contact.
-            away[index] = _VARIED_STEP
+            away[index] = DYNAMIC_FIT.varied_step
             above, below = (
                 walking_laws(*problem.bodies(common + sign * away), motion) for sign in (1, -1)
             )
-            lever[:, :, index] += (above - below) / (2.0 * _VARIED_STEP)
+            lever[:, :, index] += (above - below) / (2.0 * DYNAMIC_FIT.varied_step)
     return lever
 
 
@@ -596,7 +600,7 @@ def linearised(problem: Problem, change: Array, common: Array, ease: float) -> L
     """The residuals of `weighted_laws` with their derivatives; `problem`, `change`, `common` and
     `ease` are as there.
     """
-    slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
+    slope = np.zeros((DYNAMIC_FIT.instants, OUTPUTS, INPUTS))
     residual, weight = weighted_laws(problem, change, common, ease, slope)
     slope *= weight[:, :, None]
     lever = levers(problem, change, common) * weight[:, :, None]
@@ -622,7 +626,7 @@ def normal_equations(
     # The residual as a further column beside the lever: one product gives the gradient and the
     # mixed block.
     right = np.concatenate([residual[:, :, None], lever], axis=2)
-    by_input = (slope.transpose(0, 2, 1) @ right).reshape(INSTANTS, 3, dofs, 1 + count)
+    by_input = (slope.transpose(0, 2, 1) @ right).reshape(DYNAMIC_FIT.instants, 3, dofs, 1 + count)
     by_unknown = sum(
         np.tensordot(series, by_input[:, order], axes=(0, 0))
         for order, series in enumerate(problem.series)
@@ -648,7 +652,7 @@ def solve_problem(
     problem: Problem,
     *,
     start: tuple[Array, Array] | None = None,
-    smallest_gain: float = SMALLEST_GAIN,
+    smallest_gain: float = DYNAMIC_FIT.smallest_gain,
     with_covariance: bool = True,
 ) -> Solution:
     """The change and `common` of a `problem` with the least sum of squares, by damped Gauss-Newton
@@ -661,14 +665,14 @@ def solve_problem(
     change, common = start or (np.zeros((dofs, terms)), np.zeros(count))
     damping = 1e-4
     cost = np.inf
-    for ease in EASES[-1:] if start else EASES:
+    for ease in DYNAMIC_FIT.eases[-1:] if start else DYNAMIC_FIT.eases:
         cost = _cost(problem, change, common, ease)
-        for _ in range(MOST_STEPS):
+        for _ in range(DYNAMIC_FIT.most_steps):
             laws = linearised(problem, change, common, ease)
             matrix, gradient = normal_equations(problem, change, common, laws)
             damped = np.empty_like(matrix)
             before = cost
-            while damping < MOST_DAMPING:
+            while damping < DYNAMIC_FIT.most_damping:
                 np.copyto(damped, matrix)
                 # Levenberg-Marquardt with Marquardt's scaling: damping in proportion to the
                 # diagonal, whose elements have different units. Every (n + 1)-th element of the
@@ -695,7 +699,7 @@ def solve_problem(
         damping = 1e-4
     if not with_covariance:
         return Solution(change, common, np.empty((0, 0)), cost)
-    laws = linearised(problem, change, common, EASES[-1])
+    laws = linearised(problem, change, common, DYNAMIC_FIT.eases[-1])
     matrix, _ = normal_equations(problem, change, common, laws)
     # The last block of the inverse: the motion is integrated out, not held.
     columns = np.eye(len(matrix))[:, -count:]
@@ -736,11 +740,11 @@ def solve(
         return solve_problem(
             problem, start=(found.change, found.common), with_covariance=with_covariance
         )
-    common = np.zeros(_COMMON)
+    common = np.zeros(DYNAMIC_FIT.common)
     common[_HIPS] = near.hip_centre.ravel()
     start = near.change.copy(), common
     return solve_problem(
-        problem, start=start, smallest_gain=_NEAR_GAIN, with_covariance=with_covariance
+        problem, start=start, smallest_gain=DYNAMIC_FIT.near_gain, with_covariance=with_covariance
     )
 
 
@@ -753,8 +757,8 @@ def _with_softer_friction(problem: Problem, contact: ContactSettings) -> Bodies:
 
 
 def with_softer_friction(contact: ContactSettings) -> ContactSettings:
-    """The same `contact`, whose friction needs a slip of at least `EASY_TRANSITION`."""
-    soft = max(EASY_TRANSITION, contact.transition_velocity)
+    """The same `contact`, whose friction needs a slip of at least `DYNAMIC_FIT.easy_transition`."""
+    soft = max(DYNAMIC_FIT.easy_transition, contact.transition_velocity)
     return contact.model_copy(update={"transition_velocity": soft})
 
 

@@ -13,7 +13,7 @@ convention of this project, because the record has no markers above the pelvis o
   second law, integrated as a periodic series), and the pelvis follows from the model's centre of
   mass; a weighted least-squares fit also keeps the flat stance foot from sliding;
 * trunk: upright and facing forward in the world, so the lumbar joint cancels the pelvis' rotation;
-* arms: swing opposite to the leg on the same side (convention, `ARM_SWING`);
+* arms: swing opposite to the leg on the same side (convention, `MOTION.arm_swing`);
 * toes: flat on the ground while the heel rises in late stance, straight otherwise.
 
 It is long because each part of the motion has its derivation beside it.
@@ -48,48 +48,57 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-SAMPLES = 1024
-"""Samples of one cycle."""
+@dataclass(frozen=True)
+class MotionSettings:
+    """What a reference motion is where nobody measured it, and how it is fitted."""
+
+    samples: int = 1024
+    """Samples of one cycle."""
+    arm_swing: tuple[float, float] = (np.deg2rad(6.0), np.deg2rad(6.25))
+    """Amplitude of shoulder flexion at no speed, rad, and its slope, rad per m/s. A convention
+    between published ranges, of which none gives a regression: a range of 24.6 +- 2.4 degrees in
+    ten men at their own speed (an abstract), about 30 (Perry 1992), 32 at free and 39 at fast speed
+    (Murray et al. 1967, Phys Ther 47:272, from memory), 22 measured at 1.25 m/s in the walk that
+    comes with Rajagopal's model. It gives 28 degrees at 1.25 m/s and 37 at 2."""
+    elbow_flexion: float = np.deg2rad(25.0)
+    """Constant elbow flexion; convention."""
+    arm_abduction: float = np.deg2rad(8.0)
+    """Keeps the arms clear of the hips; convention."""
+    toe_extension_limit: float = np.deg2rad(45.0)
+    """Largest toe extension of the reference in late stance; convention."""
+    toe_roll: float = 1.3
+    """Toe extension / pitch of the foot as the heel rises: above 1, so that the ball of the foot,
+    not the toe tip, is pressed in deepest; convention."""
+    toe_extension_swing: float = np.deg2rad(30.0)
+    """Toe extension of the reference in swing, for clearance; convention."""
+    harmonics: int = 24
+    """Of the change of every coordinate by `dynamic_fit`."""
+    translation_harmonics: int = 8
+    offset_scale: float = np.deg2rad(1.5)
+    """Offset with the same weight as a gap of `gap_scale`: marker-based angles have this error."""
+    gap_scale: float = 0.002
+    """m, height difference between the soles of both feet in double support, or across the sole of
+    the flat foot."""
+    balance_scale: float = 0.010
+    """m, between the middle of the flat foot and where the recorded force line through the centre
+    of mass meets the ground; the centre of pressure can easily be this far from the middle."""
+    flat_foot: tuple[float, float] = (0.15, 0.40)
+    """Phases of a side's own cycle between which its foot is flat on the ground."""
+    acceleration_scale: float = 0.3
+    """m/s²: error in the acceleration of the centre of mass with the same weight as ..."""
+    sliding_scale: float = 0.05
+    """m/s: this much sliding of the flat foot."""
+    most_offsets: int = 8
+
+
+MOTION: Final = MotionSettings()
+
 
 END_EFFECTORS = ("foot_r", "foot_l", "forearm_r", "forearm_l")
 
-ARM_SWING = (np.deg2rad(6.0), np.deg2rad(6.25))
-"""Amplitude of shoulder flexion at no speed, rad, and its slope, rad per m/s. A convention between
-published ranges, of which none gives a regression: a range of 24.6 +- 2.4 degrees in ten men at
-their own speed (an abstract), about 30 (Perry 1992), 32 at free and 39 at fast speed (Murray et al.
-1967, Phys Ther 47:272, from memory), 22 measured at 1.25 m/s in the walk that comes with
-Rajagopal's model. It gives 28 degrees at 1.25 m/s and 37 at 2."""
-ELBOW_FLEXION = np.deg2rad(25.0)
-"""Constant elbow flexion; convention."""
-ARM_ABDUCTION = np.deg2rad(8.0)
-"""Keeps the arms clear of the hips; convention."""
-TOE_EXTENSION_LIMIT = np.deg2rad(45.0)
-"""Largest toe extension of the reference in late stance; convention."""
-TOE_ROLL = 1.3
-"""Toe extension / pitch of the foot as the heel rises: above 1, so that the ball of the foot, not
-the toe tip, is pressed in deepest; convention."""
-TOE_EXTENSION_SWING = np.deg2rad(30.0)
-"""Toe extension of the reference in swing, for clearance; convention."""
 
-HARMONICS = 24
-"""Of the change of every coordinate by `dynamic_fit`."""
-TRANSLATION_HARMONICS = 8
 OFFSET_JOINTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle", "subtalar_angle")
 """Coordinates that may be offset."""
-OFFSET_SCALE = np.deg2rad(1.5)
-"""Offset with the same weight as a gap of `GAP_SCALE`: marker-based angles have this error."""
-GAP_SCALE = 0.002
-"""m, height difference between the soles of both feet in double support, or across the sole of the
-flat foot."""
-BALANCE_SCALE = 0.010
-"""m, between the middle of the flat foot and where the recorded force line through the centre of
-mass meets the ground; the centre of pressure can easily be this far from the middle."""
-FLAT_FOOT = (0.15, 0.40)
-"""Phases of a side's own cycle between which its foot is flat on the ground."""
-ACCELERATION_SCALE = 0.3
-"""m/s²: error in the acceleration of the centre of mass with the same weight as ..."""
-SLIDING_SCALE = 0.05
-"""m/s: this much sliding of the flat foot."""
 
 FEED_FORWARD = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 """Coordinates whose recorded moment is fed forward, and is a target of `dynamic_fit`."""
@@ -107,7 +116,7 @@ _SHAPES: Final = {
     "stride_time": (),
     "speed": (),
     "hip_centre": (2, 2),
-    "change": (31, 1 + 2 * HARMONICS),
+    "change": (31, 1 + 2 * MOTION.harmonics),
 }
 """Of a stored motion; 0 is N."""
 
@@ -232,8 +241,8 @@ def _toe_extension(
     record: GaitRecord, side: Side, phase: Array, offsets: dict[str, float]
 ) -> PeriodicCurve:
     """Toe extension: flat on the ground while the heel is up in stance (pitch of the foot
-    negative), then decreasing through early swing to `TOE_EXTENSION_SWING`, and to zero at heel
-    strike.
+    negative), then decreasing through early swing to `MOTION.toe_extension_swing`, and to zero at
+    heel strike.
     """
     suffix = side[0]
     # Angle of the sole to the ground in the sagittal plane, toes up: hip flexion and dorsiflexion
@@ -249,8 +258,10 @@ def _toe_extension(
     )
     toe_off = record.stance_fraction[side]
     lowering = np.clip((phase - toe_off) / (0.85 - toe_off), 0.0, 1.0)
-    limit = TOE_EXTENSION_LIMIT + lowering * (TOE_EXTENSION_SWING - TOE_EXTENSION_LIMIT)
-    rolled = np.clip(-TOE_ROLL * pitch, 0.0, limit)
+    limit = MOTION.toe_extension_limit + lowering * (
+        MOTION.toe_extension_swing - MOTION.toe_extension_limit
+    )
+    rolled = np.clip(-MOTION.toe_roll * pitch, 0.0, limit)
     extension = np.where(phase < toe_off, rolled, limit)
     # Before 20 % the heel is landing, and a negative pitch is not the heel rising. The last factor
     # takes the toes back to zero before heel strike.
@@ -274,7 +285,7 @@ class _Joints(NamedTuple):
 def _without_offsets(record: GaitRecord, phase: Array) -> _Joints:
     """All but the lumbar coordinates and the toes, without offsets."""
     joints = _Joints(*np.zeros((2, len(phase), len(ACTUATED))))
-    swing = ARM_SWING[0] + ARM_SWING[1] * record.speed
+    swing = MOTION.arm_swing[0] + MOTION.arm_swing[1] * record.speed
     for side in SIDES:
         suffix = side[0]
         at = side_phase(record, side, phase)
@@ -283,8 +294,8 @@ def _without_offsets(record: GaitRecord, phase: Array) -> _Joints:
         # Minus a cosine: the arm is furthest back at heel strike of its side, when the leg is
         # forward.
         joints.put(f"arm_flex_{suffix}", PeriodicCurve(0.0, (-swing,), (0.0,)), at)
-        joints.put(f"arm_add_{suffix}", PeriodicCurve(-ARM_ABDUCTION, (0.0,), (0.0,)), at)
-        joints.put(f"elbow_flex_{suffix}", PeriodicCurve(ELBOW_FLEXION, (0.0,), (0.0,)), at)
+        joints.put(f"arm_add_{suffix}", PeriodicCurve(-MOTION.arm_abduction, (0.0,), (0.0,)), at)
+        joints.put(f"elbow_flex_{suffix}", PeriodicCurve(MOTION.elbow_flexion, (0.0,), (0.0,)), at)
     return joints
 
 
@@ -321,7 +332,6 @@ def _lowest(heights: Array) -> Array:
     return np.asarray(-0.003 * logsumexp(-heights / 0.003, axis=1))
 
 
-_MOST_OFFSETS: Final = 8
 _offsets: Final[dict[bytes, dict[str, float]]] = {}
 
 
@@ -332,7 +342,7 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     content = pickle.dumps((record, model))
     key = blake2b(content, digest_size=16).digest()
     if key not in _offsets:
-        while len(_offsets) >= _MOST_OFFSETS:
+        while len(_offsets) >= MOTION.most_offsets:
             del _offsets[next(iter(_offsets))]
         _offsets[key] = _found_offsets(record, model)
     return dict(_offsets[key])
@@ -348,7 +358,10 @@ def _found_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     # Rounded, so that a sample at the edge of stance is treated the same on both sides.
     own = {side: np.mod(side_phase(record, side, phase).round(9), 1.0) for side in SIDES}
     both = np.all([own[side] <= record.stance_fraction[side] for side in SIDES], axis=0)
-    flat = {side: (own[side] > FLAT_FOOT[0]) & (own[side] < FLAT_FOOT[1]) for side in SIDES}
+    flat = {
+        side: (own[side] > MOTION.flat_foot[0]) & (own[side] < MOTION.flat_foot[1])
+        for side in SIDES
+    }
     names = [f"{joint}_{side[0]}" for joint in OFFSET_JOINTS for side in SIDES]
     angles, _ = _pelvis_curves(record, phase)
     positions = np.zeros((len(phase), ROOT_DOFS + len(ACTUATED)))
@@ -387,9 +400,11 @@ def _found_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
             # Seen from behind, the recorded force must point from the foot to the centre of mass;
             # otherwise it would tip the body over sideways.
             miss = middle - (com[:, 1] - height * slope[side])
-            # Everything is in units of `GAP_SCALE`, by which the whole is divided below.
-            parts.append(miss / count * GAP_SCALE / BALANCE_SCALE)
-        return np.concatenate([np.concatenate(parts) / GAP_SCALE, values / OFFSET_SCALE])
+            # Everything is in units of `MOTION.gap_scale`, by which the whole is divided below.
+            parts.append(miss / count * MOTION.gap_scale / MOTION.balance_scale)
+        return np.concatenate(
+            [np.concatenate(parts) / MOTION.gap_scale, values / MOTION.offset_scale]
+        )
 
     solution = least_squares(residuals, np.zeros(len(names)), ftol=1e-14, xtol=1e-14, gtol=1e-14)
     return dict(zip(names, map(float, solution.x), strict=True))
@@ -419,7 +434,7 @@ def spectral_rate(values: Array) -> Array:
 
 def _series(phase: Array, order: int) -> Array:
     """(N, 2 H) cosines and sines of the harmonics, differentiated `order` times in phase."""
-    k = 2 * np.pi * np.arange(1, TRANSLATION_HARMONICS + 1)
+    k = 2 * np.pi * np.arange(1, MOTION.translation_harmonics + 1)
     # Each derivative of a cosine or sine multiplies by k and turns by a quarter of a cycle.
     angles = np.outer(phase, k) + 0.5 * np.pi * order
     return np.hstack([k**order * np.cos(angles), k**order * np.sin(angles)])
@@ -450,15 +465,15 @@ def _pelvis_translation(
     # Centre of mass = pelvis + offset, so the pelvis accelerates by the rest.
     offset_acceleration = spectral_rate(spectral_rate(com_offset)) / time**2
     foot_rate = spectral_rate(foot_offset) / time
-    rows = [_series(phase, 2) / time**2 / ACCELERATION_SCALE]
-    targets = [(acceleration - offset_acceleration) / ACCELERATION_SCALE]
+    rows = [_series(phase, 2) / time**2 / MOTION.acceleration_scale]
+    targets = [(acceleration - offset_acceleration) / MOTION.acceleration_scale]
     for i, side in enumerate(SIDES):
         at = np.mod(side_phase(record, side, phase), 1.0)
-        flat = (at > FLAT_FOOT[0]) & (at < FLAT_FOOT[1])
-        rows.append(_series(phase[flat], 1) / time / SLIDING_SCALE)
+        flat = (at > MOTION.flat_foot[0]) & (at < MOTION.flat_foot[1])
+        rows.append(_series(phase[flat], 1) / time / MOTION.sliding_scale)
         # In the frame that moves with the walker a foot on the ground moves back at walking speed.
         velocity = -foot_rate[flat, i] - np.array([record.speed, 0.0, 0.0])
-        targets.append(velocity / SLIDING_SCALE)
+        targets.append(velocity / MOTION.sliding_scale)
     solution, *_ = np.linalg.lstsq(np.vstack(rows), np.vstack(targets), rcond=None)
     return np.asarray(_series(phase, 0) @ solution)
 
@@ -491,7 +506,7 @@ def build_reference(
     """
     contact = contact or ContactSettings()
     tree = tree_arrays(model)
-    phase = np.arange(SAMPLES) / SAMPLES
+    phase = np.arange(MOTION.samples) / MOTION.samples
     time = record.stride_time
     offsets = _ground_offsets(record, model)
     without = _without_offsets(record, phase)
@@ -503,7 +518,7 @@ def build_reference(
     # Numerically: the lumbar angles are not curves of the record, but follow from the pelvis.
     joint_rate[:, lumbar] = spectral_rate(joint[:, lumbar])
 
-    positions = np.zeros((SAMPLES, ROOT_DOFS + len(ACTUATED)))
+    positions = np.zeros((MOTION.samples, ROOT_DOFS + len(ACTUATED)))
     velocities = np.zeros_like(positions)
     positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
     positions[:, ROOT_DOFS:] = joint
@@ -520,7 +535,7 @@ def build_reference(
     velocities[:, 3] += record.speed
     # Walk along y = 0 with the mean centre of mass in the middle.
     translation[:, 1] -= (translation[:, 1] + com_offset[:, 1]).mean()
-    travel = np.zeros((SAMPLES, 3))
+    travel = np.zeros((MOTION.samples, 3))
     travel[:, 0] = record.speed * time * phase
     positions[:, 3:6] = translation + travel
     frames[..., :3, 3] += positions[:, None, 3:6]
@@ -528,8 +543,8 @@ def build_reference(
     positions[:, 5] += lift
     frames[..., 2, 3] += lift
 
-    moments = np.zeros((SAMPLES, len(ACTUATED)))
-    ground_reaction = np.zeros((SAMPLES, 2, 3))
+    moments = np.zeros((MOTION.samples, len(ACTUATED)))
+    ground_reaction = np.zeros((MOTION.samples, 2, 3))
     for i, side in enumerate(SIDES):
         at = side_phase(record, side, phase)
         ground_reaction[:, i] = record.ground_reaction(side, at)

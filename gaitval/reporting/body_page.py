@@ -9,7 +9,7 @@ from gaitval._internal.text.number_text import number
 from gaitval.identification.body_report import bars
 from gaitval.identification.body_words import next_trials, sentences
 from gaitval.identification.joints import judged_lengths
-from gaitval.identification.shared_errors import BODY_ERRORS, LARGEST_DEVIANCE, NAMES, Shared
+from gaitval.identification.shared_errors import BODY_ERRORS, NAMES, SHARED, Shared
 from gaitval.identification.verdicts import Judged, judged
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import nominal_parameters
@@ -90,7 +90,7 @@ def as_dict(found: Shared, model: BodyModel) -> dict[str, Any]:
             "odds_of_more_than_people_s": found.legs.odds,
             "more_than_people_s": found.legs.differ,
         },
-        "deviance": {"found": found.cost, "largest": LARGEST_DEVIANCE, "fits": found.fits},
+        "deviance": {"found": found.cost, "largest": SHARED.largest_deviance, "fits": found.fits},
         "errors": {
             name: {"mean": float(value), "sd": float(sd)}
             for name, value, sd in zip(NAMES, found.values, found.sd, strict=True)

@@ -25,29 +25,34 @@ from gaitval.arrays import Array
 from gaitval.errors import ScalingError
 from gaitval.scaling.rigid import superimposed
 
-LEAST_SPREAD: Final = 0.010
-"""m, root mean square distance of a segment's markers from the line through them. Nearer to a line
-they do not show how the segment turns about it: 1 mm of noise is 6 degrees there."""
 
-LEAST_FRAMES: Final = 50
-"""Frames in which both segments must be seen."""
+@dataclass(frozen=True)
+class FunctionalLimits:
+    """What a trial must show for a functional joint centre."""
 
-HIP_RANGES: Final = (45.0, 20.0)
-"""Degrees, least range of a ball joint about its first and second principal axis. Where each marker
-of the thigh wanders by 5 mm (SD, each way, in the rhythm of the movement), the centre of 40
-synthetic hips is wrong by 15 mm there, 26 mm at (30, 15), 9 at (60, 30) and 5 at (90, 50); the
-regression that it should better is wrong by 12 mm. Walking shows 40 to 45 and 15 to 19: there the
-clusters of a recorded walk (FunctionalWalk.c3d of BTKData) place the hip 20 to 180 mm aside."""
+    least_spread: float = 0.010
+    """m, root mean square distance of a segment's markers from the line through them. Nearer to a
+    line they do not show how the segment turns about it: 1 mm of noise is 6 degrees there."""
+    least_frames: int = 50
+    """Frames in which both segments must be seen."""
+    hip_ranges: tuple[float, float] = (45.0, 20.0)
+    """Degrees, least range of a ball joint about its first and second principal axis. Where each
+    marker of the thigh wanders by 5 mm (SD, each way, in the rhythm of the movement), the centre of
+    40 synthetic hips is wrong by 15 mm there, 26 mm at (30, 15), 9 at (60, 30) and 5 at (90, 50);
+    the regression that it should better is wrong by 12 mm. Walking shows 40 to 45 and 15 to 19:
+    there the clusters of a recorded walk (FunctionalWalk.c3d of BTKData) place the hip 20 to 180 mm
+    aside."""
+    hinge_range: float = 40.0
+    """Degrees, least range of a hinge. With the same wandering the axis of 40 synthetic knees is
+    wrong by 3.6 degrees there, by 7 at 25 and by 2 at 60, which walking shows."""
+    blocks: int = 5
+    """Parts of the trial, one after the other; the standard error is that of leaving out one by
+    one. Neighbouring frames are not independent, parts of some seconds nearly are. With 5 parts it
+    is 0.5 to 0.8 of the real error of these synthetic hips and 1.1 to 1.5 of that of the knees;
+    with 10 parts it is a fifth smaller."""
 
-HINGE_RANGE: Final = 40.0
-"""Degrees, least range of a hinge. With the same wandering the axis of 40 synthetic knees is wrong
-by 3.6 degrees there, by 7 at 25 and by 2 at 60, which walking shows."""
 
-BLOCKS: Final = 5
-"""Parts of the trial, one after the other; the standard error is that of leaving out one by one.
-Neighbouring frames are not independent, parts of some seconds nearly are. With 5 parts it is 0.5 to
-0.8 of the real error of these synthetic hips and 1.1 to 1.5 of that of the knees; with 10 parts it
-is a fifth smaller."""
+FUNCTIONAL_TRIAL: Final = FunctionalLimits()
 
 
 @dataclass(frozen=True)
@@ -135,10 +140,10 @@ def segment_motion(standing: Array, markers: Array, name: str = "segment") -> Se
     if len(standing) < 3:
         raise ScalingError(f"{name}: markers in both trials: {len(standing)}; three are needed")
     spread = np.linalg.svd(standing - standing.mean(axis=0), compute_uv=False)[1]
-    if spread / np.sqrt(len(standing)) < LEAST_SPREAD:
+    if spread / np.sqrt(len(standing)) < FUNCTIONAL_TRIAL.least_spread:
         raise ScalingError(
             f"{name}: its markers are within {1000 * spread / np.sqrt(len(standing)):.0f} mm of a "
-            f"line ({1000 * LEAST_SPREAD:.0f} mm are needed)"
+            f"line ({1000 * FUNCTIONAL_TRIAL.least_spread:.0f} mm are needed)"
         )
     seen = np.isfinite(markers).all(axis=2)
     rotation = np.full((len(markers), 3, 3), np.nan)
@@ -165,13 +170,16 @@ def ball_centre(proximal: SegmentMotion, distal: SegmentMotion, near: Array) -> 
     are worked out about `near` (3,) m, any point near the joint in standing.
 
     Raises ScalingError, which says what was seen, if there are too few frames, or a range of motion
-    is below `HIP_RANGES`.
+    is below `FUNCTIONAL_TRIAL.hip_ranges`.
     """
     joint = _Joint.of(proximal, distal, near)
-    if any(seen < least for seen, least in zip(joint.ranges, HIP_RANGES, strict=False)):
+    if any(
+        seen < least for seen, least in zip(joint.ranges, FUNCTIONAL_TRIAL.hip_ranges, strict=False)
+    ):
         raise ScalingError(
             f"the joint turned by {_listed(joint.ranges[:2])} about its two main axes; "
-            f"{_listed(HIP_RANGES)} are needed: swing the straight leg forward, backward and aside"
+            f"{_listed(FUNCTIONAL_TRIAL.hip_ranges)} are needed: swing the straight leg forward, "
+            "backward and aside"
         )
     images = np.linalg.solve(joint.normal.sum(axis=0), joint.right.sum(axis=0))
     centre = (images[:3] + images[3:]) / 2
@@ -205,12 +213,14 @@ def hinge_axis(
 
     Raises
     ------
-    ScalingError : too few frames, or a range of motion below `HINGE_RANGE`; says what was seen.
+    ScalingError : too few frames, or a range of motion below `FUNCTIONAL_TRIAL.hinge_range`; says
+        what was seen.
     """
     joint = _Joint.of(proximal, distal, near)
-    if joint.ranges[0] < HINGE_RANGE:
+    if joint.ranges[0] < FUNCTIONAL_TRIAL.hinge_range:
         raise ScalingError(
-            f"the joint turned by {_listed(joint.ranges[:1])}; {HINGE_RANGE:.0f}° are needed: bend "
+            f"the joint turned by {_listed(joint.ranges[:1])}; "
+            f"{FUNCTIONAL_TRIAL.hinge_range:.0f}° are needed: bend "
             "and stretch it"
         )
     images, axes = _line(joint.normal.sum(axis=0), joint.right.sum(axis=0))
@@ -236,7 +246,8 @@ def hinge_axis(
 
 @dataclass(frozen=True)
 class _Joint:
-    """Normal equations of SCoRE about a point, summed over each of `BLOCKS` parts of the trial.
+    """Normal equations of SCoRE about a point, summed over each of `FUNCTIONAL_TRIAL.blocks` parts
+    of the trial.
 
     Attributes
     ----------
@@ -254,15 +265,16 @@ class _Joint:
     @classmethod
     def of(cls, proximal: SegmentMotion, distal: SegmentMotion, near: Array) -> "_Joint":
         seen = np.isfinite(proximal.translation + distal.translation).all(axis=1)
-        if seen.sum() < LEAST_FRAMES:
+        if seen.sum() < FUNCTIONAL_TRIAL.least_frames:
             raise ScalingError(
-                f"both segments are seen in {seen.sum()} frames; {LEAST_FRAMES} are needed"
+                f"both segments are seen in {seen.sum()} frames; {FUNCTIONAL_TRIAL.least_frames} "
+                "are needed"
             )
         first, second = proximal.rotation[seen], distal.rotation[seen]
         # R₁c₁ - R₂c₂ = t₂ - t₁ in every frame, with both images as the unknowns, about `near`.
         apart = distal.translation[seen] - proximal.translation[seen] + (second - first) @ near
         rows = np.concatenate([first, -second], axis=2)
-        blocks = np.array_split(np.arange(len(rows)), BLOCKS)
+        blocks = np.array_split(np.arange(len(rows)), FUNCTIONAL_TRIAL.blocks)
         return cls(
             normal=np.array([np.einsum("tki,tkj->ij", rows[b], rows[b]) for b in blocks]),
             right=np.array([np.einsum("tki,tk->i", rows[b], apart[b]) for b in blocks]),

@@ -18,7 +18,8 @@ Landmarks that a marker set lacks are found as follows.
 """
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Unpack
+from dataclasses import dataclass
+from typing import Any, Final, Unpack
 
 import numpy as np
 
@@ -40,19 +41,27 @@ from gaitval.scaling.landmarks import (
 )
 from gaitval.scaling.measurements import Limbs, Measurements
 
-MARKER_OFFSET = 0.010
-"""Assumed distance of a marker's centre from the skin, m."""
 
-ACROMION_TO_SHOULDER = 0.17
-"""Distance of the shoulder joint below the acromion, divided by the distance between the acromia
-(Rab et al. 2002, Gait Posture 15:113-119). In the model of Rajagopal et al. (2016) it is 0.16."""
+@dataclass(frozen=True)
+class SurfaceMarkers:
+    """How markers on the skin lie about the joints."""
+
+    marker_offset: float = 0.010
+    """Assumed distance of a marker's centre from the skin, m."""
+    acromion_to_shoulder: float = 0.17
+    """Distance of the shoulder joint below the acromion, divided by the distance between the
+    acromia (Rab et al. 2002, Gait Posture 15:113-119). In the model of Rajagopal et al. (2016) it
+    is 0.16."""
+    largest_elevation: float = 45.0
+    """Elevation of the upper arm, degrees, up to which the acromia show where the shoulders are;
+    above it the shoulder girdle moves up and in."""
+
+
+SURFACE: Final = SurfaceMarkers()
+
 
 FUNCTIONAL = "functional (Ehrig 2006)"
 """How hip centres were found that `scaling.functional` gives."""
-
-LARGEST_ELEVATION = 45.0
-"""Elevation of the upper arm, degrees, up to which the acromia show where the shoulders are; above
-it the shoulder girdle moves up and in."""
 
 
 def pelvis_frame(right_asis: Array, left_asis: Array, middle_psis: Array) -> Array:
@@ -133,13 +142,15 @@ def measure(
 
 
 def arms_hang(points: Mapping[str, Array]) -> bool:
-    """Whether both arms hang to within `LARGEST_ELEVATION`, as far as `points` of `locate` show."""
+    """Whether both arms hang to within `SURFACE.largest_elevation`, as far as `points` of `locate`
+    show.
+    """
     for side in "RL":
         shoulder = points.get(f"{side}.Shoulder.Centre")
         elbow = points.get(f"{side}.Elbow.Centre", points.get(f"{side}.Elbow"))
         if shoulder is not None and elbow is not None:
             down = -unit_vector(elbow - shoulder)[2]
-            if down < np.cos(np.radians(LARGEST_ELEVATION)):
+            if down < np.cos(np.radians(SURFACE.largest_elevation)):
                 return False
     return True
 
@@ -219,7 +230,7 @@ def _hinge(
     from gaitval.scaling.joint_width import hinge_centre
 
     assert width is not None  # `_needed` has required it.
-    return hinge_centre(points, side, joint, above, wand, width / 2 + MARKER_OFFSET)
+    return hinge_centre(points, side, joint, above, wand, width / 2 + SURFACE.marker_offset)
 
 
 def unused_widths(markers: Iterable[str], widths: Widths) -> list[str]:
@@ -255,7 +266,7 @@ def _arm_centres(points: Mapping[str, Array], elbow_width: Width) -> dict[str, A
     if not {"R.Acromion", "L.Acromion"} <= points.keys():
         return found
     across = float(np.linalg.norm(points["L.Acromion"] - points["R.Acromion"]))
-    down = np.array([0.0, 0.0, -ACROMION_TO_SHOULDER * across])
+    down = np.array([0.0, 0.0, -SURFACE.acromion_to_shoulder * across])
     for side in "RL":
         shoulder = found[f"{side}.Shoulder.Centre"] = points[f"{side}.Acromion"] + down
         ends = [points[name] for name in _wrists(side) if name in points]
@@ -270,7 +281,7 @@ def _arm_centres(points: Mapping[str, Array], elbow_width: Width) -> dict[str, A
             from gaitval.scaling.joint_width import elbow_centre
 
             found[f"{side}.Elbow.Centre"] = elbow_centre(
-                shoulder, elbow, wrist, width / 2 + MARKER_OFFSET, side
+                shoulder, elbow, wrist, width / 2 + SURFACE.marker_offset, side
             )
     return found
 
@@ -353,7 +364,7 @@ def _limbs(points: Mapping[str, Array], hip: Array, side: str, arm: Mapping[str,
     # Left-handed for the left foot: both feet are described as right ones.
     medial = np.cross(z, x) * (1.0 if side == "R" else -1.0)
     frame = np.column_stack([x, medial, z])
-    skin = np.array([MARKER_OFFSET, 0.0, 0.0])
+    skin = np.array([SURFACE.marker_offset, 0.0, 0.0])
     return Limbs(
         thigh=float(np.linalg.norm(hip - knee)),
         shank=float(np.linalg.norm(knee - ankle)),

@@ -160,7 +160,7 @@ def _text_of(name: str, builtin: Sequence[str]) -> str:
             "file."
         )
     try:
-        return file_gate.read_text(path, RecordError, largest=file_gate.WRITTEN)
+        return file_gate.read_text(path, RecordError, largest=file_gate.SIZES.written)
     except UnicodeDecodeError as error:
         raise RecordError(
             f"{path}: the marker set cannot be read ({error}). Check the path; a marker set is "

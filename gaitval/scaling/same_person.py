@@ -24,27 +24,33 @@ from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.scaling.marker_set import MarkerSet
 
-LARGEST_MEDIAN: Final = 0.0025
-"""m. Two markers that were moved do not change the median, so both limits must be passed."""
-LARGEST_MEAN: Final = 0.0032
-"""m, of the mean change without the marker that changed most. Between 2.2 mm, the largest of one
-person, and 4.2 mm, the smallest of two."""
 
-LARGEST_CHANGE: Final = 0.025
-"""m. More than skin can move one marker of a segment relative to another: at most 17 mm in the walk
-of Rajagopal et al. 2016 (thigh), 6 mm in those of WBDS01. Does not apply to the trunk: shoulders
-lift by 6 cm."""
+@dataclass(frozen=True)
+class SamePersonLimits:
+    """How much the distances of markers of one person may change."""
 
-FIRM_CHANGE: Final = 0.015
-"""m. The same on shanks and feet, where little is between skin and bone: at most 9.0 mm (heel to
-top of the midfoot) in six walks of three people, 4 mm on shanks."""
+    largest_median: float = 0.0025
+    """m. Two markers that were moved do not change the median, so both limits must be passed."""
+    largest_mean: float = 0.0032
+    """m, of the mean change without the marker that changed most. Between 2.2 mm, the largest of
+    one person, and 4.2 mm, the smallest of two."""
+    largest_change: float = 0.025
+    """m. More than skin can move one marker of a segment relative to another: at most 17 mm in the
+    walk of Rajagopal et al. 2016 (thigh), 6 mm in those of WBDS01. Does not apply to the trunk:
+    shoulders lift by 6 cm."""
+    firm_change: float = 0.015
+    """m. The same on shanks and feet, where little is between skin and bone: at most 9.0 mm (heel
+    to top of the midfoot) in six walks of three people, 4 mm on shanks."""
+    shortest: float = 0.03
+    """m; closer markers say nothing about a person."""
+    fewest: int = 4
+    """Number of distances needed for a verdict."""
+
+
+SAME: Final = SamePersonLimits()
+
+
 _FIRM: Final = ("shank", "foot")
-
-SHORTEST: Final = 0.03
-"""m; closer markers say nothing about a person."""
-
-FEWEST: Final = 4
-"""Number of distances needed for a verdict."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,7 @@ class MarkerDistance:
     markers: tuple[str, str]
     standing: float
     walking: float
-    limit: float = LARGEST_CHANGE
+    limit: float = SAME.largest_change
 
     @property
     def change(self) -> float:
@@ -83,7 +89,7 @@ def marker_distances(
             distances = np.linalg.norm(trial[first] - trial[second], axis=-1)
             distances = distances[np.isfinite(distances)]
             medians.append(float(np.median(distances)) if len(distances) else np.nan)
-        if np.isfinite(medians).all() and medians[0] > SHORTEST:
+        if np.isfinite(medians).all() and medians[0] > SAME.shortest:
             limit = largest_change(marker_set.markers[first].segment)
             found.append(MarkerDistance((first, second), medians[0], medians[1], limit))
     return tuple(found)
@@ -107,7 +113,7 @@ def displaced(
 
 def largest_change(segment: str) -> float:
     """m, by which a distance on this `segment` changes in one person at most."""
-    return FIRM_CHANGE if segment.partition("_")[0] in _FIRM else LARGEST_CHANGE
+    return SAME.firm_change if segment.partition("_")[0] in _FIRM else SAME.largest_change
 
 
 def check_same_person(
@@ -120,17 +126,17 @@ def check_same_person(
     """Refuse a standing trial whose person or markers are not those of the walking trial; returns
     the distances that were compared, for a report. `standing` and `walking` have (T, 3) m of each
     marker of `marker_set`, NaN where not seen; `names` of the trials are for the message. Raises
-    RecordError, which lists the largest, if distances change by more than `LARGEST_MEDIAN` and
-    `LARGEST_MEAN`.
+    RecordError, which lists the largest, if distances change by more than `SAME.largest_median` and
+    `SAME.largest_mean`.
     """
     distances = marker_distances(standing, walking, marker_set)
     firm = [d for d in distances if marker_set.markers[d.markers[0]].segment != "torso"]
-    if len(firm) < FEWEST:
+    if len(firm) < SAME.fewest:
         return distances
     median = float(np.median([abs(d.change) for d in firm]))
     moved, changes = _without_worst(firm)
     mean = float(changes.mean())
-    if median <= LARGEST_MEDIAN or mean <= LARGEST_MEAN:
+    if median <= SAME.largest_median or mean <= SAME.largest_mean:
         return distances
     error = float(changes.std(ddof=1) / np.sqrt(len(changes)))
     worst = sorted(firm, key=lambda d: -abs(d.change))[:5]
@@ -138,8 +144,8 @@ def check_same_person(
         f"{names[0]} and {names[1]} do not show the same person with the same markers: {len(firm)} "
         f"distances between markers of one segment differ by {1000 * median:.1f} mm in the median "
         f"and, without {moved}, by {1000 * mean:.1f} ± {1000 * error:.1f} mm (mean and its "
-        f"standard error; one person: up to {1000 * LARGEST_MEDIAN:.1f} and "
-        f"{1000 * LARGEST_MEAN:.1f} mm). The largest are\n"
+        f"standard error; one person: up to {1000 * SAME.largest_median:.1f} and "
+        f"{1000 * SAME.largest_mean:.1f} mm). The largest are\n"
         "  "
         + "\n  ".join(
             f"{d.markers[0]} to {d.markers[1]}: {1000 * d.standing:.0f} mm standing, "

@@ -15,7 +15,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import Sex, mean_length
-from gaitval.scaling.joint_centres import MARKER_OFFSET, locate, measure
+from gaitval.scaling.joint_centres import SURFACE, locate, measure
 from gaitval.scaling.landmarks import Widths
 from gaitval.scaling.measurements import Limbs, Measurements
 from gaitval.scaling.stature import measure_by_stature
@@ -35,7 +35,7 @@ BODY_PAIRS: Final[dict[str, tuple[_Pair, ...]]] = {
 """Measurements of our body model, and the pairs of landmarks and joint centres (`locate`) of each.
 Ankle.Floor is the point on the floor below the ankle joint."""
 
-_SKIN: Final = np.array([MARKER_OFFSET, 0.0, 0.0])
+_SKIN: Final = np.array([SURFACE.marker_offset, 0.0, 0.0])
 
 
 def scale_factor(

@@ -51,36 +51,41 @@ Masses = dict[tuple[str, Side], float]
 SCALED: Final = "de Leva, scaled to stature"
 """Source of lengths that were not measured."""
 
-PLAUSIBLE_FACTOR = (0.80, 1.25)
-"""Measured / expected length. Lengths relative to stature have a coefficient of variation of 4-6 %,
-so this is four standard deviations."""
 
-CHILD_FACTOR = (0.62, 1.40)
-"""The same below `CHILD_STATURE`: a child of two has legs of 0.42 of its stature, an adult of
-0.53."""
-ALIKE: Final = 1.25
-"""Largest / smallest of the factors of a leg's segments that another stature explains."""
-CHILD_STATURE: Final = 1.4
-"""m, of those whose age is not known; `ADULT_YEARS` of the others."""
+@dataclass(frozen=True)
+class PlausibleBody:
+    """Between which bounds measurements of a person are believed."""
 
-PLAUSIBLE_ANKLE_FACTOR = (0.70, 2.00)
-"""The same for the ankle height: Winter's is that of the lateral malleolus of cadavers. Outside
-this range the floor is not at z = 0."""
-HIGHEST_BARE_ANKLE = 1.60
-"""Beyond this a person stands on thick soles, on the toes, or above the floor."""
+    plausible_factor: tuple[float, float] = (0.80, 1.25)
+    """Measured / expected length. Lengths relative to stature have a coefficient of variation of
+    4-6 %, so this is four standard deviations."""
+    child_factor: tuple[float, float] = (0.62, 1.40)
+    """The same below `child_stature`: a child of two has legs of 0.42 of its stature, an adult of
+    0.53."""
+    alike: float = 1.25
+    """Largest / smallest of the factors of a leg's segments that another stature explains."""
+    child_stature: float = 1.4
+    """m, of those whose age is not known; `ADULT_YEARS` of the others."""
+    plausible_ankle_factor: tuple[float, float] = (0.70, 2.00)
+    """The same for the ankle height: Winter's is that of the lateral malleolus of cadavers. Outside
+    this range the floor is not at z = 0."""
+    highest_bare_ankle: float = 1.60
+    """Beyond this a person stands on thick soles, on the toes, or above the floor."""
+    largest_asymmetry: float = 0.06
+    """Largest plausible difference between right and left, m."""
+    usual_asymmetry: float = 0.025
+    """The same of people whose legs are alike, m."""
+    largest_arm_asymmetry: float = 0.05
+    """The same of upper arm and forearm. The markers of shoulder and elbow sit on clothes and,
+    without a medial one, on one side of the joint; both arms get the mean, and no result depends on
+    them much."""
+    plausible_tilt: tuple[float, float] = (-15.0, 40.0)
+    """Forward tilt of the plane of the ASIS and PSIS in standing, degrees; adults have about 12 +-
+    6."""
 
-LARGEST_ASYMMETRY = 0.06
-"""Largest plausible difference between right and left, m."""
-USUAL_ASYMMETRY = 0.025
-"""The same of people whose legs are alike, m."""
-LARGEST_ARM_ASYMMETRY = 0.05
-"""The same of upper arm and forearm. The markers of shoulder and elbow sit on clothes and, without
-a medial one, on one side of the joint; both arms get the mean, and no result depends on them much.
-"""
 
-PLAUSIBLE_TILT = (-15.0, 40.0)
-"""Forward tilt of the plane of the ASIS and PSIS in standing, degrees; adults have
-about 12 +- 6."""
+PLAUSIBLE: Final = PlausibleBody()
+
 
 PLAUSIBLE_HALF_WIDTH = {"hip": (0.035, 0.085), "shoulder": (0.065, 0.140)}
 """Half the distance between the hip joints, and between the shoulder joints, divided by stature.
@@ -265,10 +270,12 @@ def _masses(measured: Measurements, subject: "Individual") -> dict[tuple[str, Si
 def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Individual") -> None:
     problems = []
     age = subject.age_years
-    child = subject.height_m < CHILD_STATURE if age is None else age < ADULT_YEARS
-    of_lengths = CHILD_FACTOR if child else PLAUSIBLE_FACTOR
+    child = subject.height_m < PLAUSIBLE.child_stature if age is None else age < ADULT_YEARS
+    of_lengths = PLAUSIBLE.child_factor if child else PLAUSIBLE.plausible_factor
     for row in table:
-        low, high = PLAUSIBLE_ANKLE_FACTOR if row.segment == "ankle height" else of_lengths
+        low, high = (
+            PLAUSIBLE.plausible_ankle_factor if row.segment == "ankle height" else of_lengths
+        )
         if not low <= row.factor <= high:
             problems.append(
                 f"{row.name}: {row.length_m:.3f} m is {row.factor:.2f} of the length expected "
@@ -277,7 +284,7 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
         if row.right_m is not None and row.left_m is not None:
             difference = abs(row.right_m - row.left_m)
             arm = row.segment in ("upper arm", "forearm")
-            most = LARGEST_ARM_ASYMMETRY if arm else LARGEST_ASYMMETRY
+            most = PLAUSIBLE.largest_arm_asymmetry if arm else PLAUSIBLE.largest_asymmetry
             if difference > most:
                 problems.append(
                     f"{row.segment}: right {row.right_m:.3f} m and left {row.left_m:.3f} m "
@@ -293,7 +300,11 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
     legs = {row.name: row.factor for row in table if row.segment in ("thigh", "shank", "foot")}
     least, most = min(legs.values()), max(legs.values())
     # All too short or too long alike: one number is wrong, and the trunk only fills the rest.
-    if problems and (most < of_lengths[0] or least > of_lengths[1]) and most < ALIKE * least:
+    if (
+        problems
+        and (most < of_lengths[0] or least > of_lengths[1])
+        and most < PLAUSIBLE.alike * least
+    ):
         problems = [
             f"thigh, shank and foot are {least:.2f} to {most:.2f} of the lengths expected for a "
             f"stature of {subject.height_m:.3f} m, as of a person of about "
@@ -301,15 +312,15 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
             "wrong, or the unit of the markers"
         ]
     tilt = np.degrees(measured.pelvic_tilt)
-    if not PLAUSIBLE_TILT[0] <= tilt <= PLAUSIBLE_TILT[1]:
+    if not PLAUSIBLE.plausible_tilt[0] <= tilt <= PLAUSIBLE.plausible_tilt[1]:
         problems.append(
             f"pelvis: tilted forward by {tilt:.0f} degrees in standing (plausible: "
-            f"{PLAUSIBLE_TILT[0]:g} to {PLAUSIBLE_TILT[1]:g})"
+            f"{PLAUSIBLE.plausible_tilt[0]:g} to {PLAUSIBLE.plausible_tilt[1]:g})"
             + (
                 ": its front markers are as high above the rear ones as the iliac crests are. If "
                 "they are on the crests, say so in a marker set (landmarks R.Crest and L.Crest), "
                 "and the spines are estimated; else look whether front and rear are exchanged"
-                if tilt < PLAUSIBLE_TILT[0] and "markers" in _origin(measured)
+                if tilt < PLAUSIBLE.plausible_tilt[0] and "markers" in _origin(measured)
                 else ""
             )
         )

@@ -4,6 +4,7 @@
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -12,23 +13,29 @@ from gaitval.scaling.anthropometry import WINTER
 from gaitval.scaling.hip_regressions import hip_joint_centre
 from gaitval.scaling.measurements import Limbs, Measurements
 
-THIGH: Final = 0.2284
-SHANK: Final = 0.2282
-"""Distances between joint centres / stature, means of the ten built-in subjects (WBDS, by markers);
-1 SD 0.012 and 0.008, of the sum 3.6 %. Winter's 0.245 and 0.246 (Drillis and Contini) are longer
-than every one of them."""
 
-PELVIS_WIDTH: Final = 0.158
-"""Distance between the ASIS / stature, mean of the ten built-in subjects (WBDS); 1 SD 0.019.
-Winter's 0.191 is the width across the hips, not between the spines."""
+@dataclass(frozen=True)
+class MeanBody:
+    """Means of the ten built-in subjects, as fractions of stature but where said otherwise."""
 
-ANKLE_FACTOR: Final = 1.18
-"""Height of the ankle joint / Winter's 0.039 of stature, mean of the same subjects; 1 SD 0.06.
-Winter's is the height of cadavers' lateral malleoli."""
+    thigh: float = 0.2284
+    shank: float = 0.2282
+    """Distances between joint centres / stature, means of the ten built-in subjects (WBDS, by
+    markers); 1 SD 0.012 and 0.008, of the sum 3.6 %. Winter's 0.245 and 0.246 (Drillis and Contini)
+    are longer than every one of them."""
+    pelvis_width: float = 0.158
+    """Distance between the ASIS / stature, mean of the ten built-in subjects (WBDS); 1 SD 0.019.
+    Winter's 0.191 is the width across the hips, not between the spines."""
+    ankle_factor: float = 1.18
+    """Height of the ankle joint / Winter's 0.039 of stature, mean of the same subjects; 1 SD 0.06.
+    Winter's is the height of cadavers' lateral malleoli."""
+    pelvic_tilt: float = np.radians(13.4)
+    """Forward tilt of the plane of the ASIS and PSIS in standing, rad; mean of the same subjects, 1
+    SD 5.7 degrees."""
 
-PELVIC_TILT: Final = np.radians(13.4)
-"""Forward tilt of the plane of the ASIS and PSIS in standing, rad; mean of the same subjects, 1 SD
-5.7 degrees."""
+
+MEAN_BODY: Final = MeanBody()
+
 
 FOOT: Final = {
     "heel": (-0.188, -0.026, 0.204),
@@ -44,12 +51,14 @@ STATURE_SD: Final = "SD 14-21 mm (ANSUR II)"
 regressions on stature of ANSUR II (Gordon et al. 2014)."""
 
 FRACTIONS: Final = {
-    "hip_height": THIGH + SHANK + WINTER["ankle height"] * ANKLE_FACTOR,
-    "thigh": THIGH,
-    "shank": SHANK,
-    "ankle_height": WINTER["ankle height"] * ANKLE_FACTOR,
+    "hip_height": MEAN_BODY.thigh
+    + MEAN_BODY.shank
+    + WINTER["ankle height"] * MEAN_BODY.ankle_factor,
+    "thigh": MEAN_BODY.thigh,
+    "shank": MEAN_BODY.shank,
+    "ankle_height": WINTER["ankle height"] * MEAN_BODY.ankle_factor,
     "foot": WINTER["foot"],
-    "pelvis_width": PELVIS_WIDTH,
+    "pelvis_width": MEAN_BODY.pelvis_width,
 }
 """Mean of each measure, as a fraction of stature."""
 
@@ -87,7 +96,7 @@ def measurements_of_lengths(
         # Harrington's width does not depend on the depth of the pelvis, which no tape measures.
         hip_half_width=float(-hip_joint_centre(lengths["pelvis_width"], 0.0)[1]),
         hip_height=lengths["hip_height"],
-        pelvic_tilt=float(PELVIC_TILT),
+        pelvic_tilt=float(MEAN_BODY.pelvic_tilt),
         sources=dict(sources),
     )
 

@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from difflib import SequenceMatcher
 from typing import Final, NamedTuple
 
@@ -10,12 +11,23 @@ from gaitval.model.body import SEGMENTS
 from gaitval.scaling.landmarks import LANDMARK_NAMES
 from gaitval.scaling.marker_set import MarkerSet, Score, plain_name
 
-LEAST_LIKENESS: Final = 0.8
-"""Smallest likeness that is suggested (2 × letters in common / letters of both, without the side).
-One letter in four differs at 0.75, and that is how marker sets write different places: THLP and
-THLD, HEEL and HELL."""
-SHORTEST_STEM: Final = 3
-"""Letters beside the side that a name must have to be like another; of two letters one is half."""
+
+@dataclass(frozen=True)
+class LikenessLimits:
+    """When a name is like another."""
+
+    least_likeness: float = 0.8
+    """Smallest likeness that is suggested (2 × letters in common / letters of both, without the
+    side). One letter in four differs at 0.75, and that is how marker sets write different places:
+    THLP and THLD, HEEL and HELL."""
+    shortest_stem: int = 3
+    """Letters beside the side that a name must have to be like another; of two letters one is
+    half."""
+    mostly: float = 0.8
+
+
+LIKENESS: Final = LikenessLimits()
+
 _OPPOSITES: Final = (
     (r"MED|INN?ER$|INT$|IN$|^M(?=KN|AN|EL|MA|FC|TP|EE|EK|M$|W$)", r"LAT|OUT|EXT$"),
     (r"ASI|ANT|FRONT|FRT|^F(?=HD|SH|WT)|^F$", r"PSI|POST|REAR|BACK|BCK|^B(?=HD|SH|WT|AK)|^P$"),
@@ -55,10 +67,9 @@ UNLABELLED: Final = re.compile(
     r"|unknown|new)?[ _.*#-]*\d+|(unlabell?ed|unidentified|unnamed|unknown)(#\d+)?"
 )
 """Names that programs give to trajectories that nobody labelled."""
-MOSTLY: Final = 0.8
 
 
-def unlabelled(names: Sequence[str], least: float = MOSTLY) -> str:
+def unlabelled(names: Sequence[str], least: float = LIKENESS.mostly) -> str:
     """What is said of `names` of which a share of `least` or more are of nobody's labelling; else
     empty.
     """
@@ -136,9 +147,9 @@ def alike(unknown: Iterable[str], missing: Mapping[str, Iterable[str]]) -> list[
     for each, in the markers' order; `missing` has names and aliases of each marker that the file
     lacks.
 
-    A pair needs a likeness of `LEAST_LIKENESS`, the same side, the same numbers, not the opposite
-    of medial and lateral, front and back, upper and lower, radial and ulnar; and each of the two
-    must be the other's only best.
+    A pair needs a likeness of `LIKENESS.least_likeness`, the same side, the same numbers, not the
+    opposite of medial and lateral, front and back, upper and lower, radial and ulnar; and each of
+    the two must be the other's only best.
     """
     unknown = tuple(unknown)
     pairs = [
@@ -146,7 +157,7 @@ def alike(unknown: Iterable[str], missing: Mapping[str, Iterable[str]]) -> list[
         for marker, spellings in missing.items()
         for name in unknown
         for ratio in [max((_likeness(name, spelling) for spelling in spellings), default=0.0)]
-        if ratio >= LEAST_LIKENESS
+        if ratio >= LIKENESS.least_likeness
     ]
     return [pair for pair in pairs if _only_best(pair, pairs)]
 
@@ -165,7 +176,7 @@ def _likeness(name: str, spelling: str) -> float:
     (side, stem), (known_side, known_stem) = _side_and_stem(name), _side_and_stem(spelling)
     if side != known_side or not _same_place(stem, known_stem):
         return 0.0
-    if min(len(stem), len(known_stem)) < SHORTEST_STEM:
+    if min(len(stem), len(known_stem)) < LIKENESS.shortest_stem:
         return 0.0
     # A side may also stand within a name, as in FLTHI and FRTHI.
     if stem != known_stem and stem.replace("L", "R") == known_stem.replace("L", "R"):

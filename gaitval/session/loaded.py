@@ -8,7 +8,7 @@ import numpy as np
 from gaitval.arrays import Array, Flags, runs
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.gait.feet_on_plates import SETTLING_SECONDS
+from gaitval.gait.feet_on_plates import FEET
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.musculature.gait import LoadedMotion
@@ -92,7 +92,7 @@ def known_spans(
 ) -> dict[Side, list[tuple[float, float]]]:
     """s, when the moments of each of `sides` are known and its foot carries the body in between:
     `time` (T,) s, `known` (T, 2) as `InverseDynamics.foot_known`, `vertical` (T, 2) N, right first;
-    `mass` kg. A foot in the air is left out for `SETTLING_SECONDS` beside frames that are not
+    `mass` kg. A foot in the air is left out for `FEET.settling_seconds` beside frames that are not
     known: they end or begin with an event that only markers show.
     """
 
@@ -100,8 +100,8 @@ def known_spans(
         air = vertical[:, column] <= 0.0
         for begin, end in zip(*runs(known[:, column]), strict=True):
             first, last = float(time[begin]), float(time[end - 1])
-            first += SETTLING_SECONDS if begin and air[begin] else 0.0
-            last -= SETTLING_SECONDS if end < len(time) and air[end - 1] else 0.0
+            first += FEET.settling_seconds if begin and air[begin] else 0.0
+            last -= FEET.settling_seconds if end < len(time) and air[end - 1] else 0.0
             if last - first < LEAST_SPAN_S:
                 continue
             inside = (time >= first) & (time <= last)

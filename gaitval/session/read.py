@@ -15,8 +15,8 @@ from gaitval.checks.checks import marker_warnings
 from gaitval.checks.smoothed_markers import smoothed, smoothed_warnings
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
-from gaitval.gait.cycles import PLAUSIBLE_STRIDE
-from gaitval.gait.events import FOOT_CUTOFF_HZ
+from gaitval.gait.cycles import CYCLES
+from gaitval.gait.events import EVENTS
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.raised_plates import without_raised
 from gaitval.mocap.axes import LaboratoryAxes, detect_axes, turn_to_walking_direction
@@ -436,14 +436,14 @@ def _check_length(recording: Recording, processing: ProcessingSettings) -> None:
     """Refuse a walking trial that is too short for a stride, or sampled too slowly to filter."""
     where, rate = recording.source, recording.marker_rate
     length = len(recording.markers) / rate
-    if length < PLAUSIBLE_STRIDE[0]:
+    if length < CYCLES.plausible_stride[0]:
         frames = count_of(len(recording.markers), "frame")
         raise RecordError(
             f"{where}: {frames} at {rate:g} Hz, {length:.3g} s: shorter than a gait cycle. Give a "
             "walking trial in which both feet strike the ground at least twice."
         )
     for what, found, cutoff in (
-        ("markers", rate, max(processing.marker_cutoff_hz, FOOT_CUTOFF_HZ)),
+        ("markers", rate, max(processing.marker_cutoff_hz, EVENTS.foot_cutoff_hz)),
         ("forces", recording.force_rate, processing.force_cutoff_hz),
     ):
         if 0.0 < found <= 2.0 * cutoff:

@@ -15,7 +15,7 @@ from gaitval.gait.filters import low_pass
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.inverse.marker_labels import Exchange, find_exchanged
 from gaitval.inverse.marker_placement import MarkerPlacement, place_markers
-from gaitval.inverse.model_fit import ANATOMICAL_SD, SOFT_TISSUE_SD, ModelFit, fit_model
+from gaitval.inverse.model_fit import MODEL_FIT, ModelFit, fit_model
 from gaitval.mocap.exchanges import ARMS
 from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel
@@ -26,7 +26,7 @@ from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.markers.spines import SPINES
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import scale_by_pairs
-from gaitval.scaling.scaling import HIGHEST_BARE_ANKLE, USUAL_ASYMMETRY, ScaledBody, build_body
+from gaitval.scaling.scaling import PLAUSIBLE, ScaledBody, build_body
 from gaitval.session.odd_sides import odd_sides
 from gaitval.session.pelvis_markers import FROM_CRESTS
 from gaitval.session.read import SessionRecordings, about_file, of_trial
@@ -220,7 +220,7 @@ def _fit_to_trials(
         order=processing.filter_order,
     )
     roles = session.marker_set.markers
-    placed = {name: ANATOMICAL_SD for name in names if roles[name].role == "anatomical"}
+    placed = {name: MODEL_FIT.anatomical_sd for name in names if roles[name].role == "anatomical"}
     placed |= {name: sd for name, sd in session.placement_sd.items() if name in names}
     markers, walked = placement.markers, replace(walking, markers=smooth)
     if request.joint_centres == "given":
@@ -251,7 +251,7 @@ def _fit_to_trials(
         fitted = partial(fitted, length_sd=dict.fromkeys(_given_lengths(centres), 0.0))
     elif request.joint_centres in GENERIC:
         fitted = partial(fitted, length_sd=dict.fromkeys(HIP_LENGTHS, 0.0))
-    fit, tissue = fitted(), SOFT_TISSUE_SD
+    fit, tissue = fitted(), MODEL_FIT.soft_tissue_sd
     # Without a standing trial, only the walk can show that its markers move less than skin does.
     while request.stands_in_walk and TISSUE_OVER_RESIDUAL * fit.measurement_sd < 0.95 * tissue:
         tissue = TISSUE_OVER_RESIDUAL * fit.measurement_sd
@@ -310,9 +310,9 @@ def _odd_lengths(scaled: ScaledBody, *, stood: bool = True) -> Iterator[QualityF
     walk (not `stood`) has its feet at unlike heights.
     """
     for row in scaled.table:
-        if row.segment == "ankle height" and row.factor > HIGHEST_BARE_ANKLE:
+        if row.segment == "ankle height" and row.factor > PLAUSIBLE.highest_bare_ankle:
             yield QualityFlag(
-                "ankle height", row.name, row.factor, HIGHEST_BARE_ANKLE, "1",
+                "ankle height", row.name, row.factor, PLAUSIBLE.highest_bare_ankle, "1",
                 f"{row.length_m:.3f} m above the floor is {row.factor:.2f} times what is expected "
                 "of bare feet: the shoes have thick soles, or the floor is not at z = 0 (floor "
                 "= 0.02 in a session file says that the person stands 2 cm higher)",
@@ -323,11 +323,11 @@ def _odd_lengths(scaled: ScaledBody, *, stood: bool = True) -> Iterator[QualityF
         if row.segment in ("thigh", "shank") and row.right_m is not None and row.left_m is not None
     }
     thigh, shank = longer.get("thigh", 0.0), longer.get("shank", 0.0)
-    knees = min(abs(thigh), abs(shank)) > USUAL_ASYMMETRY > abs(thigh + shank)
+    knees = min(abs(thigh), abs(shank)) > PLAUSIBLE.usual_asymmetry > abs(thigh + shank)
     if knees:
         # a knee's centre that is too high makes its thigh shorter by what its shank is longer
         yield QualityFlag(
-            "legs that differ", "knee", abs(thigh - shank) / 2.0, USUAL_ASYMMETRY, "m",
+            "legs that differ", "knee", abs(thigh - shank) / 2.0, PLAUSIBLE.usual_asymmetry, "m",
             f"the right thigh is {1000 * abs(thigh):.0f} mm {'longer' if thigh > 0 else 'shorter'} "
             f"than the left one and its shank as much {'shorter' if thigh > 0 else 'longer'}: the "
             "legs are alike, and the markers of a knee are too high on one side or too low on the "
@@ -338,11 +338,12 @@ def _odd_lengths(scaled: ScaledBody, *, stood: bool = True) -> Iterator[QualityF
             continue
         if row.segment == "ankle height" and not stood:
             continue
-        if abs(row.right_m - row.left_m) > USUAL_ASYMMETRY and not (
+        if abs(row.right_m - row.left_m) > PLAUSIBLE.usual_asymmetry and not (
             knees and row.segment in longer
         ):
             yield QualityFlag(
-                "legs that differ", row.segment, abs(row.right_m - row.left_m), USUAL_ASYMMETRY,
+                "legs that differ", row.segment, abs(row.right_m - row.left_m),
+                PLAUSIBLE.usual_asymmetry,
                 "m", f"right {row.right_m:.3f} m and left {row.left_m:.3f} m: a marker is off, or "
                 "the legs differ. Both sides get the mean; --set scaling.symmetric=false, here and "
                 "for gaitval subject, keeps each side's own",

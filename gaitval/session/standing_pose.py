@@ -22,8 +22,8 @@ from gaitval.scaling.hip_regressions import hip_joint_centre
 from gaitval.scaling.joint_centres import pelvis_frame
 from gaitval.scaling.landmarks import middle_psis
 from gaitval.scaling.marker_set import MarkerSet
-from gaitval.scaling.scaling import HIGHEST_BARE_ANKLE
-from gaitval.scaling.stature import ANKLE_FACTOR
+from gaitval.scaling.scaling import PLAUSIBLE
+from gaitval.scaling.stature import MEAN_BODY
 
 MID_STANCE: Final = (0.35, 0.55)
 """Fraction of stance in which the foot is flat, the leg upright and the pelvis nearly level."""
@@ -65,9 +65,11 @@ def off_toes(
     names = [landmarks[f"{side}.Ankle"] for side in "RL"]
     height = np.mean([np.nanmedian(recording.marker(name)[:, 2]) for name in names]) - floor
     usual = WINTER["ankle height"] * height_m
-    up = float(height - ANKLE_FACTOR * usual)
+    up = float(height - MEAN_BODY.ankle_factor * usual)
     # in thick soles, or above a floor that is not at 0, the heel is up no more than the forefoot
-    if not (height > HIGHEST_BARE_ANKLE * usual and _heels_up(recording, landmarks) > 0.5 * up):
+    if not (
+        height > PLAUSIBLE.highest_bare_ankle * usual and _heels_up(recording, landmarks) > 0.5 * up
+    ):
         return recording, []
     warning = QualityFlag(
         "standing pose", "standing", up, 0.0, "m",

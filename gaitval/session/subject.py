@@ -15,8 +15,7 @@ from gaitval.errors import RecordError
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import (
     ANGLE_TOLERANCE,
-    FORCE_TOLERANCE,
-    MOMENT_TOLERANCE,
+    TOLERANCES,
     fit_curve,
     fit_force,
     mean_vertical_force,
@@ -139,7 +138,11 @@ def _mean_gait(both: Completed, stance: Mapping[Side, float | None], where: str)
     }
     moments = {
         name: fit_curve(
-            name, PHASE, closed(name, "moment", both.moments[name], where), MOMENT_TOLERANCE, where
+            name,
+            PHASE,
+            closed(name, "moment", both.moments[name], where),
+            TOLERANCES.moment_tolerance,
+            where,
         )
         for name in MOMENT_NAMES
         if name in both.moments
@@ -185,7 +188,10 @@ def total_force(model: BodyModel, walks: Sequence[WalkingTrial]) -> Force | None
     mean -= np.outer(PHASE - 0.5, mean[-1] - mean[0])
     mean += model.ground.up - mean[:-1].mean(axis=0)
     # Sideways it is a tenth as large as a foot's force.
-    fits = [FittedCurve.fitted(fit_periodic(PHASE, each, 0.1 * FORCE_TOLERANCE)) for each in mean.T]
+    fits = [
+        FittedCurve.fitted(fit_periodic(PHASE, each, 0.1 * TOLERANCES.force_tolerance))
+        for each in mean.T
+    ]
     return Force(forward=fits[0], left=fits[1], up=fits[2])
 
 

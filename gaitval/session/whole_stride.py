@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.gait.cycles import PLAUSIBLE_STRIDE, GaitCycle
+from gaitval.gait.cycles import CYCLES, GaitCycle
 from gaitval.mocap.recording import Plate, Recording
 
 COPIES: Final = 3
@@ -82,7 +82,7 @@ def joined(recording: Recording) -> WholeStride | None:
     seconds = count / rate
     # 0: the last frame is the first again; 1: it is the one before
     closes = frames in (0, 1) and left <= CLOSED and not several
-    if not closes or np.clip(seconds, *PLAUSIBLE_STRIDE) != seconds:
+    if not closes or np.clip(seconds, *CYCLES.plausible_stride) != seconds:
         return None
     way = (middle[-1] - middle[0] + _between_ends(middle, rate) * frames / rate) * [1, 1, 0]
     shifts = [(copy - 1) * way for copy in range(COPIES)]

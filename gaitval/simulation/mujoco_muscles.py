@@ -7,6 +7,7 @@ lengths.
 """
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Final
 from xml.etree import ElementTree
 
@@ -17,20 +18,32 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ModelError
 from gaitval.model.body import BodyModel
 from gaitval.musculature.curves import FASTEST, passive_length
-from gaitval.musculature.forces import FALL, RISE
+from gaitval.musculature.forces import FORCES
 from gaitval.musculature.mapping import sizes
 from gaitval.musculature.person import LegMuscles, leg_muscles
 from gaitval.musculature.strands import SEGMENTS, Tendon, own_tendons
 from gaitval.simulation.mujoco_body import mjcf
 
-_SHORT, _LONG = 0.5, 1.5
-"""Optimal fibre lengths between which MuJoCo is told a muscle's length."""
-_WORKS: Final = (0.44, 1.6)
-"""Of the optimal fibre length: where MuJoCo's muscles have active force, about as Millard's."""
-_ECCENTRIC: Final = 1.4
-DAMPING, ARMATURE, TOES = 1.0, 0.01, 25.0
-"""Nms/rad and kg m² of every joint, and Nm/rad of the toes, so that limp limbs can be integrated;
-convention."""
+
+@dataclass(frozen=True)
+class MuscleSettings:
+    """MuJoCo's muscles where they differ from the model's."""
+
+    short: float = 0.5
+    long: float = 1.5
+    """Optimal fibre lengths between which MuJoCo is told a muscle's length."""
+    works: tuple[float, float] = (0.44, 1.6)
+    """Of the optimal fibre length: where MuJoCo's muscles have active force, about as Millard's."""
+    eccentric: float = 1.4
+    damping: float = 1.0
+    armature: float = 0.01
+    toes: float = 25.0
+    """Nms/rad and kg m² of every joint, and Nm/rad of the toes, so that limp limbs can be
+    integrated; convention."""
+
+
+MUSCLES: Final = MuscleSettings()
+
 OPTION: Final = 'timestep="0.001" integrator="implicitfast"'
 _COLOUR: Final = "0.75 0.15 0.12 1"
 
@@ -50,10 +63,10 @@ def muscle_mjcf(
     """
     root = ElementTree.fromstring(mjcf(model, option=option, floor=True))
     for joint in root.iter("joint"):
-        joint.set("damping", repr(DAMPING))
-        joint.set("armature", repr(ARMATURE))
+        joint.set("damping", repr(MUSCLES.damping))
+        joint.set("armature", repr(MUSCLES.armature))
         if joint.attrib["name"].startswith("mtp_angle"):
-            joint.set("stiffness", repr(TOES))
+            joint.set("stiffness", repr(MUSCLES.toes))
     every = ElementTree.SubElement(root, "tendon")
     actuators = ElementTree.SubElement(root, "actuator")
     for side in SIDES:
@@ -115,16 +128,27 @@ def _tendon(
 
 def _actuator(actuators: ElementTree.Element, of: LegMuscles, i: int, name: str) -> None:
     fibre = float(of.optimal_fibre[i] * np.cos(of.pennation[i]))
-    low, high = (float(of.tendon_slack[i] + share * fibre) for share in (_SHORT, _LONG))
-    longest = np.array([_WORKS[1]])
+    low, high = (
+        float(of.tendon_slack[i] + share * fibre) for share in (MUSCLES.short, MUSCLES.long)
+    )
+    longest = np.array([MUSCLES.works[1]])
     passive = float(
         passive_length(longest, of.passive_from[i : i + 1], of.passive_to[i : i + 1])[0]
     )
     force = float(of.max_force[i] * np.cos(of.pennation[i]))
-    numbers = (_SHORT, _LONG, force, 1.0, *_WORKS, FASTEST, passive, _ECCENTRIC)
+    numbers = (
+        MUSCLES.short,
+        MUSCLES.long,
+        force,
+        1.0,
+        *MUSCLES.works,
+        FASTEST,
+        passive,
+        MUSCLES.eccentric,
+    )
     values = " ".join(repr(float(each)) for each in numbers)
     ElementTree.SubElement(
         actuators, "general", name=name, tendon=name, ctrllimited="true", ctrlrange="0 1",
         lengthrange=f"{low!r} {high!r}", dyntype="muscle", gaintype="muscle", biastype="muscle",
-        dynprm=f"{RISE!r} {FALL!r}", gainprm=values, biasprm=values,
+        dynprm=f"{FORCES.rise!r} {FORCES.fall!r}", gainprm=values, biasprm=values,
     )  # fmt: skip

@@ -1,6 +1,7 @@
 """Stiffness of the joint servos, and tables of the reference that they follow; see `walker`."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -9,8 +10,24 @@ from gaitval.configuration import ServoSettings
 from gaitval.coordinates import ACTUATED, ROOT
 from gaitval.reference.motion import ReferenceMotion
 
-REFERENCE_MASS = 70.0
-"""kg, mass of the body to which the gains in `configuration.ServoSettings` apply."""
+
+@dataclass(frozen=True)
+class ServoConstants:
+    """How joints follow their targets."""
+
+    reference_mass: float = 70.0
+    """kg, mass of the body to which the gains in `configuration.ServoSettings` apply."""
+    feed_forward_hz: float = 10.0
+    """Frequency at which half of a moment is fed forward: as recorded moments are filtered. What a
+    fit has above it is the landing of its feet, which no muscle can know before."""
+    target_lag: float = 0.002
+    """s, by which what the servos ask for is behind the state that their springs and dampers, which
+    are implicit, act on. It was one physics step, of the default's length: so a finer step made
+    another walker, and a third of what a walk changed at a quarter of the step came from it."""
+
+
+SERVO: Final = ServoConstants()
+
 
 _SERVO_OF = {
     "hip": "hip",
@@ -26,10 +43,10 @@ _SERVO_OF = {
 
 def servo_stiffness(servo: ServoSettings, mass: float) -> Array:
     """Stiffness (25,) Nm/rad of the joint servos of a body of `mass` kg, from the gains `servo` of
-    a body of `REFERENCE_MASS`.
+    a body of `SERVO.reference_mass`.
     """
     gains = [getattr(servo, _SERVO_OF[name.split("_")[0]]) for name in ACTUATED]
-    return np.array(gains, dtype=float) * mass / REFERENCE_MASS
+    return np.array(gains, dtype=float) * mass / SERVO.reference_mass
 
 
 class ReferenceTables(NamedTuple):
@@ -47,26 +64,16 @@ def closed_cycle(values: Array) -> Array:
     return np.ascontiguousarray(np.concatenate([values, values[:1]]))
 
 
-FEED_FORWARD_HZ = 10.0
-"""Frequency at which half of a moment is fed forward: as recorded moments are filtered. What a fit
-has above it is the landing of its feet, which no muscle can know before."""
-
-
 def _as_muscles_give(moments: Array, stride_time: float) -> Array:
-    """`moments` (N, …) of a cycle of `stride_time` s without what is far above `FEED_FORWARD_HZ`:
-    as a Butterworth filter of the fourth order does it, forward and backward.
+    """`moments` (N, …) of a cycle of `stride_time` s without what is far above
+    `SERVO.feed_forward_hz`: as a Butterworth filter of the fourth order does it, forward and
+    backward.
     """
     spectrum = np.fft.rfft(moments, axis=0)
     frequency = np.arange(len(spectrum)) / stride_time
-    gain = 1.0 / (1.0 + (frequency / FEED_FORWARD_HZ) ** 8)
+    gain = 1.0 / (1.0 + (frequency / SERVO.feed_forward_hz) ** 8)
     spectrum *= gain.reshape(-1, *(1,) * (moments.ndim - 1))
     return np.fft.irfft(spectrum, len(moments), axis=0)
-
-
-TARGET_LAG = 0.002
-"""s, by which what the servos ask for is behind the state that their springs and dampers, which are
-implicit, act on. It was one physics step, of the default's length: so a finer step made another
-walker, and a third of what a walk changed at a quarter of the step came from it."""
 
 
 def _later(values: Array, share: float) -> Array:
@@ -78,11 +85,11 @@ def _later(values: Array, share: float) -> Array:
 
 
 def reference_tables(
-    reference: ReferenceMotion, feed_forward: float, step: float = TARGET_LAG
+    reference: ReferenceMotion, feed_forward: float, step: float = SERVO.target_lag
 ) -> ReferenceTables:
-    """Tables of a reference motion; the moments, below `FEED_FORWARD_HZ`, are weighted with
-    `feed_forward`. An engine whose `step` (s) is another than `TARGET_LAG` reads them once a step,
-    one step before the state that it reaches, so they are later by what is left of the lag.
+    """Tables of a reference motion; the moments, below `SERVO.feed_forward_hz`, are weighted with
+    `feed_forward`. An engine whose `step` (s) is another than `SERVO.target_lag` reads them once a
+    step, one step before the state that it reaches, so they are later by what is left of the lag.
     """
     actuated = slice(len(ROOT), None)
     values = (
@@ -90,6 +97,6 @@ def reference_tables(
         reference.velocities[:, actuated],
         feed_forward * _as_muscles_give(reference.moments, reference.stride_time),
     )
-    late = (TARGET_LAG - step) / reference.stride_time
+    late = (SERVO.target_lag - step) / reference.stride_time
     # Not by nothing: the usual tables are the reference's own numbers.
     return ReferenceTables(*(closed_cycle(_later(each, late) if late else each) for each in values))

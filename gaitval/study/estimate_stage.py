@@ -22,7 +22,7 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
-from gaitval.gait.events import LANDING_ERROR
+from gaitval.gait.events import EVENTS
 from gaitval.gait.insoles import InsoleForces
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.reference_curves import reference_curves
@@ -302,7 +302,7 @@ def write(run: Run) -> Estimate:
             more: [_title(*KINETICS[i]) for i in np.flatnonzero(left <= HALF)]
             for more, left in found.left_over.items()
         },
-        "landing_ms": round(1000.0 * LANDING_ERROR),
+        "landing_ms": round(1000.0 * EVENTS.landing_error),
         "joints": {
             joint: abs(round(1000.0 * OFFSETS[name]))
             for name, joint in (("hip_flexion", "hip"), ("knee_angle", "knee"))

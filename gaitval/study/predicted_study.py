@@ -127,11 +127,7 @@ def predicted_correction_stage(run: Run) -> Stage:
 
     def correct_walk() -> None:
         from gaitval.learning_control.centring import centred
-        from gaitval.learning_control.correct import (
-            TO_PREDICTION,
-            TOWARDS_PREDICTION,
-            correct,
-        )
+        from gaitval.learning_control.correct import CORRECTION, correct
         from gaitval.learning_control.walked import PREDICTED
         from gaitval.model.parameters import nominal_parameters
 
@@ -148,9 +144,9 @@ def predicted_correction_stage(run: Run) -> Stage:
             policy,
             mu,
             target_record=task.record,
-            to_record=TO_PREDICTION,
+            to_record=CORRECTION.to_prediction,
             accuracies=PREDICTED,
-            freedom=TOWARDS_PREDICTION,
+            freedom=CORRECTION.towards_prediction,
             on_progress=run.observer.progress,
         )
         write_json(run.folder / CENTRING, {"centring": share})

@@ -90,7 +90,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         found = with_predicted(found, curves)
     # of the file beside it, which has neither devices nor the trial that is held out as its own
     path = run.folder / "subject.toml"
-    subject = value_hash(file_gate.read_text(path, ArtefactError, largest=file_gate.WRITTEN))
+    subject = value_hash(file_gate.read_text(path, ArtefactError, largest=file_gate.SIZES.written))
     own = found.provenance.model_copy(update={"subject": subject})
     return found.model_copy(update={"provenance": own})
 

@@ -43,7 +43,7 @@ def correct_stage(run: Run) -> Stage:
     """Policy and mu of `run` → the change of the reference with which the walk is most like it."""
 
     def correct() -> None:
-        from gaitval.learning_control.correct import TO_ESTIMATE, TO_RECORD, correct
+        from gaitval.learning_control.correct import CORRECTION, correct
 
         kept_workers()  # they start while this process reads
         mu = body_parameters(run.folder / "identification.json")
@@ -52,7 +52,7 @@ def correct_stage(run: Run) -> Stage:
             stored_policy(run, run.folder / "policy"),
             mu,
             target_record=target_record(run).record,
-            to_record=TO_ESTIMATE if run.knew_no_kinetics else TO_RECORD,
+            to_record=CORRECTION.to_estimate if run.knew_no_kinetics else CORRECTION.to_record,
             on_progress=run.observer.progress,
         )
         save_correction(run, result)

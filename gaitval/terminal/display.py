@@ -209,7 +209,7 @@ def duration(seconds: float) -> str:
 
 def print_csv(path: Path, title: str) -> None:
     """Print the CSV file `path` as a table with a `title`, numbers to four digits."""
-    text = file_gate.read_text(path, ArtefactError, largest=file_gate.TABLE)
+    text = file_gate.read_text(path, ArtefactError, largest=file_gate.SIZES.table)
     header, *rows = csv.reader(text.splitlines())
     print_rows([header, *([_short(cell) for cell in row] for row in rows)], title)
 

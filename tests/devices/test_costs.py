@@ -21,7 +21,7 @@ from gaitval.apps.devices.results import MARGINS
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.model.devices.composite import fitted
-from gaitval.model.devices.loads import ALONG, LARGEST, trunk_load
+from gaitval.model.devices.loads import LOADS, trunk_load
 from gaitval.quantities.metabolic_cost import JOINTS, MetabolicCost
 from gaitval.scaling.scaling import scale_subject
 
@@ -153,10 +153,10 @@ def test_a_vest_is_a_share_of_the_body_around_its_trunk(model):
         0.2 * model.mass
     )
     height = model["upper_arm_r"].joint_position[2]
-    np.testing.assert_allclose(place[1:], [0.0, ALONG * height], atol=1e-12)
+    np.testing.assert_allclose(place[1:], [0.0, LOADS.along * height], atol=1e-12)
 
 
-@pytest.mark.parametrize("percent", [0.0, -10.0, LARGEST + 1.0, float("nan")])
+@pytest.mark.parametrize("percent", [0.0, -10.0, LOADS.largest + 1.0, float("nan")])
 def test_a_load_that_nobody_was_measured_with_is_refused(percent):
     with pytest.raises(ConfigurationError, match=r"--load .*up to 40.*docs/how-to/devices"):
         trunk_load(percent, 60.0)

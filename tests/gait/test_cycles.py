@@ -24,7 +24,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
-    PLAUSIBLE_STRIDE,
+    CYCLES,
     GaitCycle,
     average,
     belt_speed,
@@ -433,7 +433,9 @@ def events_of(durations: list[float]) -> list[Event]:
     return events
 
 
-@pytest.mark.parametrize("duration", [PLAUSIBLE_STRIDE[0] - 0.01, PLAUSIBLE_STRIDE[1] + 0.01])
+@pytest.mark.parametrize(
+    "duration", [CYCLES.plausible_stride[0] - 0.01, CYCLES.plausible_stride[1] + 0.01]
+)
 def test_strides_that_nobody_takes(duration: float) -> None:
     cycles = cut_cycles(events_of([duration] * 5), "right")
     assert cycles

@@ -23,8 +23,8 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.events import (
+    EVENTS,
     FOOT_SPREAD,
-    LANDS_BEFORE,
     _agreed,
     _as_on_plates,
     _edge_landings,
@@ -212,7 +212,7 @@ def test_a_foot_lands_in_the_mean_of_its_fall_the_heel_s_stop_and_the_forefoot_s
     heel = np.cumsum(np.cumsum(slows)) / rate**2
     front = -0.02 * np.tanh((time - 1.0 - slap) / 0.05)
     found = _timed_landing(heel, middle, front, 505, rate) / rate
-    assert found == pytest.approx(1.0 + later - LANDS_BEFORE, abs=0.002)
+    assert found == pytest.approx(1.0 + later - EVENTS.lands_before, abs=0.002)
 
 
 def test_events_beside_the_plates_are_moved_as_those_on_them_differ() -> None:

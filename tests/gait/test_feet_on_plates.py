@@ -8,7 +8,7 @@ from synthetic_recording import BELTS, LANDMARKS, STANCE, STRIDE, strikes, walk
 
 from gaitval.coordinates import SIDES
 from gaitval.gait.feet_on_plates import (
-    LOW_POINT,
+    FEET,
     Feet,
     distances_to_feet,
     feet_of,
@@ -145,7 +145,7 @@ def test_feet_stand_and_are_low_when_the_walk_says_so():
 
 
 def test_a_marker_that_is_lifted_in_stance_or_not_seen_is_not_low():
-    for lift, low in ((0.8 * LOW_POINT, True), (1.2 * LOW_POINT, False), (np.nan, False)):
+    for lift, low in ((0.8 * FEET.low_point, True), (1.2 * FEET.low_point, False), (np.nan, False)):
         recording = walk(plates=BELTS, belt=1.2, duration=4.0)
         heel = recording.names.index("R.MT5")
         strike = strikes("right", 4.0)[1]

@@ -5,8 +5,7 @@ import pytest
 
 from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import (
-    FORCE_TOLERANCE,
-    STANCE_THRESHOLD,
+    TOLERANCES,
     fit_curve,
     fit_force,
     mean_vertical_force,
@@ -22,7 +21,7 @@ def test_stance_ends_where_the_line_between_two_rows_falls_to_20_n_at_68_kg():
     vertical[:62] = 1.0
     vertical[62], vertical[63] = 0.05, 0.01
     assert stance_fraction(vertical) == pytest.approx(0.625)
-    vertical[62] = STANCE_THRESHOLD
+    vertical[62] = TOLERANCES.stance_threshold
     assert stance_fraction(vertical) == pytest.approx(0.62)
     vertical[62], vertical[63] = 0.0, 0.0
     assert stance_fraction(vertical) == pytest.approx(0.61 + 0.97 / 100)
@@ -85,7 +84,7 @@ def test_a_force_is_fitted_over_stance_by_component_and_swing_does_not_count():
     for series, column in zip((fitted.forward, fitted.left, fitted.up), range(3), strict=True):
         turn = 2 * np.pi * np.outer(rows / 100.0, np.arange(1, len(series.cosine) + 1))
         values = series.mean + np.cos(turn) @ series.cosine + np.sin(turn) @ series.sine
-        np.testing.assert_allclose(values, force[rows, column], atol=FORCE_TOLERANCE)
+        np.testing.assert_allclose(values, force[rows, column], atol=TOLERANCES.force_tolerance)
     noisy = force.copy()
     noisy[64:100] = 5.0
     again = fit_force(noisy, 0.62, "a.csv")
@@ -104,4 +103,6 @@ def test_two_strikes_that_differ_are_closed_half_way():
     force = stance_force()
     force[0, 2], force[100, 2] = 0.18, 0.32
     fitted = fit_force(force, 0.62, "a.csv").up
-    assert fitted.mean + np.sum(fitted.cosine) == pytest.approx(0.25, abs=FORCE_TOLERANCE)
+    assert fitted.mean + np.sum(fitted.cosine) == pytest.approx(
+        0.25, abs=TOLERANCES.force_tolerance
+    )

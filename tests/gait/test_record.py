@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitval.gait.record import (
-    HARMONICS_CAP,
-    GaitRecord,
-    PeriodicCurve,
-    fit_periodic,
-    periodic_through,
-)
+from gaitval.gait.record import HARMONICS, GaitRecord, PeriodicCurve, fit_periodic, periodic_through
 
 CURVE = PeriodicCurve(0.3, (0.2, -0.1, 0.05), (0.4, 0.0, -0.02))
 PHASE = np.arange(101) / 100
@@ -62,7 +56,7 @@ def test_fit_stays_bounded_where_samples_are_left_out():
 
 def test_fit_of_a_jump_reports_its_residual():
     fitted, residual = fit_periodic(PHASE, PHASE, 0.01)
-    assert len(fitted.cosine) == HARMONICS_CAP
+    assert len(fitted.cosine) == HARMONICS.harmonics_cap
     assert residual > 0.4
 
 

@@ -99,7 +99,7 @@ def test_the_body_as_scaled_begins_with_its_reference(fit, fixed, monkeypatch):
 def test_a_centre_out_of_place_moves_its_moment_by_the_force_on_its_own_foot(person, fit, name):
     """By the force times the SD of a centre's place; each centre has an error of its own."""
     record, mass = person.subject.record(), scale_subject(person.subject).model.mass
-    phase = np.arange(dynamic_fit.INSTANTS) / dynamic_fit.INSTANTS
+    phase = np.arange(dynamic_fit.DYNAMIC_FIT.instants) / dynamic_fit.DYNAMIC_FIT.instants
     vertical = {
         side: record.ground_reaction(side, np.mod(phase - begin, 1.0))[:, 2]
         for side, begin in (("right", 0.0), ("left", record.left_phase))

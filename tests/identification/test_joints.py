@@ -10,9 +10,7 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.joints import (
-    ANKLE,
-    KNEE,
-    MISSED,
+    JOINT_ERRORS,
     FunctionalLeg,
     judged_lengths,
     legs_of_session,
@@ -41,7 +39,7 @@ def unseen() -> BodyPosterior:
     )  # fmt: skip
 
 
-def legs(forward=0.0, out=0.0, longer=0.0, shank=None, error=KNEE):
+def legs(forward=0.0, out=0.0, longer=0.0, shank=None, error=JOINT_ERRORS.knee):
     """Of a person whose legs both are so."""
     return {
         side: FunctionalLeg(np.array([forward, sign * out, 0.0]), longer, 0.0, shank, error)
@@ -51,7 +49,7 @@ def legs(forward=0.0, out=0.0, longer=0.0, shank=None, error=KNEE):
 
 def test_a_hip_that_lies_forward_and_further_out_is_moved_by_what_the_trial_knows():
     found = with_joints(unseen(), MODEL, legs(forward=0.01, out=0.01))
-    error = MISSED / np.sqrt(2)
+    error = JOINT_ERRORS.missed / np.sqrt(2)
     kept = 0.01**2 / (0.01**2 + error**2)
     hip = PARAMETERS.index("hip_x")
     assert found.mean[hip] == pytest.approx(0.01 * kept)
@@ -64,7 +62,9 @@ def test_a_longer_leg_is_shared_among_what_makes_it():
     found = with_joints(unseen(), MODEL, legs(longer=0.02))
     leg, reach = judged_lengths(found, MODEL)[:2]
     assert 0.0 < leg.mean < reach.mean < 0.02
-    assert reach.sd == pytest.approx(np.hypot(MISSED, ANKLE) / np.sqrt(2), rel=0.15)
+    assert reach.sd == pytest.approx(
+        np.hypot(JOINT_ERRORS.missed, JOINT_ERRORS.ankle) / np.sqrt(2), rel=0.15
+    )
     foot = PARAMETERS.index("foot_length")
     assert found.sd[foot] == prior_sd(SUBJECT)[foot]
 
@@ -76,7 +76,7 @@ def test_a_knee_that_is_known_tells_shank_from_thigh_and_no_more_of_the_leg():
     )
     before, after = judged_lengths(without, MODEL), judged_lengths(known, MODEL)
     reach, thigh, shank = after[1:]
-    assert shank.sd < ANKLE / np.sqrt(2)
+    assert shank.sd < JOINT_ERRORS.ankle / np.sqrt(2)
     assert shank.mean == pytest.approx(0.02, abs=0.003)
     assert reach.mean == pytest.approx(thigh.mean + shank.mean)
     assert reach.sd == pytest.approx(before[1].sd, rel=0.1)
@@ -102,8 +102,10 @@ def test_errors_of_hip_and_ankle_are_in_all_that_is_measured_from_them():
     errors = np.array(
         [[1, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 1, 1, 0], [0, 0, 0, 1, 1]]
     )
-    hip_error = MISSED**2 + images**2 / 3.0  # each way
-    one = errors @ np.diag([*3 * [hip_error], ANKLE**2, KNEE**2]) @ errors.T
+    hip_error = JOINT_ERRORS.missed**2 + images**2 / 3.0  # each way
+    one = (
+        errors @ np.diag([*3 * [hip_error], JOINT_ERRORS.ankle**2, JOINT_ERRORS.knee**2]) @ errors.T
+    )
     left = message @ found.covariance @ message.T
     np.testing.assert_allclose(left, one / 2.0, rtol=1e-3, atol=1e-9)
 
@@ -114,7 +116,7 @@ def test_a_trial_is_compared_with_the_body_as_scaled_wherever_the_prior_is():
     moved = nominal_parameters()
     moved[hip] += 0.01
     sd = prior_sd(SUBJECT)[hip]
-    kept = sd**2 / (sd**2 + MISSED**2 / 2.0)
+    kept = sd**2 / (sd**2 + JOINT_ERRORS.missed**2 / 2.0)
     found = with_joints(replace(unseen(), mean=moved, prior_mean=moved), MODEL, legs())
     assert found.mean[hip] == pytest.approx(0.01 * (1.0 - kept))
 

@@ -5,13 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitval.identification.legs import (
-    LABORATORY,
-    ODDS,
-    LegDifference,
-    causes,
-    held,
-)
+from gaitval.identification.legs import LEG_ODDS, LegDifference, causes, held
 
 PRIOR, NOISE = 0.0086, 0.004
 
@@ -30,10 +24,10 @@ def test_what_the_record_alone_says_is_found_again(alone):
 def test_odds_are_the_ratio_of_two_gaussians():
     from scipy.stats import norm
 
-    from gaitval.identification.legs import MORE
+    from gaitval.identification.legs import LEG_ODDS
 
     usual = np.hypot(PRIOR, NOISE)
-    expected = norm.pdf(0.02, 0.0, np.hypot(usual, MORE)) / norm.pdf(0.02, 0.0, usual)
+    expected = norm.pdf(0.02, 0.0, np.hypot(usual, LEG_ODDS.more)) / norm.pdf(0.02, 0.0, usual)
     assert of(0.02).odds == pytest.approx(expected)
     assert of(-0.02).odds == of(0.02).odds
 
@@ -57,7 +51,7 @@ def test_near_the_limit_the_estimate_has_both_suppositions_and_does_not_jump():
 def test_a_record_that_says_nothing_of_the_legs_does_not_call_them_different():
     """Both suppositions are then as likely."""
     blind = LegDifference(1e-6, 0.9999 * PRIOR, PRIOR)
-    assert blind.odds > ODDS
+    assert blind.odds > LEG_ODDS.odds
     assert not blind.differ
 
 
@@ -90,7 +84,7 @@ def test_zeros_that_a_fit_has_among_its_unknowns_are_not_counted_again():
 def test_only_real_laboratories_err_on_everybody():
     even = {"l": 0.1, "r": 0.1}
     assert causes(even, 0.84, laboratory=False, fitted=0.0) == 0.0
-    assert causes(even, 0.84, laboratory=True, fitted=0.0) == pytest.approx(LABORATORY)
+    assert causes(even, 0.84, laboratory=True, fitted=0.0) == pytest.approx(LEG_ODDS.laboratory)
 
 
 def test_a_record_of_which_nothing_counts_leaves_what_people_s_legs_are():

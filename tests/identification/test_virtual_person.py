@@ -11,8 +11,7 @@ from gaitval.gait.cycle_curves import PELVIS_ANGLES, recorded_curves
 from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.virtual_person import (
-    BUILD_SD,
-    STATURE_SD,
+    VIRTUAL,
     drawn_parameters,
     of_another_size,
     virtual_person,
@@ -129,8 +128,8 @@ def test_somebody_of_another_size_walks_alike():
     drawn = [of_another_size(person, random) for _ in range(300)]
     sizes = np.array([each.height_m for each in drawn]) / person.height_m
     masses = np.array([each.mass_kg for each in drawn]) / person.mass_kg
-    assert sizes.std() == pytest.approx(STATURE_SD, rel=0.15)
-    assert (masses / sizes**2).std() == pytest.approx(BUILD_SD, rel=0.15)
+    assert sizes.std() == pytest.approx(VIRTUAL.stature_sd, rel=0.15)
+    assert (masses / sizes**2).std() == pytest.approx(VIRTUAL.build_sd, rel=0.15)
     assert np.abs(np.corrcoef(sizes, masses / sizes**2)[0, 1]) < 0.15
     for each in drawn:
         assert dimensionless_speed(each) == pytest.approx(dimensionless_speed(person))

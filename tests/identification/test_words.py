@@ -6,7 +6,7 @@ import pytest
 from body_result import MODEL, made_up
 
 from gaitval.identification.body_words import NEXT, next_trials, sentences, walker_words
-from gaitval.identification.shared_errors import LARGEST_DEVIANCE
+from gaitval.identification.shared_errors import SHARED
 
 
 def test_the_legs_are_said_in_centimetres_before_and_after():
@@ -46,10 +46,10 @@ def test_a_range_of_motion_trial_tells_most_of_the_thigh():
 
 
 def test_a_record_that_does_not_fit_says_so_and_changes_nothing():
-    odd = replace(made_up(0.5, 0.009), cost=LARGEST_DEVIANCE + 214.0)
+    odd = replace(made_up(0.5, 0.009), cost=SHARED.largest_deviance + 214.0)
     message = sentences(odd, MODEL)
     assert f"{odd.cost:.0f}" in message
-    assert f"{LARGEST_DEVIANCE:.0f}" in message
+    assert f"{SHARED.largest_deviance:.0f}" in message
     assert f"{100 * MODEL.leg_length:.1f} cm" in message
     assert "±" not in message
     assert not odd.fits
@@ -57,7 +57,9 @@ def test_a_record_that_does_not_fit_says_so_and_changes_nothing():
 
 def test_goodness_of_fit_and_the_walker_s_body_are_said():
     found = made_up(0.5, 0.009)
-    assert f"deviance {found.cost:.0f}, at most {LARGEST_DEVIANCE:.0f}" in sentences(found, MODEL)
+    assert f"deviance {found.cost:.0f}, at most {SHARED.largest_deviance:.0f}" in sentences(
+        found, MODEL
+    )
     assert "equal legs" in walker_words(found=True, two_legs=False)
     assert "legs that differ" in walker_words(found=True, two_legs=True)
     assert "as scaled" in walker_words(found=False, two_legs=True)

@@ -19,7 +19,7 @@ from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.trc import read_trc
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
-from gaitval.scaling.joint_centres import ACROMION_TO_SHOULDER, locate, measure
+from gaitval.scaling.joint_centres import SURFACE, locate, measure
 from gaitval.scaling.marker_sets import load_marker_set, recognise
 from gaitval.scaling.scaling import build_body
 
@@ -136,7 +136,7 @@ def test_raised_arms_move_to_the_model_shoulders():
     moved = {n for n, d in marker_set.markers.items() if "arm" in d.segment}
     assert set(placement.moved) == moved | {"R.Shoulder", "L.Shoulder"}
     shoulder = person.model["upper_arm_l"].joint_position
-    above = 2 * ACROMION_TO_SHOULDER * shoulder[1]
+    above = 2 * SURFACE.acromion_to_shoulder * shoulder[1]
     np.testing.assert_allclose(placed["L.Shoulder"], shoulder + above * UP)
 
 

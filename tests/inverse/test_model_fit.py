@@ -16,7 +16,7 @@ from gaitval.inverse import model_fit_solver
 from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
 from gaitval.inverse.marked_body import bounds, marker_positions
 from gaitval.inverse.marker_placement import place_markers
-from gaitval.inverse.model_fit import ANATOMICAL_SD, _problem, fit_model, with_level_pelvis
+from gaitval.inverse.model_fit import MODEL_FIT, _problem, fit_model, with_level_pelvis
 from gaitval.inverse.model_fit_solver import FitState, model_markers
 from gaitval.inverse.segment_lengths import LENGTH_SD, lengths_of, skin_shifts, with_lengths
 from gaitval.mocap.axes import detect_axes
@@ -300,7 +300,9 @@ def trials(standing: Path, walking: Path, *, mass: float, height: float) -> Tria
         model=model,
         markers=placed,
         anatomical={
-            m.name: ANATOMICAL_SD for m in placed if marker_set.markers[m.name].role == "anatomical"
+            m.name: MODEL_FIT.anatomical_sd
+            for m in placed
+            if marker_set.markers[m.name].role == "anatomical"
         },
         standing=columns(static),
         walking=low_pass(columns(walk), rate=walk.marker_rate, cutoff_hz=6.0),
@@ -368,5 +370,7 @@ def test_the_markers_of_the_rajagopal_walk_fit_better(gait_data):
 
 def test_a_fit_that_is_not_done_says_so(monkeypatch):
     model, placed, _, _, stand, walk = made_up(0.003)
-    monkeypatch.setattr(model_fit_solver, "_MOST_ITERATIONS", 1)
+    monkeypatch.setattr(
+        model_fit_solver, "SOLVER", replace(model_fit_solver.SOLVER, most_iterations=1)
+    )
     assert not fit_model(model, placed, stand, walk, ranges=FREE).converged

@@ -1,5 +1,7 @@
 """What the model markers change with, against differences of forward kinematics."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from marked_walk import LEG_SEGMENTS, moving_walk, spread_markers
@@ -222,7 +224,9 @@ def test_the_solution_is_the_least_sum_of_squares(size):
 def test_a_start_that_is_far_away_is_damped_and_one_iteration_is_not_enough(monkeypatch):
     fit, precision, true = problem()
     start = away(true, size=0.25)
-    monkeypatch.setattr(model_fit_solver, "_MOST_ITERATIONS", 1)
+    monkeypatch.setattr(
+        model_fit_solver, "SOLVER", replace(model_fit_solver.SOLVER, most_iterations=1)
+    )
     found, iterations, converged = solve(fit, start, precision)
     assert (iterations, converged) == (1, False)
     assert _cost(fit, found, precision) < _cost(fit, start, precision)

@@ -28,7 +28,7 @@ from gaitval.learning_control.correct import (
     target,
 )
 from gaitval.learning_control.search import _steps, effective_number, harm, search
-from gaitval.learning_control.slopes import NOISE, Slopes, places, shared_slopes
+from gaitval.learning_control.slopes import SLOPES, Slopes, places, shared_slopes
 from gaitval.learning_control.walked import ACCURACY, Walked, accuracy_of, fitted
 from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
 from gaitval.metrics.cycles import find_cycles
@@ -318,7 +318,7 @@ def test_a_walk_teaches_the_slopes_along_its_step_alone():
     learned = known.learned(np.array([[0.0, 2.0, 0.0, 0.0]]), np.array([[2.0, -4.0, 6.0]]))
     np.testing.assert_allclose(learned.mean[:, 1], [1.0, -2.0, 3.0], rtol=1e-3)
     assert not learned.mean[:, [0, 2, 3]].any()
-    assert learned.covariance[1, 1] == pytest.approx(NOISE / 4.0, rel=1e-3)
+    assert learned.covariance[1, 1] == pytest.approx(SLOPES.noise / 4.0, rel=1e-3)
     np.testing.assert_allclose(np.diag(learned.covariance)[[0, 2, 3]], 1e6)
 
 

@@ -6,15 +6,7 @@ import pytest
 from gaitval.scaling.marker_sets import builtin_marker_sets
 from gaitval.scaling.markers.body import populations
 from gaitval.scaling.markers.forefeet import FOREFEET, forefeet_excess
-from gaitval.scaling.markers.match import (
-    ABOVE,
-    BESIDE,
-    FOREFOOT,
-    HAND_ALONE,
-    NO_BACK,
-    WITHOUT,
-    _Search,
-)
+from gaitval.scaling.markers.match import BESIDE, FOREFOOT, SCORES, _Search
 from gaitval.scaling.markers.names import computed
 
 
@@ -72,7 +64,7 @@ def test_a_place_beside_another_is_unlikely_without_it(place, other):
         sided = [where[f"{side}.{name}"] for side in "RL" for name in names]
         return search._sided(np.array([where["Sacrum"], *sided]))
 
-    assert prior(place) == pytest.approx(2 * WITHOUT)
+    assert prior(place) == pytest.approx(2 * SCORES.without)
     assert prior(place, other) == 0.0
 
 
@@ -86,15 +78,15 @@ def test_an_arm_with_a_hand_has_an_elbow_and_a_pelvis_has_a_back():
 
     shoulders = ("R.Acromion", "L.Acromion")
     # A shoulder is no reason for a hand: with wands on the thighs there are shoulders too.
-    assert prior(*shoulders, "R.Hand", "L.Hand") == pytest.approx(2 * HAND_ALONE)
+    assert prior(*shoulders, "R.Hand", "L.Hand") == pytest.approx(2 * SCORES.hand_alone)
     assert prior("R.Elbow", "L.Elbow", "R.Hand", "L.Hand") == 0.0
-    assert prior("Pelvis") == pytest.approx(NO_BACK)
-    assert prior("R.ASIS", "L.ASIS") == pytest.approx(NO_BACK)
+    assert prior("Pelvis") == pytest.approx(SCORES.no_back)
+    assert prior("R.ASIS", "L.ASIS") == pytest.approx(SCORES.no_back)
     assert prior("Pelvis", "Sacrum") == 0.0
     assert prior("Pelvis", "R.PSIS", "L.PSIS") == 0.0
 
 
-@pytest.mark.parametrize(("higher", "likely"), [(-0.1, 0.0), (0.02, 0.0), (0.1, ABOVE)])
+@pytest.mark.parametrize(("higher", "likely"), [(-0.1, 0.0), (0.02, 0.0), (0.1, SCORES.above)])
 def test_what_is_above_the_neck_is_not_on_the_trunk(higher, likely):
     people = populations()["arms hang"]
     where = {site.label: k for k, site in enumerate(people.sites)}

@@ -13,7 +13,7 @@ from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.sample import copy_sample
 from gaitval.errors import RecordError
-from gaitval.gait.divided import HEEL, LATE, TOES, _parts, _share, divided
+from gaitval.gait.divided import DIVIDED, _parts, _share, divided
 from gaitval.gait.filters import low_pass
 from gaitval.gait.foot_forces import _moment
 from gaitval.importing.importing import import_files
@@ -156,10 +156,14 @@ def test_feet_that_roll_as_supposed_get_what_is_theirs():
         pressure = np.stack([-smooth[during, 4], smooth[during, 3]], axis=1) / smooth[during, 2:3]
         time = np.linspace(0.0, 1.0, len(frames))
         # along x: from where each stands alone to the toes, and from the heel on
-        rear = toe[:, 0] + (1.0 - time**LATE) * (pressure[0] - toe[0])[0]
-        rear += time**LATE * TOES * length
-        early = time ** (1.0 / LATE)
-        front = heel[:, 0] + early * (pressure[-1] - heel[-1])[0] + (1.0 - early) * HEEL * length
+        rear = toe[:, 0] + (1.0 - time**DIVIDED.late) * (pressure[0] - toe[0])[0]
+        rear += time**DIVIDED.late * DIVIDED.toes * length
+        early = time ** (1.0 / DIVIDED.late)
+        front = (
+            heel[:, 0]
+            + early * (pressure[-1] - heel[-1])[0]
+            + (1.0 - early) * DIVIDED.heel * length
+        )
         share = np.linspace(0.0, 1.0, len(frames))
         # a pressure that goes over evenly between these two
         made = whole.copy()

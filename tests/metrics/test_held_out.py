@@ -24,7 +24,7 @@ from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.typed import sided
 from gaitval.prediction.known import known_record
 from gaitval.prediction.population import change_with_speed
-from gaitval.prediction.speed import LARGEST_CHANGE, _moved
+from gaitval.prediction.speed import SPEED, _moved
 
 
 @pytest.fixture(scope="module")
@@ -188,7 +188,7 @@ def test_bands_of_the_ankle_hold_thirty_people_who_have_no_part_in_them(gait_dat
         for held, count in product(range(len(person)), (1, 2, 3)):
             rest, wanted = [*person[:held], *person[held + 1 :]], person[held]
             for own in combinations(rest, count):
-                if min(abs(wanted.speed / each.speed - 1.0) for each in own) > LARGEST_CHANGE:
+                if min(abs(wanted.speed / each.speed - 1.0) for each in own) > SPEED.largest_change:
                     continue
                 away = min(abs(wanted.speed - each.speed) for each in own)
                 there = _moved(list(own), wanted.speed, change)

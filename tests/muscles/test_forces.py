@@ -15,7 +15,7 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
 from gaitval.musculature import CRITERIA, share
 from gaitval.musculature.bands import Spreads, draw
-from gaitval.musculature.contact import ASIDE, PLATEAUS, contact
+from gaitval.musculature.contact import KNEE_CONTACT, contact
 from gaitval.musculature.curves import tendon_strain
 from gaitval.musculature.mapping import (
     BoneSizes,
@@ -311,7 +311,7 @@ def test_a_knee_further_inside_loads_its_outer_half(walk, dynamics):
         tibia_axes(shifted.loads.angles[:, KNEE]),
         np.cross([0.0, 0.0, inside], force),
     )
-    expected = turned[:, 0] / (PLATEAUS * shifted.muscles.sizes.tibia)
+    expected = turned[:, 0] / (KNEE_CONTACT.plateaus * shifted.muscles.sizes.tibia)
     gained = shifted.contact.lateral - in_line.contact.lateral
     np.testing.assert_allclose(gained[kept], expected[kept], atol=1e-6)
     assert gained[kept & (force[:, 1] < -300.0)].min() > 0.0
@@ -321,7 +321,7 @@ def test_where_no_marker_shows_the_knee_the_usual_place_counts(walk, dynamics):
     given = {"height": 1.75, "sides": ("left",)}
     unseen, usual = (
         share(walk.model, walk.positions, dynamics, knees=knees, **given).legs["left"]
-        for knees in (None, {"left": ASIDE * sizes(walk.model, "l").tibia})
+        for knees in (None, {"left": KNEE_CONTACT.aside * sizes(walk.model, "l").tibia})
     )
     np.testing.assert_allclose(unseen.contact.medial, usual.contact.medial, atol=1e-9)
 

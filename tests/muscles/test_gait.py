@@ -15,14 +15,14 @@ from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import ArtefactError, ModelError, RecordError
 from gaitval.gait.cycles import GaitCycle
-from gaitval.gait.feet_on_plates import SETTLING_SECONDS
+from gaitval.gait.feet_on_plates import FEET
 from gaitval.gait.foot_forces import settled
 from gaitval.importing.stored_motions import _in_table, _knees
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.recording import FootForces
 from gaitval.model.markers import MARKERS, save_markers
 from gaitval.musculature import share
-from gaitval.musculature.forces import FALL, RISE, RecordedActivation, capacity, rate
+from gaitval.musculature.forces import FORCES, RecordedActivation, capacity, rate
 from gaitval.musculature.gait import CONTACTS, SOURCES, muscles_of, part_of
 from gaitval.musculature.least_hip import least_hip, least_hip_leg
 from gaitval.musculature.mapping import leg_loads, published_angles, sizes
@@ -91,14 +91,14 @@ def test_frames_beside_unknown_forces_are_not_shared():
     point = np.where(vertical[..., None] > 0.0, 0.0, np.nan) * np.ones(3)
     force = vertical[..., None] * [0.0, 0.0, 1.0]
     known = settled(FootForces(100.0, 0.0, force, point, 0.0 * force, valid))
-    settling = round(100 * SETTLING_SECONDS)
+    settling = round(100 * FEET.settling_seconds)
     assert np.flatnonzero(~known[:, 0]).tolist() == [*range(60 - settling, 70)]
     assert known[:, 1].all()
     spans = known_spans(time, known, vertical, 70.0, {"right": (), "left": ()})
     assert spans["left"] == [(0.0, 1.99)]
     first, second = spans["right"]
-    assert first == (0.0, pytest.approx(0.59 - SETTLING_SECONDS))
-    assert second == (pytest.approx(0.70 + SETTLING_SECONDS), 1.99)
+    assert first == (0.0, pytest.approx(0.59 - FEET.settling_seconds))
+    assert second == (pytest.approx(0.70 + FEET.settling_seconds), 1.99)
 
 
 def test_no_sharing_presses_a_hip_less_than_the_least(motion, found):
@@ -186,7 +186,7 @@ def test_activations_change_no_faster_than_muscles_can(motion):
         for on in (False, True)
     )  # fmt: skip
     step = float(np.median(np.diff(given.time)))
-    fall, rise = np.exp(-step / FALL), -np.expm1(-step / RISE)
+    fall, rise = np.exp(-step / FORCES.fall), -np.expm1(-step / FORCES.rise)
     assert (free[1:] < fall * free[:-1] - 1e-3).any()
     assert (slow[1:] >= fall * slow[:-1] - 1e-9).all()
     assert (slow[1:] <= slow[:-1] + rise * (1.0 - slow[:-1]) + 1e-9).all()

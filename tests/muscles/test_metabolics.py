@@ -14,7 +14,7 @@ from gaitval.apps.muscles.write import write_muscles
 from gaitval.musculature.forces import change_limits, rate
 from gaitval.musculature.gait import muscles_of
 from gaitval.musculature.leg_metabolics import excitations, fibre_states, fibres_of, muscle_rates
-from gaitval.musculature.metabolics import DENSITY, MODELS, REST, Fibres, FibreStates, slow_shares
+from gaitval.musculature.metabolics import METABOLISM, MODELS, Fibres, FibreStates, slow_shares
 from gaitval.musculature.paths import table
 from gaitval.quantities.metabolic_cost import JOINTS, MODEL, PEOPLE, joint_rate, metabolic_cost
 from gaitval.quantities.metabolic_rate import expected_rate
@@ -141,7 +141,7 @@ def test_the_body_costs_two_legs_and_rest(motion, found):
     assert set(cost.gross) == {*MODELS, JOINTS}
     for model in MODELS:
         legs = [found.legs[side].metabolic[model][:-1].mean() for side in found.legs]
-        assert cost.gross[model] == pytest.approx(REST + sum(legs))
+        assert cost.gross[model] == pytest.approx(METABOLISM.rest + sum(legs))
         assert cost.per_metre(model) == pytest.approx(cost.gross[model] / 1.2)
         assert cost.net(model) == pytest.approx(sum(legs))
     low, high = cost.band()
@@ -155,9 +155,9 @@ def test_a_device_that_does_a_joints_work_saves_it(motion):
     half = replace(alone, assist=0.5 * alone.dynamics.moments)
     whole = replace(alone, assist=alone.dynamics.moments)
     # Powers come from splines there and from differences here.
-    plain = joint_rate(alone) - REST
-    assert joint_rate(half) - REST == pytest.approx(0.5 * plain, rel=0.02)
-    assert joint_rate(whole) == pytest.approx(REST)
+    plain = joint_rate(alone) - METABOLISM.rest
+    assert joint_rate(half) - METABOLISM.rest == pytest.approx(0.5 * plain, rel=0.02)
+    assert joint_rate(whole) == pytest.approx(METABOLISM.rest)
     assert (
         metabolic_cost([half], muscles_of([half])).muscles
         < metabolic_cost([alone], muscles_of([alone])).muscles
@@ -231,7 +231,7 @@ def _probed(opensim):
                         "active": muscle.getActiveFiberForce(state),
                         "passive": muscle.getPassiveFiberForce(state),
                         "isometric": muscle.getActiveForceLengthMultiplier(state),
-                        "mass": 1000.0 / 250_000.0 * DENSITY * 0.1,
+                        "mass": 1000.0 / 250_000.0 * METABOLISM.density * 0.1,
                         "max_force": 1000.0,
                         "optimal": 0.1,
                         "umberger_signed": signed.computeProbeInputs(state).get(0),

@@ -12,7 +12,7 @@ from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.model.ground import Ground
 from gaitval.musculature import gait
-from gaitval.musculature.pelvis_zero import SPREAD, USUAL, pelvis_zero, tilts, walking_tilt
+from gaitval.musculature.pelvis_zero import PELVIS, pelvis_zero, tilts, walking_tilt
 
 PITCH = COORDINATES.index("pelvis_ry")
 
@@ -23,7 +23,7 @@ def motion():
     positions = walk.positions.copy()
     flexions = [COORDINATES.index(f"hip_flexion_{side}") for side in "rl"]
     # The pelvis lies as people's usually does, and the thighs where they were.
-    more = USUAL - walking_tilt([walk])
+    more = PELVIS.usual - walking_tilt([walk])
     positions[:, [PITCH, *flexions]] += more
     return replace(walk, positions=positions)
 
@@ -38,16 +38,22 @@ def _tilted(motion, more):
 
 
 def test_who_walks_as_usual_is_taken_as_is_and_crouch_for_posture():
-    assert pelvis_zero(USUAL) == 0.0
-    less = pelvis_zero(USUAL - 0.1)
+    assert pelvis_zero(PELVIS.usual) == 0.0
+    less = pelvis_zero(PELVIS.usual - 0.1)
     assert 0.05 < less < 0.1
     # Beyond 95 % of healthy people more tilt says nothing more about the shape of the bone.
-    assert pelvis_zero(USUAL + 2.0 * SPREAD) == pelvis_zero(USUAL + 5.0 * SPREAD) < -0.1
+    assert (
+        pelvis_zero(PELVIS.usual + 2.0 * PELVIS.spread)
+        == pelvis_zero(PELVIS.usual + 5.0 * PELVIS.spread)
+        < -0.1
+    )
 
 
 def test_the_shape_of_a_pelvis_hardly_changes_what_muscles_do(motion, monkeypatch):
     flat = _tilted(motion, np.radians(-8.0))
-    assert walking_tilt([flat]) - USUAL == pytest.approx(np.radians(-8.0), abs=np.radians(0.3))
+    assert walking_tilt([flat]) - PELVIS.usual == pytest.approx(
+        np.radians(-8.0), abs=np.radians(0.3)
+    )
 
     def changed():
         before, after = (
@@ -79,5 +85,5 @@ def test_what_is_usual_is_of_people_outside_the_table(gait_data: Path):
     known = {subject.person for subject in builtin_subjects()}
     found = np.array([value for name, value in people.items() if name not in known])
     assert len(found) == 32
-    assert np.degrees(USUAL) == pytest.approx(found.mean(), abs=0.05)
-    assert np.degrees(SPREAD) == pytest.approx(found.std(ddof=1), abs=0.05)
+    assert np.degrees(PELVIS.usual) == pytest.approx(found.mean(), abs=0.05)
+    assert np.degrees(PELVIS.spread) == pytest.approx(found.std(ddof=1), abs=0.05)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.prediction import estimate as estimate_module
 from gaitval.prediction.ankles import ankle_moment
 from gaitval.prediction.deviations import (
     KINETICS,
@@ -45,7 +46,9 @@ def trial_of(name: str) -> DeviationTrial:
 @pytest.fixture
 def made_up_ankles(monkeypatch):
     """People who are made up do not have the ankles of real ones, nor others in laboratories."""
-    monkeypatch.setattr("gaitval.prediction.estimate.ANKLE_SHARE", 0.0)
+    monkeypatch.setattr(
+        estimate_module, "ESTIMATE", replace(estimate_module.ESTIMATE, ankle_share=0.0)
+    )
     nobody = of_rows(np.zeros((0, to_rows(stored()).shape[1])))
     monkeypatch.setattr("gaitval.prediction.estimate.stored", lambda: nobody)
 
@@ -170,18 +173,24 @@ def test_half_is_of_the_built_in_people_and_half_of_all_laboratories(monkeypatch
     found = estimate(trial, people).regressed
     alone = []
     for share in (0.0, 1.0):
-        monkeypatch.setattr("gaitval.prediction.estimate.ALL_SHARE", share)
+        monkeypatch.setattr(
+            estimate_module, "ESTIMATE", replace(estimate_module.ESTIMATE, all_share=share)
+        )
         alone.append(estimate(trial, people).regressed)
     np.testing.assert_allclose(found, np.mean(alone, axis=0), atol=1e-12)
     assert not np.allclose(*alone, atol=0.01)
 
 
 def test_an_ankle_is_half_what_the_ten_and_half_what_more_people_say(monkeypatch):
-    monkeypatch.setattr("gaitval.prediction.estimate.ALL_SHARE", 0.0)
+    monkeypatch.setattr(
+        estimate_module, "ESTIMATE", replace(estimate_module.ESTIMATE, all_share=0.0)
+    )
     trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
     more = ankle_moment(trial.ankle_angles, trial.gait.speed, {trial.person})
     found = estimate(trial, people)
-    monkeypatch.setattr("gaitval.prediction.estimate.ANKLE_SHARE", 0.0)
+    monkeypatch.setattr(
+        estimate_module, "ESTIMATE", replace(estimate_module.ESTIMATE, ankle_share=0.0)
+    )
     ten = estimate(trial, people)
     ankle = KINETICS.index(("moments", "ankle_angle"))
     usual = 0.5 * ten.expected[:, ankle] + 0.5 * more.usual

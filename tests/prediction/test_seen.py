@@ -16,9 +16,9 @@ from gaitval.prediction.estimate import WIDER_ELSEWHERE, WIDER_WITH_TOTAL, Estim
 from gaitval.prediction.force_split import (
     _OF_FORCES,
     CONTACT_TIMES,
-    HIGHEST_HZ,
     LANDING_SPREAD,
     NOISE,
+    SPLIT,
     _before_total,
     _by_likelihood,
     _late,
@@ -152,7 +152,7 @@ def test_the_total_is_near_that_of_the_centre_of_mass(
     each = (lacks.forward, lacks.left, lacks.up)
     wanted = total_of(record) + np.stack([c.periodic()(PHASE) for c in each], axis=1)
     found = with_total(record, moved(known, forces_through(wanted)))
-    kept = slice(1, int(HIGHEST_HZ * record.stride_time))
+    kept = slice(1, int(SPLIT.highest_hz * record.stride_time))
     before, after, asked = (
         np.fft.rfft(values, axis=0)[kept] * 2.0 / len(PHASE)
         for values in (total_of(record), total_of(found), wanted)

@@ -13,17 +13,14 @@ from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.gait.record import HARMONICS_CAP, REQUIRED_MOMENTS, periodic_through
+from gaitval.gait.record import HARMONICS, REQUIRED_MOMENTS, periodic_through
 from gaitval.metrics.comparison import rms
 from gaitval.prediction import speed as speed_module
 from gaitval.prediction.known import known_record
 from gaitval.prediction.normal_form import normal_form, symmetric
 from gaitval.prediction.population import change_with_speed, expected, gaits_of, other_people
 from gaitval.prediction.speed import (
-    OWN_CHANGE_SPAN,
-    RIPPLES_FROM,
-    STRIDE_TIME_EXPONENT,
-    TRUST,
+    SPEED,
     _beyond,
     _by_all_trials,
     _moved,
@@ -96,7 +93,7 @@ def test_a_faster_walk_has_shorter_strides_in_time_and_larger_forces():
     record = person.record()
     fast = at_speed(person, [record], 1.2 * record.speed, SUBJECTS)
     assert fast.speed == pytest.approx(1.2 * record.speed)
-    assert fast.stride_time == pytest.approx(record.stride_time * 1.2**STRIDE_TIME_EXPONENT)
+    assert fast.stride_time == pytest.approx(record.stride_time * 1.2**SPEED.stride_time_exponent)
     peak = [r.ground_reaction("right", PHASE)[:, 2].max() for r in (record, fast)]
     assert peak[1] > peak[0]
 
@@ -127,7 +124,7 @@ def test_the_exponent_of_stride_time_is_that_of_the_published_people(gait_data):
         np.polyfit(*np.array(points).T, 1)[0] for points in people.values() if len(points) > 2
     ]
     assert len(slopes) == 43
-    assert np.mean(slopes) == pytest.approx(STRIDE_TIME_EXPONENT, abs=0.005)
+    assert np.mean(slopes) == pytest.approx(SPEED.stride_time_exponent, abs=0.005)
     assert np.std(slopes, ddof=1) == pytest.approx(0.08, abs=0.005)
 
 
@@ -243,7 +240,7 @@ def test_a_trial_whose_moment_ripples_says_less(gait_data):
                     mean = np.sum(weights * known, axis=0) / weights.sum(axis=0)
                     said = _own_shares(variances, weights) * mean
                     errors.append(np.linalg.norm((said - trials[held])[0]))
-                ripples = np.linalg.norm(known[:, 0, RIPPLES_FROM:], axis=-1) ** 2
+                ripples = np.linalg.norm(known[:, 0, SPEED.ripples_from :], axis=-1) ** 2
                 rows.append((*errors, max(ripples) > 3.0 * min(ripples)))
     weighted, alike, louder = np.array(rows).T
     assert weighted.sum() < alike.sum()
@@ -277,7 +274,7 @@ def test_the_hip_adduction_moment_is_nearer_by_all_trials_and_other_people(name)
     own = gaits_of(person)
     people = other_people(person, SUBJECTS)
     rows = [REQUIRED_MOMENTS.index(f"hip_adduction_{side}") for side in "rl"]
-    change = TRUST * change_with_speed(people).moments
+    change = SPEED.trust * change_with_speed(people).moments
     errors = []
     for held in own:
         known = [each for each in own if each is not held]
@@ -294,13 +291,15 @@ def test_the_hip_adduction_moment_is_nearer_by_all_trials_and_other_people(name)
 
 
 def _rippled(moment):
-    return periodic_through(moment(PHASE) + 0.1 * np.cos(20 * np.pi * PHASE), HARMONICS_CAP)
+    return periodic_through(
+        moment(PHASE) + 0.1 * np.cos(20 * np.pi * PHASE), HARMONICS.harmonics_cap
+    )
 
 
 @pytest.mark.parametrize("span", [0.05, 0.3])
 def test_beyond_two_trials_their_own_change_counts_by_how_far_they_are_apart(span):
     """Of what this person's change says and what others' does, the first by span² over span² and
-    that of `OWN_CHANGE_SPAN`; the others' is trusted to 0.8.
+    that of `SPEED.own_change_span`; the others' is trusted to 0.8.
     """
     base = normal_form(SUBJECTS[4].record(), SUBJECTS[4].leg_length_m)
     slow = replace(base, speed=0.4, stride_time=2.0, forces=0.0 * base.forces)
@@ -308,11 +307,11 @@ def test_beyond_two_trials_their_own_change_counts_by_how_far_they_are_apart(spa
     others = replace(slow, speed=1.0, forces=slow.forces + 5.0)
     away = 0.2
     found = _moved([slow, fast], fast.speed + away, others)
-    share = span**2 / (span**2 + OWN_CHANGE_SPAN**2)
+    share = span**2 / (span**2 + SPEED.own_change_span**2)
     rise = share * away / span + (1.0 - share) * 0.8 * 5.0 * away
     np.testing.assert_allclose(found.forces, 1.0 + rise)
     own = np.log(1.6 / 2.0) / np.log(fast.speed / 0.4)
-    exponent = share * own + (1.0 - share) * STRIDE_TIME_EXPONENT
+    exponent = share * own + (1.0 - share) * SPEED.stride_time_exponent
     assert found.stride_time == pytest.approx(1.6 * ((fast.speed + away) / fast.speed) ** exponent)
 
 
@@ -325,8 +324,8 @@ def test_how_much_the_own_change_counts_is_what_predicts_other_peoples_ankles(
     people = ankles(gait_data)
     assert len(people) >= 28
     errors = {}
-    for span in (0.05, 0.1, OWN_CHANGE_SPAN, 0.6):
-        monkeypatch.setattr(speed_module, "OWN_CHANGE_SPAN", span)
+    for span in (0.05, 0.1, SPEED.own_change_span, 0.6):
+        monkeypatch.setattr(speed_module, "SPEED", replace(SPEED, own_change_span=span))
         squares = []
         for i, person in enumerate(people):
             others = [people[(i + step) % len(people)] for step in (7, 13)]
@@ -335,7 +334,7 @@ def test_how_much_the_own_change_counts_is_what_predicts_other_peoples_ankles(
                 for pair in combinations([k for k in range(len(person)) if k != held], 2):
                     own, wanted = [person[k] for k in pair], person[held]
                     nearest = min(abs(wanted.speed / each.speed - 1.0) for each in own)
-                    if pair[0] < held < pair[1] or nearest > speed_module.LARGEST_CHANGE:
+                    if pair[0] < held < pair[1] or nearest > speed_module.SPEED.largest_change:
                         continue
                     there = _moved(own, wanted.speed, change)
                     squares.append(
@@ -345,6 +344,6 @@ def test_how_much_the_own_change_counts_is_what_predicts_other_peoples_ankles(
                         ]
                     )
         errors[span] = np.sqrt(np.mean(squares, axis=0))
-    chosen = errors.pop(OWN_CHANGE_SPAN)
+    chosen = errors.pop(SPEED.own_change_span)
     assert all((each > 0.99 * chosen).any() for each in errors.values())
     assert (errors[0.1] > 1.05 * chosen).all()  # what it was before

@@ -5,7 +5,7 @@ import pytest
 
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.quantity_results import found_quantities, quantity_results
-from gaitval.musculature.metabolics import REST
+from gaitval.musculature.metabolics import METABOLISM
 from gaitval.quantities import METABOLIC_JOINTS
 from gaitval.quantities.joint_power import JOINT_POWER, JOINTS
 from gaitval.quantities.metabolic_rate import (
@@ -33,7 +33,7 @@ def test_a_held_moment_costs_heat_alone():
         np.testing.assert_allclose(found.curves[f"leg_{side}"], 3 * HEAT * 0.5)
         net = found.figures["net"][f"body_{side}"]
         assert net == pytest.approx(2 * 3 * HEAT * 0.5)
-        assert found.figures["gross"][f"body_{side}"] == pytest.approx(REST + net)
+        assert found.figures["gross"][f"body_{side}"] == pytest.approx(METABOLISM.rest + net)
 
 
 def test_work_that_is_absorbed_alone_costs_little_and_gives_none_back():
@@ -82,7 +82,7 @@ def test_of_a_load_that_moments_are_divided_by_the_rate_is_still_of_the_person()
     alone, laden = (found_quantities(curves, TIMES, speed=1.0, laden=by) for by in (1.0, 1.2))
     net = alone[METABOLIC_JOINTS.name].figures["net"]["body_r"]
     gross = laden[METABOLIC_JOINTS.name].figures["gross"]["body_r"]
-    assert gross == pytest.approx(REST + 1.2 * net)
+    assert gross == pytest.approx(METABOLISM.rest + 1.2 * net)
     power = [found[JOINT_POWER.name].figures["generated"] for found in (alone, laden)]
     assert power[0] == power[1]
 

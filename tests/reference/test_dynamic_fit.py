@@ -17,13 +17,13 @@ from gaitval.constants import STANDARD_GRAVITY
 from gaitval.contact.law import contact_law
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.gait.accuracy import RecordAccuracy
-from gaitval.gait.record import HARMONICS_CAP, periodic_through
+from gaitval.gait.record import HARMONICS, periodic_through
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import segment_frames, tree_arrays
 from gaitval.reference.dynamic_fit import (
-    INSTANTS,
+    DYNAMIC_FIT,
     Accuracy,
     _series,
     consistent_reference,
@@ -118,7 +118,9 @@ def test_in_single_support_the_moments_are_those_that_dart_finds(fitted, tmp_pat
     tree = tree_arrays(model)
     for i, side in enumerate(SIDES):
         # Grid points of the fit where this foot stands alone.
-        grid = np.round(np.arange(INSTANTS) * len(reference.phase) / INSTANTS).astype(int)
+        grid = np.round(
+            np.arange(DYNAMIC_FIT.instants) * len(reference.phase) / DYNAMIC_FIT.instants
+        ).astype(int)
         other = own[1 - i] > record.stance_fraction[SIDES[1 - i]] + 0.03
         rows = [t for t in grid if 0.15 < own[i][t] < 0.45 and other[t] and own[1 - i][t] < 0.97]
         assert len(rows) > 15
@@ -334,7 +336,7 @@ def test_a_hip_centre_that_the_laboratory_has_elsewhere_is_found(fitted):
     moments = dict(record.moments)
     for name in HIP_SIGNS:
         about = about_record(moments[f"{name}_r"](phase), name, moved, vertical)
-        moments[f"{name}_r"] = periodic_through(about, HARMONICS_CAP)
+        moments[f"{name}_r"] = periodic_through(about, HARMONICS.harmonics_cap)
     there = consistent_reference(replace(record, moments=moments), model)
     found = there.hip_centre - reference.hip_centre
     assert found[0, 0] == pytest.approx(moved[0], rel=0.25)
@@ -395,7 +397,11 @@ def test_a_foot_swings_from_after_its_toe_off_until_before_its_heel_strike():
         task.reference, task.record, task.model, ContactSettings(), Accuracy(), shift_sd=0.0
     )
     for i, side in enumerate(SIDES):
-        own = np.mod(np.arange(INSTANTS) / INSTANTS - (task.record.left_phase if i else 0.0), 1.0)
+        own = np.mod(
+            np.arange(DYNAMIC_FIT.instants) / DYNAMIC_FIT.instants
+            - (task.record.left_phase if i else 0.0),
+            1.0,
+        )
         toe_off = task.record.stance_fraction[side]
         expected = (own > toe_off + 0.04) & (own < 0.96)
         np.testing.assert_array_equal(problem.swinging[:, i], expected)
@@ -411,7 +417,9 @@ def problem_of_s05():
 @pytest.mark.parametrize("i", [0, 1])
 def test_toes_are_expected_to_resist_as_peoples_when_the_heel_rises(problem_of_s05, i):
     problem, record, model = problem_of_s05
-    own = np.mod(side_phase(record, SIDES[i], np.arange(INSTANTS) / INSTANTS), 1.0)
+    own = np.mod(
+        side_phase(record, SIDES[i], np.arange(DYNAMIC_FIT.instants) / DYNAMIC_FIT.instants), 1.0
+    )
     toe_off = record.stance_fraction[SIDES[i]]
     moment = problem.target[:, COORDINATES.index(f"mtp_angle_{SIDES[i][0]}")] / model.mass
     assert moment.min() == pytest.approx(-0.13)
@@ -467,12 +475,17 @@ def test_toes_of_a_flat_foot_lie_on_the_ground(problem_of_s05, i):
     """To 5 degrees; to 10 while the heel is up and in swing."""
     problem, record, _ = problem_of_s05
     toes = COORDINATES.index(f"mtp_angle_{SIDES[i][0]}")
-    own = np.mod(side_phase(record, SIDES[i], np.arange(INSTANTS) / INSTANTS).round(9), 1.0)
-    held = 1.0 / (problem.penalty[toes, :INSTANTS, 0] * np.sqrt(INSTANTS))
+    own = np.mod(
+        side_phase(record, SIDES[i], np.arange(DYNAMIC_FIT.instants) / DYNAMIC_FIT.instants).round(
+            9
+        ),
+        1.0,
+    )
+    held = 1.0 / (problem.penalty[toes, : DYNAMIC_FIT.instants, 0] * np.sqrt(DYNAMIC_FIT.instants))
     toe_off = record.stance_fraction[SIDES[i]]
     np.testing.assert_allclose(np.rad2deg(held[(own > 0.02) & (own < 0.4 * toe_off)]), 5.0)
     np.testing.assert_allclose(np.rad2deg(held[own > 0.9 * toe_off]), 10.0)
-    knee = problem.penalty[COORDINATES.index("knee_angle_r"), :INSTANTS, 0]
+    knee = problem.penalty[COORDINATES.index("knee_angle_r"), : DYNAMIC_FIT.instants, 0]
     assert np.ptp(knee) == 0.0
 
 
@@ -483,12 +496,12 @@ def test_power_of_the_ankles_is_held_to_a_share_of_it(problem_of_s05, times):
     moments = dict(record.moments)
     for name in ("ankle_angle_r", "ankle_angle_l"):
         moment = moments[name](np.arange(128) / 128)
-        moments[name] = periodic_through(times * moment, HARMONICS_CAP)
+        moments[name] = periodic_through(times * moment, HARMONICS.harmonics_cap)
     weaker = replace(record, moments=moments)
     built = build_reference(weaker, model)
     problem = fit_problem(built, weaker, model, ContactSettings(), Accuracy(), shift_sd=0.0)
     power = np.sqrt(np.mean(problem.target[:, POWER] ** 2))
-    held = 1.0 / (problem.weight[:, POWER] * np.sqrt(INSTANTS))
+    held = 1.0 / (problem.weight[:, POWER] * np.sqrt(DYNAMIC_FIT.instants))
     np.testing.assert_allclose(held, 0.11 * max(power, 0.03 * model.mass))
     assert (power > 0.1 * model.mass) == (times > 0.0)
 

@@ -16,7 +16,7 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_angles, pelvis_rotation
 from gaitval.model.tree import segment_frames, tree_arrays
 from gaitval.reference.hip_moments import about_record
-from gaitval.reference.motion import FLAT_FOOT, ReferenceMotion, build_reference
+from gaitval.reference.motion import MOTION, ReferenceMotion, build_reference
 from gaitval.scaling.scaling import scale_subject
 
 GRAVITY = 9.81
@@ -172,7 +172,7 @@ def test_the_flat_foot_stands_still(subject):
         ankle = frames[:, SEGMENTS.index(f"foot_{side[0]}"), :3, 3].copy()
         ankle[:, 0] = without_travel(reference, ankle[:, 0])
         at = np.mod(reference.phase - (record.left_phase if side == "left" else 0.0), 1.0)
-        flat = (at > FLAT_FOOT[0]) & (at < FLAT_FOOT[1])
+        flat = (at > MOTION.flat_foot[0]) & (at < MOTION.flat_foot[1])
         ankle[:, 0] += reference.speed * reference.stride_time * at  # the progress since its strike
         drift = ankle[flat] - ankle[flat].mean(axis=0)
         assert np.abs(drift).max() < 0.04

@@ -9,7 +9,7 @@ from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.model.body import SEGMENTS
 from gaitval.reference.dynamic_fit import INFERENCE, Accuracy, _penalties
-from gaitval.reference.motion import HARMONICS
+from gaitval.reference.motion import MOTION
 from gaitval.reference.steady_trunk import FROM_HZ, SHAKING, steady_amplitude, upper_body_inertia
 from gaitval.scaling.scaling import scale_subject
 
@@ -48,8 +48,8 @@ def test_an_amplitude_is_what_the_moment_bends(model):
 @pytest.mark.parametrize("stride", [0.8, 1.0, 1.3])
 def test_only_fast_turns_of_pelvis_trunk_and_arms_are_held(model, stride):
     """Fast in Hz, whatever harmonic of a stride that is."""
-    series = np.zeros((4, 1 + 2 * HARMONICS))
-    rates = 2 * np.pi / stride * np.arange(1.0, HARMONICS + 1)
+    series = np.zeros((4, 1 + 2 * MOTION.harmonics))
+    rates = 2 * np.pi / stride * np.arange(1.0, MOTION.harmonics + 1)
 
     def roughness(accuracy):
         steady = steady_amplitude(model, rates, accuracy.convention.steady_moment)

@@ -3,13 +3,7 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
-from gaitval.scaling.joint_centres import (
-    MARKER_OFFSET,
-    locate,
-    measure,
-    pelvis_frame,
-    unused_widths,
-)
+from gaitval.scaling.joint_centres import SURFACE, locate, measure, pelvis_frame, unused_widths
 from gaitval.scaling.landmarks import LANDMARKS
 
 
@@ -63,7 +57,7 @@ def test_the_first_width_is_that_of_the_right_side(markers):
     for joint, widths in (("Knee", (0.09, 0.11)), ("Ankle", (0.07, 0.06))):
         for side, width in zip("RL", widths, strict=True):
             from_lateral = points[f"{side}.{joint}.Centre"] - markers[f"{side}.{joint}"]
-            assert np.linalg.norm(from_lateral) == pytest.approx(width / 2 + MARKER_OFFSET)
+            assert np.linalg.norm(from_lateral) == pytest.approx(width / 2 + SURFACE.marker_offset)
 
 
 def test_a_known_hip_centre_replaces_the_regression_of_its_side_only(markers):

@@ -19,7 +19,7 @@ from standing_person import (
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ScalingError
 from gaitval.inverse.segment_lengths import lengths_of, with_lengths
-from gaitval.scaling.foot_shape import FOOT_SHAPE, HEAD_BY_HIPS, HEAD_HEIGHT, on_midfoot
+from gaitval.scaling.foot_shape import FOOT_SHAPE, FOREFOOT, on_midfoot
 from gaitval.scaling.joint_centres import locate, measure
 from gaitval.scaling.joint_width import chord_centre
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
@@ -204,8 +204,8 @@ def test_a_marker_on_the_midfoot_shows_where_the_foot_points_and_not_its_length(
 def test_the_foot_expected_for_the_hips_is_that_of_the_mean_body():
     ahead = FOOT["MT1"][0] - FOOT["heel"][0]
     mean = FRACTIONS["foot"] / FRACTIONS["hip_height"] * ahead
-    assert pytest.approx(mean, abs=5e-5) == HEAD_BY_HIPS
-    assert pytest.approx(FOOT["MT5"][2] / ahead, abs=5e-5) == HEAD_HEIGHT
+    assert pytest.approx(mean, abs=5e-5) == FOREFOOT.head_by_hips
+    assert pytest.approx(FOOT["MT5"][2] / ahead, abs=5e-5) == FOREFOOT.head_height
 
 
 def test_second_heads_of_the_built_in_feet_are_on_no_midfoot():

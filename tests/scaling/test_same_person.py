@@ -9,12 +9,7 @@ from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.trc import read_trc
 from gaitval.mocap.wbds_text import read_wbds_markers
 from gaitval.scaling.marker_sets import load_marker_set, recognise
-from gaitval.scaling.same_person import (
-    LARGEST_MEDIAN,
-    check_same_person,
-    displaced,
-    marker_distances,
-)
+from gaitval.scaling.same_person import SAME, check_same_person, displaced, marker_distances
 
 
 def markers(recording):
@@ -45,7 +40,7 @@ def test_the_same_person_passes_with_room(gait_data, walking):
     for first, second, marker_set in trials:
         distances = check_same_person(first, second, marker_set)
         assert len(distances) >= 25
-        assert np.median([abs(d.change) for d in distances]) < 0.8 * LARGEST_MEDIAN
+        assert np.median([abs(d.change) for d in distances]) < 0.8 * SAME.largest_median
 
 
 def test_a_marker_of_the_foot_that_was_put_on_anew_is_named(gait_data, walking):

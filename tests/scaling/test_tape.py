@@ -6,22 +6,15 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ScalingError
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.scaling import scale_subject
-from gaitval.scaling.stature import (
-    ANKLE_FACTOR,
-    FOOT,
-    PELVIC_TILT,
-    PELVIS_WIDTH,
-    SHANK,
-    THIGH,
-)
+from gaitval.scaling.stature import FOOT, MEAN_BODY
 from gaitval.scaling.tape import measure_by_tape
 
 
 def test_stature_alone_gives_winters_lengths():
     body = measure_by_tape(height_m=1.80)
     assert body.right is body.left
-    assert body.right.thigh == pytest.approx(THIGH * 1.80)
-    assert body.right.shank == pytest.approx(SHANK * 1.80)
+    assert body.right.thigh == pytest.approx(MEAN_BODY.thigh * 1.80)
+    assert body.right.shank == pytest.approx(MEAN_BODY.shank * 1.80)
     assert body.right.foot_length == pytest.approx(0.152 * 1.80, rel=1e-3)
     leg = body.right.thigh + body.right.shank + body.right.ankle_height
     assert body.hip_height == pytest.approx(leg)
@@ -42,7 +35,7 @@ def test_taped_lengths_are_taken():
 def test_a_taped_hip_height_is_shared_by_what_was_not_measured():
     body = measure_by_tape(height_m=1.70, hip_height=0.92, ankle_height=0.08)
     assert body.right.thigh + body.right.shank == pytest.approx(0.84)
-    assert body.right.thigh / body.right.shank == pytest.approx(THIGH / SHANK)
+    assert body.right.thigh / body.right.shank == pytest.approx(MEAN_BODY.thigh / MEAN_BODY.shank)
     one = measure_by_tape(height_m=1.70, hip_height=0.92, ankle_height=0.08, thigh=0.43)
     assert one.right.shank == pytest.approx(0.41)
     assert one.sources["thigh"] == "tape"
@@ -81,9 +74,9 @@ def test_a_person_without_markers_is_scaled_by_stature():
     scaled = scale_subject(PERSON)
     assert scaled.model.mass == pytest.approx(PERSON.mass_kg)
     thigh, shank, *_ = scaled.table
-    assert thigh.length_m == pytest.approx(THIGH * PERSON.height_m)
+    assert thigh.length_m == pytest.approx(MEAN_BODY.thigh * PERSON.height_m)
     assert thigh.source.startswith("stature as in WBDS; SD 14-21 mm")
-    assert shank.factor == pytest.approx(SHANK / 0.246)  # of Winter's
+    assert shank.factor == pytest.approx(MEAN_BODY.shank / 0.246)  # of Winter's
     lengths = {row.segment: row.length_m for row in scaled.table}
     standing = ("ankle height", "shank", "thigh", "lower trunk", "middle trunk", "upper trunk")
     assert sum(lengths[name] for name in (*standing, "head")) == pytest.approx(PERSON.height_m)
@@ -107,11 +100,11 @@ def test_population_means_are_those_of_the_built_in_subjects():
                 *zip(("MT1", "MT5"), leg.metatarsals, strict=True),
             ):
                 feet[name].append((place + floor) / leg.foot_length)
-    assert np.mean(widths) == pytest.approx(PELVIS_WIDTH, abs=5e-4)
-    assert np.mean(thighs) == pytest.approx(THIGH, abs=6e-5)
-    assert np.mean(shanks) == pytest.approx(SHANK, abs=6e-5)
-    assert np.mean(ankles) == pytest.approx(ANKLE_FACTOR, abs=6e-3)
-    assert np.mean(tilts) == pytest.approx(PELVIC_TILT, abs=np.radians(0.06))
+    assert np.mean(widths) == pytest.approx(MEAN_BODY.pelvis_width, abs=5e-4)
+    assert np.mean(thighs) == pytest.approx(MEAN_BODY.thigh, abs=6e-5)
+    assert np.mean(shanks) == pytest.approx(MEAN_BODY.shank, abs=6e-5)
+    assert np.mean(ankles) == pytest.approx(MEAN_BODY.ankle_factor, abs=6e-3)
+    assert np.mean(tilts) == pytest.approx(MEAN_BODY.pelvic_tilt, abs=np.radians(0.06))
     for name, places in feet.items():
         np.testing.assert_allclose(np.mean(places, axis=0), FOOT[name], atol=6e-4)
         assert np.std(places, axis=0, ddof=1).max() < 0.0285

@@ -8,18 +8,12 @@ import pytest
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED
-from gaitval.simulation.servo import (
-    FEED_FORWARD_HZ,
-    REFERENCE_MASS,
-    TARGET_LAG,
-    reference_tables,
-    servo_stiffness,
-)
+from gaitval.simulation.servo import SERVO, reference_tables, servo_stiffness
 
 
 def test_servo_gains_are_scaled_with_the_mass(task):
     servo = Configuration().servo
-    stiffness = dict(zip(ACTUATED, servo_stiffness(servo, REFERENCE_MASS), strict=True))
+    stiffness = dict(zip(ACTUATED, servo_stiffness(servo, SERVO.reference_mass), strict=True))
     assert stiffness["hip_rotation_l"] == servo.hip
     assert stiffness["knee_angle_r"] == servo.knee
     assert stiffness["ankle_angle_r"] == servo.ankle
@@ -27,7 +21,7 @@ def test_servo_gains_are_scaled_with_the_mass(task):
     assert stiffness["mtp_angle_l"] == servo.toe
     assert stiffness["lumbar_bending"] == servo.lumbar
     assert stiffness["arm_rot_r"] == stiffness["elbow_flex_l"] == servo.shoulder
-    doubled = servo_stiffness(servo, 2 * REFERENCE_MASS)
+    doubled = servo_stiffness(servo, 2 * SERVO.reference_mass)
     np.testing.assert_allclose(doubled, 2 * np.array(list(stiffness.values())))
 
 
@@ -41,8 +35,8 @@ def test_what_is_fed_forward_is_what_muscles_give(task):
     """Half of a moment that alternates at the limit's frequency, all of a slow one."""
     count, stride = len(task.reference.moments), task.reference.stride_time
     phase = np.arange(count)[:, None] / count
-    slow, fast = 1, round(FEED_FORWARD_HZ * stride)
-    kept = 1.0 / (1.0 + (fast / stride / FEED_FORWARD_HZ) ** 8)
+    slow, fast = 1, round(SERVO.feed_forward_hz * stride)
+    kept = 1.0 / (1.0 + (fast / stride / SERVO.feed_forward_hz) ** 8)
     assert 0.4 < kept < 0.6
     for harmonic, share in ((slow, 1.0), (fast, kept), (10 * fast, 0.0)):
         wave = np.cos(2 * np.pi * harmonic * phase) * np.ones(task.reference.moments.shape[1])
@@ -65,9 +59,9 @@ def test_what_is_asked_for_is_as_late_at_every_step(task):
     the reference has the lag before that state."""
     phase = task.reference.phase
     usual = reference_tables(task.reference, 1.0).positions[:-1]
-    for step in (0.25 * TARGET_LAG, 2.0 * TARGET_LAG):
+    for step in (0.25 * SERVO.target_lag, 2.0 * SERVO.target_lag):
         table = reference_tables(task.reference, 1.0, step).positions[:-1]
-        at = phase + (TARGET_LAG - step) / task.reference.stride_time
+        at = phase + (SERVO.target_lag - step) / task.reference.stride_time
         for column, late in zip(usual.T, table.T, strict=True):
             expected = np.interp(phase, at, column, period=1.0)
             np.testing.assert_allclose(late, expected, atol=2e-4)

@@ -11,10 +11,7 @@ from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import enter_rotation_vector, segment_frames
 from gaitval.scaling.foot_shape import FOOT_SHAPE
 from gaitval.scaling.hip_regressions import hip_joint_centre
-from gaitval.scaling.joint_centres import (
-    ACROMION_TO_SHOULDER,
-    MARKER_OFFSET,
-)
+from gaitval.scaling.joint_centres import SURFACE
 from gaitval.scaling.measurements import Limbs, Measurements
 
 KNEE_WIDTH: Final = 0.102
@@ -107,9 +104,9 @@ def landmarks_on(
     shoulders = [at(f"upper_arm_{s}", np.zeros(3)) + girdles[s] for s in "rl"]
     # The acromion marker is above the shoulder joint by a share of the distance between the
     # shoulders.
-    above = ACROMION_TO_SHOULDER * np.linalg.norm(shoulders[1] - shoulders[0]) * UP
+    above = SURFACE.acromion_to_shoulder * np.linalg.norm(shoulders[1] - shoulders[0]) * UP
     points = {"Sacrum": at("pelvis", (x - PELVIC_DEPTH, 0.0, z))}
-    skin = MARKER_OFFSET
+    skin = SURFACE.marker_offset
     for side, sign in (("R", -1.0), ("L", 1.0)):
         s = side.lower()
         out = np.array([0.0, sign, 0.0])
@@ -121,8 +118,8 @@ def landmarks_on(
             f"{side}.PSIS": at("pelvis", (x - PELVIC_DEPTH, sign * 0.045, z)),
             f"{side}.Thigh": at(f"thigh_{s}", (0.0, sign * 0.085, -0.21)),
             f"{side}.Shank": at(f"shank_{s}", (0.0, sign * 0.06, -0.20)),
-            # Markers lie on the skin, `MARKER_OFFSET` outside the bone, on both sides of the
-            # joint's axis.
+            # Markers lie on the skin, `SURFACE.marker_offset` outside the bone, on both sides of
+            # the joint's axis.
             f"{side}.Knee": at(f"shank_{s}", (KNEE_WIDTH / 2 + skin) * out),
             f"{side}.Knee.Medial": at(f"shank_{s}", -(KNEE_WIDTH / 2 + skin) * out),
             f"{side}.Heel": at(f"foot_{s}", mirror * (leg.heel - [skin, 0.0, 0.0])),
@@ -152,7 +149,7 @@ def second_head(leg: Limbs) -> Array:
     """Where a foot of mean shape (`FOOT_SHAPE`) has the second metatarsal head, (3,) m in the
     foot's frame, by the heel and the first and fifth metatarsal heads of `leg`.
     """
-    heel = leg.heel - [MARKER_OFFSET, 0.0, 0.0]
+    heel = leg.heel - [SURFACE.marker_offset, 0.0, 0.0]
     places, heights = [], []
     for name, head in zip(("MT1", "MT5"), leg.metatarsals, strict=True):
         ahead, medial, above = FOOT_SHAPE[name, "MT2"]

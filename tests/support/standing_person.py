@@ -19,7 +19,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 from gaitval.scaling.foot_shape import FOOT_SHAPE
-from gaitval.scaling.joint_centres import MARKER_OFFSET, measure
+from gaitval.scaling.joint_centres import SURFACE, measure
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import build_body
@@ -74,7 +74,7 @@ def made_up_measurements() -> Measurements:
     for head, place in (("MT1", first), ("MT5", fifth)):
         ahead = place * straight * HEEL_TO_SECOND_HEAD
         up = SECOND_HEAD_HEIGHT + FOOT_SHAPE[head, "MT2"][2] * HEEL_TO_SECOND_HEAD
-        heel = own.right.heel - [MARKER_OFFSET, 0, 0]
+        heel = own.right.heel - [SURFACE.marker_offset, 0, 0]
         heads.append([heel[0] + ahead.real, heel[1] + ahead.imag, up])
     limbs = replace(own.right, metatarsals=np.array(heads), upper_arm=0.271, forearm=0.243)
     return replace(

@@ -13,11 +13,11 @@ import tomllib
 import zipfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, Literal
+from typing import TYPE_CHECKING, Any, BinaryIO, Final, Literal
 
 from gaitval import __version__
 from gaitval._internal.io import file_gate
@@ -36,14 +36,21 @@ LIBRARIES = (
     *("numba", "numpy", "scipy", "pandas", "matplotlib"),
 )
 
-DIGITS = 300
-"""Longest number in a file that is read: no quantity needs more, and a float ends at 309 digits."""
 
-DEPTH = 50
-"""Most levels of tables and lists in a file that is read; ours have seven."""
+@dataclass(frozen=True)
+class JsonLimits:
+    """What a JSON file may hold."""
 
-POINTS = 150
-"""Most points in a line of TOML: the time for a key grows with the square of its parts."""
+    digits: int = 300
+    """Longest number in a file that is read: no quantity needs more, and a float ends at 309
+    digits."""
+    depth: int = 50
+    """Most levels of tables and lists in a file that is read; ours have seven."""
+    points: int = 150
+    """Most points in a line of TOML: the time for a key grows with the square of its parts."""
+
+
+JSON_LIMITS: Final = JsonLimits()
 
 
 @contextmanager
@@ -146,7 +153,7 @@ def copy_file(source: Path, target: Path) -> None:
     """Copy the file `source` to `target`, whole or not at all."""
     # not `shutil.copyfile`, whose error for a full disk names the source
     with (
-        file_gate.opened(source, ArtefactError, largest=file_gate.BINARY) as file,
+        file_gate.opened(source, ArtefactError, largest=file_gate.SIZES.binary) as file,
         replacing(target) as temporary,
         temporary.open("wb") as copy,
     ):
@@ -219,7 +226,10 @@ def read_json(path: Path, fix: str = "Delete it and run its stage again") -> Any
     """
     try:
         text = file_gate.read_text(
-            path, ArtefactError, largest=file_gate.VALUES, fix="Run the stage that writes it first"
+            path,
+            ArtefactError,
+            largest=file_gate.SIZES.values,
+            fix="Run the stage that writes it first",
         )
         value = json.loads(text, parse_int=_integer, parse_constant=_no_number)
         _check_depth(value)
@@ -239,7 +249,7 @@ def read_toml(
     message, without a stop), a folder, may not be read, or is not valid.
     """
     try:
-        text = file_gate.read_text(path, refusal, largest=file_gate.WRITTEN, fix=fix)
+        text = file_gate.read_text(path, refusal, largest=file_gate.SIZES.written, fix=fix)
     except UnicodeDecodeError:
         raise refusal(
             f"{path}: not UTF-8 text, so not valid TOML. Save the file as UTF-8."
@@ -250,7 +260,7 @@ def read_toml(
 def parse_toml(text: str, origin: str, refusal: type[GaitvalError]) -> dict[str, Any]:
     """Values of TOML `text` from `origin`, which the message of an error names. Raises a
     GaitvalError of type `refusal` if it is not TOML, is nested too deeply, or has an integer of
-    more than `DIGITS` digits (inside, a ValueError or RecursionError).
+    more than `JSON_LIMITS.digits` digits (inside, a ValueError or RecursionError).
     """
     try:
         _check_lines(text)
@@ -259,14 +269,14 @@ def parse_toml(text: str, origin: str, refusal: type[GaitvalError]) -> dict[str,
         for value in _leaves(values):
             # TOML allows integers of any length, and turning a huge one into a float raises an
             # error far from here.
-            if isinstance(value, int) and abs(value) >= 10**DIGITS:
-                raise ValueError(f"an integer has more than {DIGITS} digits")
+            if isinstance(value, int) and abs(value) >= 10**JSON_LIMITS.digits:
+                raise ValueError(f"an integer has more than {JSON_LIMITS.digits} digits")
         return values
     except (ValueError, RecursionError) as error:
         raise refusal(f"{origin}: not valid TOML: {_reason(error)}. Correct that line.") from None
 
 
-def _check_depth(value: Any, levels: int = DEPTH) -> None:
+def _check_depth(value: Any, levels: int = JSON_LIMITS.depth) -> None:
     """Raise RecursionError for a value nested deeper than recursive functions can read."""
     if isinstance(value, dict | list):
         if levels == 0:
@@ -279,8 +289,10 @@ def _check_depth(value: Any, levels: int = DEPTH) -> None:
 def _check_lines(text: str) -> None:
     """Raise ValueError for a key of so many parts that Python would read it for hours."""
     for number, line in enumerate(text.split("\n"), start=1):
-        if line.count(".") > POINTS:
-            raise ValueError(f"line {number} has more than {POINTS} points; write lists in lines")
+        if line.count(".") > JSON_LIMITS.points:
+            raise ValueError(
+                f"line {number} has more than {JSON_LIMITS.points} points; write lists in lines"
+            )
 
 
 def _leaves(value: Any) -> Iterator[Any]:
@@ -292,7 +304,7 @@ def _leaves(value: Any) -> Iterator[Any]:
 
 
 def _integer(digits: str) -> int:
-    if len(digits) > DIGITS:
+    if len(digits) > JSON_LIMITS.digits:
         raise ValueError(f"an integer has {len(digits)} digits")
     return int(digits)
 
@@ -306,7 +318,7 @@ def _reason(error: Exception) -> str:
     if isinstance(error, RecursionError):
         return "lists or tables lie too deep in each other"
     if "integer string conversion" in str(error):
-        return f"an integer has more than {DIGITS} digits"
+        return f"an integer has more than {JSON_LIMITS.digits} digits"
     return str(error)
 
 
@@ -332,7 +344,7 @@ def read_arrays(
 
     fix = "Run the stage that writes it first"
     try:
-        file_gate.passed(path, ArtefactError, largest=file_gate.BINARY, fix=fix)
+        file_gate.passed(path, ArtefactError, largest=file_gate.SIZES.binary, fix=fix)
         with zipfile.ZipFile(path) as members:
             _check_headers(members, Path(path))
         with np.load(path, allow_pickle=False) as stored:
@@ -450,7 +462,7 @@ def there_below(folder: Path, name: str) -> str:
 
 def file_hash(path: Path) -> str:
     """SHA-256 of the bytes of the file `path`, hexadecimal. Raises ArtefactError without one."""
-    with file_gate.opened(path, ArtefactError, largest=file_gate.BINARY) as file:
+    with file_gate.opened(path, ArtefactError, largest=file_gate.SIZES.binary) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

@@ -80,4 +80,4 @@ def _head(git: Path) -> str:
 
 
 def _read(path: Path) -> str:
-    return file_gate.read_text(path, ArtefactError, largest=file_gate.WRITTEN)
+    return file_gate.read_text(path, ArtefactError, largest=file_gate.SIZES.written)

@@ -11,6 +11,7 @@ import io
 import os
 import stat
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -23,16 +24,24 @@ if TYPE_CHECKING:
 
 Refusal = type[GaitvalError]
 
-WRITTEN: Final = 8_000_000
-"""Bytes of the largest file that a person writes: a table of 25,000 studies has half of it."""
-VALUES: Final = 32_000_000
-"""Bytes of the largest JSON; `metrics.json` has less than 1,000,000."""
-TABLE: Final = 400_000_000
-"""Bytes of the largest table of numbers as text: 20 minutes of 60 markers at 200 Hz."""
-BINARY: Final = 4_000_000_000
-"""Bytes of the largest file that another library reads, such as C3D."""
-UNPACKED: Final = 1_000_000_000
-"""Bytes of all arrays of a file, or of what a workbook unpacks to: they are held in memory."""
+
+@dataclass(frozen=True)
+class LargestSizes:
+    """Most bytes or values that are read."""
+
+    written: int = 8_000_000
+    """Bytes of the largest file that a person writes: a table of 25,000 studies has half of it."""
+    values: int = 32_000_000
+    """Bytes of the largest JSON; `metrics.json` has less than 1,000,000."""
+    table: int = 400_000_000
+    """Bytes of the largest table of numbers as text: 20 minutes of 60 markers at 200 Hz."""
+    binary: int = 4_000_000_000
+    """Bytes of the largest file that another library reads, such as C3D."""
+    unpacked: int = 1_000_000_000
+    """Bytes of all arrays of a file, or of what a workbook unpacks to: they are held in memory."""
+
+
+SIZES: Final = LargestSizes()
 
 
 def passed(path: Path, refusal: Refusal, *, largest: int, fix: str = "Check the path") -> Path:
@@ -96,7 +105,7 @@ def _plain_lines(text: str) -> str:
 
 
 def csv_rows(
-    path: Path, refusal: Refusal, *, largest: int = TABLE
+    path: Path, refusal: Refusal, *, largest: int = SIZES.table
 ) -> Iterator[tuple[int, dict[str, Any]]]:
     """Line and cells, by their columns, of each row of a CSV file, as `text_table` reads them: None
     where a row ends early, and by the name None a list of what is beyond the columns. `path`,
@@ -124,7 +133,7 @@ def csv_frame(path: Path, refusal: Refusal, **options: Any) -> "pd.DataFrame":
     import pandas as pd
 
     try:
-        text = read_text(path, refusal, largest=TABLE)
+        text = read_text(path, refusal, largest=SIZES.table)
         table: pd.DataFrame = pd.read_csv(io.StringIO(text), **options)
         return table
     except ValueError as error:  # pandas' own errors and UnicodeDecodeError are ones
@@ -181,8 +190,9 @@ def check_unpacked(sizes: Iterable[int], path: Path, refusal: Refusal) -> None:
     """Refuse a packed file `path` whose members, of `sizes` in bytes, are too large together:
     raises a GaitvalError of type `refusal`.
     """
-    if sum(sizes) > UNPACKED:
+    if sum(sizes) > SIZES.unpacked:
         raise refusal(
-            f"{path}: unpacks to more than {UNPACKED:,} bytes, which no file of this kind needs. "
+            f"{path}: unpacks to more than {SIZES.unpacked:,} bytes, which no file of this kind "
+            "needs. "
             "Give another."
         )

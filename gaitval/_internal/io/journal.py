@@ -33,7 +33,7 @@ class Journal:
         # Bytes of the lines that are complete. What follows them is cut off, or the next result
         # would be appended to half a line.
         whole = 0
-        file_gate.passed(path, ArtefactError, largest=file_gate.BINARY)
+        file_gate.passed(path, ArtefactError, largest=file_gate.SIZES.binary)
         with writing(path), growing(path, "change") as file:
             for line in file:
                 try:

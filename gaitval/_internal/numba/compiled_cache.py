@@ -14,6 +14,7 @@ import secrets
 import sys
 import time
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import cache
 from hashlib import blake2b
 from pathlib import Path
@@ -29,12 +30,21 @@ from numba.core.caching import (
 )
 
 KEY: Final = "key"
-_SIZE: Final = 32
-"""Bytes of a key, and of a hash."""
-_LONGEST: Final = 120.0
-"""s, for another process that is compiling the same; then this one compiles it, too."""
-_WAIT: Final = 1.0
-"""s, for another process that is just making the key."""
+
+
+@dataclass(frozen=True)
+class CacheSettings:
+    """Of the files of compiled code."""
+
+    size: int = 32
+    """Bytes of a key, and of a hash."""
+    longest: float = 120.0
+    """s, for another process that is compiling the same; then this one compiles it, too."""
+    wait: float = 1.0
+    """s, for another process that is just making the key."""
+
+
+CACHE: Final = CacheSettings()
 
 
 @cache
@@ -42,7 +52,7 @@ def key_in(folder: Path) -> bytes:
     """The key of the cache `folder`, which is this user's own; made if there is none of this user's
     that nobody else can read.
     """
-    path, until = folder / KEY, time.monotonic() + _WAIT
+    path, until = folder / KEY, time.monotonic() + CACHE.wait
     while time.monotonic() < until:
         with suppress(FileExistsError):
             if not os.path.lexists(path):
@@ -53,21 +63,21 @@ def key_in(folder: Path) -> bytes:
     with suppress(OSError):
         path.unlink()
         _make(path)
-    return _read(path) or secrets.token_bytes(_SIZE)  # of this process alone: nothing is kept
+    return _read(path) or secrets.token_bytes(CACHE.size)  # of this process alone: nothing is kept
 
 
 def _read(path: Path) -> bytes | None:
     """The key and its time; None if it is none, or not finished."""
     try:
         with open(path, "rb", opener=_without_links) as file:
-            about, content = os.fstat(file.fileno()), file.read(_SIZE + 1)
+            about, content = os.fstat(file.fileno()), file.read(CACHE.size + 1)
     except OSError:
         return None
     private = os.name != "posix" or (about.st_uid == os.getuid() and not about.st_mode & 0o077)
     # A second name: another process is just making it, or somebody holds it open to be seen.
-    if not private or about.st_nlink != 1 or len(content) != _SIZE:
+    if not private or about.st_nlink != 1 or len(content) != CACHE.size:
         return None
-    return blake2b(content + str(about.st_ctime_ns).encode(), digest_size=_SIZE).digest()
+    return blake2b(content + str(about.st_ctime_ns).encode(), digest_size=CACHE.size).digest()
 
 
 def _without_links(path: str, flags: int) -> int:
@@ -80,7 +90,7 @@ def _make(path: Path) -> None:
     made = path.with_name(f"{KEY}.{secrets.token_hex(8)}")
     descriptor = os.open(made, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     with os.fdopen(descriptor, "wb") as file:
-        file.write(secrets.token_bytes(_SIZE))
+        file.write(secrets.token_bytes(CACHE.size))
     try:
         # Not by renaming: of two processes, the first makes it. While it has two names, and so not
         # yet its last time, nobody takes it.
@@ -113,7 +123,7 @@ class _Locator(_SourceFileBackedLocatorMixin, _CacheLocator):
 
     def get_source_stamp(self) -> Any:
         # numba's may have the time of the file, which differs from checkout to checkout
-        return blake2b(Path(self._py_file).read_bytes(), digest_size=_SIZE).hexdigest()
+        return blake2b(Path(self._py_file).read_bytes(), digest_size=CACHE.size).hexdigest()
 
     def get_cache_path(self) -> str:
         return str(self._folder)
@@ -142,7 +152,7 @@ class _Files(IndexDataCacheFile):
         self._key = key
 
     def _seal(self, path: str, content: bytes | memoryview) -> bytes:
-        sealed = blake2b(key=self._key, digest_size=_SIZE)
+        sealed = blake2b(key=self._key, digest_size=CACHE.size)
         for part in (os.path.basename(path), self._version):
             sealed.update(f"{part}\0".encode())
         sealed.update(content)
@@ -154,9 +164,9 @@ class _Files(IndexDataCacheFile):
             content = memoryview(Path(path).read_bytes())
         except OSError:
             return None
-        if not hmac.compare_digest(self._seal(path, content[_SIZE:]), content[:_SIZE]):
+        if not hmac.compare_digest(self._seal(path, content[CACHE.size :]), content[: CACHE.size]):
             return None
-        return pickle.loads(content[_SIZE:])
+        return pickle.loads(content[CACHE.size :])
 
     def _keep(self, path: str, value: Any) -> None:
         content = self._dump(value)  # type: ignore[no-untyped-call]
@@ -204,7 +214,7 @@ class SealedCache(FunctionCache):
         if self._process != os.getpid():
             path = Path(self._cache_path) / f"{self._impl.filename_base}.lock"
             self._process = os.getpid()
-            self._lock: filelock.BaseFileLock = filelock.FileLock(path, timeout=_LONGEST)
+            self._lock: filelock.BaseFileLock = filelock.FileLock(path, timeout=CACHE.longest)
         return self._lock
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:

@@ -20,7 +20,7 @@ from gaitval.arrays import Array, runs
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.gait.healthy_controls import load_controls
-from gaitval.gait.mean_curves import STANCE_THRESHOLD
+from gaitval.gait.mean_curves import TOLERANCES
 from gaitval.measurement.sources import NINETY
 from gaitval.metrics.curve_statistics import ALPHA
 from gaitval.metrics.cycle_changes import FamilyTest, differing_curves, new_in_strides
@@ -339,7 +339,7 @@ def _curve(
     enough = np.abs(difference) >= LEAST[kind]
     if kind == "forces":
         up = [v.curves.get(f"forces/vertical_{name[-1]}") for v in (before, after)]
-        standing = [u > 100.0 * STANCE_THRESHOLD for u in up if u is not None]
+        standing = [u > 100.0 * TOLERANCES.stance_threshold for u in up if u is not None]
         enough &= np.any(standing, axis=0) if standing else True
     chosen = differs if tested is not None else np.zeros_like(differs)
     if limit is not None and tested is None:

@@ -130,7 +130,7 @@ def _waited(study: "subprocess.Popen[bytes]") -> tuple[int, int]:
 
 
 def _last_words(log: Path) -> str:
-    text = file_gate.read_bytes(log, ArtefactError, largest=file_gate.TABLE)
+    text = file_gate.read_bytes(log, ArtefactError, largest=file_gate.SIZES.table)
     words = text.decode("utf-8", "replace")[-LAST:]
     paragraphs = [" ".join(each.split()) for each in words.strip().split("\n\n")]
     return paragraphs[-1] if paragraphs else ""

@@ -49,7 +49,7 @@ def read_table(path: Path) -> tuple[Study, ...]:
     """The studies of the CSV file `path`. Raises ConfigurationError if it cannot be read, has no
     row or more than `MOST`, an unknown column or value, or two studies of one name.
     """
-    rows = file_gate.csv_rows(path, ConfigurationError, largest=file_gate.WRITTEN)
+    rows = file_gate.csv_rows(path, ConfigurationError, largest=file_gate.SIZES.written)
     # A spreadsheet writes empty rows, too.
     filled = (
         (line, row) for line, row in rows if any(str(cell or "").strip() for cell in row.values())

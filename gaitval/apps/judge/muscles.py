@@ -24,7 +24,7 @@ from gaitval.errors import ArtefactError, RecordError
 from gaitval.gait.cycles import GaitCycle
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable
-from gaitval.musculature.forces import AT_LIMIT, MUCH_RESERVE
+from gaitval.musculature.forces import FORCES
 from gaitval.musculature.gait import GROUPS, USUAL_ON
 from gaitval.musculature.paths import COORDINATES, table
 
@@ -64,10 +64,11 @@ class JudgedMuscles:
     def findings(self) -> Iterator[str]:
         """Sentences on what a reader must know."""
         for name, share in self.reserves.items():
-            if share > MUCH_RESERVE:
+            if share > FORCES.much_reserve:
                 yield (
                     f"Reserves: {100 * share:.0f} % of the largest moment of {name} is made by a "
-                    f"reserve actuator, not by muscles (over {100 * MUCH_RESERVE:.0f} %): the "
+                    f"reserve actuator, not by muscles (over {100 * FORCES.much_reserve:.0f} %): "
+                    "the "
                     "muscles are too weak, or the moment is wrong. Look at the moment first."
                 )
         if self.at_limit:
@@ -150,7 +151,7 @@ def _activations(
             "but activations are 0 to 1. If they are in per cent, divide by 100; else give "
             "…_activation.sto of static optimisation."
         )
-    found.at_limit = sorted(n for n, v in columns.items() if np.nanmax(v) > AT_LIMIT)
+    found.at_limit = sorted(n for n, v in columns.items() if np.nanmax(v) > FORCES.at_limit)
     strength = {each.name: each.max_force for each in table().muscles}
     curves = {}
     phase = np.arange(101)

@@ -35,13 +35,7 @@ from gaitval.reference.dynamic_fit import (
     fit_problem,
     solve_problem,
 )
-from gaitval.reference.motion import (
-    HARMONICS,
-    ReferenceMotion,
-    build_reference,
-    moved,
-    spectral_rate,
-)
+from gaitval.reference.motion import MOTION, ReferenceMotion, build_reference, moved, spectral_rate
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, TRUNK, walking_laws
 
 GENTLE: Final = (0.01, 0.03, 0.1, 0.3, 1.0)
@@ -146,7 +140,7 @@ def _moved_by(problem: Problem, found: Solution) -> float:
 
 
 def _series(phase: Array, stride_time: float) -> tuple[Array, Array]:
-    k = 2.0 * np.pi * np.arange(1, HARMONICS + 1)
+    k = 2.0 * np.pi * np.arange(1, MOTION.harmonics + 1)
     angle = np.outer(phase, k)
     one = np.ones((len(phase), 1))
     values = np.hstack([one, np.cos(angle), np.sin(angle)])

@@ -18,12 +18,12 @@ from gaitval.apps.patients.sound_side import expected_of, rest_of
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
-from gaitval.gait.mean_curves import FORCE_TOLERANCE
+from gaitval.gait.mean_curves import TOLERANCES
 from gaitval.gait.record import GaitRecord, PeriodicCurve, fit_periodic, periodic_through
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.prediction.ankles import ankle_moment
 from gaitval.prediction.deviations import KINETICS, units
-from gaitval.prediction.estimate import ANKLE_SHARE
+from gaitval.prediction.estimate import ESTIMATE
 from gaitval.prediction.normal_form import record_from, symmetric
 from gaitval.prediction.population import expected, other_people, with_others_kinetics
 from gaitval.prediction.speed_line import dimensionless_speed
@@ -137,7 +137,7 @@ def sound_ankle(
     change = ankle_moment(angle[None], dimensionless_speed(subject), {subject.person}).change[0]
     unit = float(units(subject.leg_length_m)[KINETICS.index(("moments", "ankle_angle")), 0])
     moment = larger * rolled_ankle(record, usual, side, model)(phase)
-    moment += ANKLE_SHARE * unit * np.interp(phase, cycle, np.append(change, change[0]))
+    moment += ESTIMATE.ankle_share * unit * np.interp(phase, cycle, np.append(change, change[0]))
     return periodic_through(moment, HARMONICS)
 
 
@@ -195,6 +195,6 @@ def over_stance(record: GaitRecord, stance: Mapping[Side, float]) -> GaitRecord:
     series: dict[Side, tuple[PeriodicCurve, PeriodicCurve, PeriodicCurve]] = {}
     for side, (on, rows) in forces.items():
         rows = rows * np.array([1.0, 1.0, 1.0 / level])
-        fits = [fit_periodic(on, each, FORCE_TOLERANCE)[0] for each in rows.T]
+        fits = [fit_periodic(on, each, TOLERANCES.force_tolerance)[0] for each in rows.T]
         series[side] = (fits[0], fits[1], fits[2])
     return replace(record, stance_fraction=dict(stance), moments=moments, forces=series)

@@ -117,7 +117,7 @@ def read_people(path: Path) -> dict[str, PersonRow]:
     number cannot be understood.
     """
     found: dict[str, PersonRow] = {}
-    for line, cells in file_gate.csv_rows(path, RecordError, largest=file_gate.WRITTEN):
+    for line, cells in file_gate.csv_rows(path, RecordError, largest=file_gate.SIZES.written):
         if {"angle", "p0", "p100"} <= cells.keys():
             raise RecordError(
                 f"{path}: this is a table of strides. Give it first, the people's with --people."

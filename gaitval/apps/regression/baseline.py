@@ -231,7 +231,9 @@ def believed(file: Path, *, known: Collection[str] | None = None) -> "Metrics":
     mu, correction = folder / "identification.json", folder / "correction.json"
     identification_from(read_json(mu), str(mu))
     Adjustment.from_dict(read_json(correction), str(correction))
-    subject = file_gate.read_text(folder / "subject.toml", SubjectError, largest=file_gate.WRITTEN)
+    subject = file_gate.read_text(
+        folder / "subject.toml", SubjectError, largest=file_gate.SIZES.written
+    )
     settings = read_toml(folder / "configuration.toml", ArtefactError)
     beside = provenance_of(subject, settings, metrics.record)
     for name, what in (

@@ -9,6 +9,7 @@ was amputated is painted as the device.
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,21 +31,30 @@ _Shape = dict[str, Any]
 "sphere" with a radius, "cylinder" (along z) with radius and length, all turned by a quaternion x,
 y, z, w if there is one; or {segment, kind: "skin"}, the segment itself."""
 
-DENSITY: Final = 1000.0
-"""kg/m³, of frames, and of a part without inertia, which is drawn as a ball."""
-EQUAL: Final = 0.02
-"""Two principal moments that differ by less, of the largest, are drawn as equal."""
+
+@dataclass(frozen=True)
+class DrawnDevice:
+    """How a device is drawn and weighed."""
+
+    density: float = 1000.0
+    """kg/m³, of frames, and of a part without inertia, which is drawn as a ball."""
+    equal: float = 0.02
+    """Two principal moments that differ by less, of the largest, are drawn as equal."""
+    ring: float = 0.035
+    """m, height of a strap's ring."""
+    lost: float = 0.5
+    """A segment with less of its mass than this is painted as the device."""
+
+
+DRAWN: Final = DrawnDevice()
+
 BESIDE: Final = {"hip_flexion": 0.10, "knee_angle": 0.065, "ankle_angle": 0.05}
 """m, of a hinge outward from the joint: beside the skin."""
 DISC: Final = {"motor": (0.045, 0.03), "hinge": (0.022, 0.02), "prosthesis": (0.028, 0.07)}
 """Radius and thickness, m."""
 ROD: Final = {False: 0.009, True: 0.016}
 """Radius of a rod, m; of a prosthesis if true."""
-RING: Final = 0.035
-"""m, height of a strap's ring."""
 LIMBS: Final = ("thigh", "shank", "upper_arm", "forearm")
-LOST: Final = 0.5
-"""A segment with less of its mass than this is painted as the device."""
 ACROSS: Final = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
 """Quaternion x, y, z, w that turns z to y."""
 
@@ -83,12 +93,12 @@ def shapes(model: BodyModel, devices: Sequence[Device]) -> list[_Shape]:
 
 def solid(part: Part, segment: str, model: BodyModel, *, socket: bool = False) -> _Shape:
     """The ball, cylinder or box of even density with the mass and inertia of a `part`; a cylinder
-    as thin as `DENSITY` makes it if it is no `socket`.
+    as thin as `DRAWN.density` makes it if it is no `socket`.
     """
     position, inertia = part_place(part, model[segment], model)
     shape: _Shape = {"segment": segment, "position": position.tolist()}
     if not inertia.any():
-        radius = (0.75 * part.mass / (math.pi * DENSITY)) ** (1.0 / 3.0)
+        radius = (0.75 * part.mass / (math.pi * DRAWN.density)) ** (1.0 / 3.0)
         return shape | {"kind": "sphere", "size": [radius]}
     # As they are, if they are principal ones: no axes change places.
     turned = np.eye(3)
@@ -96,7 +106,7 @@ def solid(part: Part, segment: str, model: BodyModel, *, socket: bool = False) -
         turned = np.linalg.eigh(inertia)[1]
         turned[:, 2] *= np.linalg.det(turned)
     moments = np.diag(turned.T @ inertia @ turned) / part.mass
-    near = EQUAL * moments.max()
+    near = DRAWN.equal * moments.max()
     if np.ptp(moments) < near:
         return shape | {"kind": "sphere", "size": [math.sqrt(2.5 * moments.mean())]}
     turn = {"turned": Rotation.from_matrix(turned).as_quat().tolist()}
@@ -104,7 +114,7 @@ def solid(part: Part, segment: str, model: BodyModel, *, socket: bool = False) -
     if abs(moments[0] - moments[1]) < near and square > 0.0:
         radius, length = math.sqrt(2.0 * moments[2]), math.sqrt(square)
         if not socket:
-            radius = min(radius, math.sqrt(part.mass / (math.pi * DENSITY * length)))
+            radius = min(radius, math.sqrt(part.mass / (math.pi * DRAWN.density * length)))
         return shape | {"kind": "cylinder", "size": [radius, length]} | turn
     lengths = np.sqrt(np.maximum(6.0 * (moments.sum() - 2.0 * moments), 1e-6))
     return shape | {"kind": "box", "size": lengths.tolist()} | turn
@@ -120,7 +130,7 @@ def _ring(device: Device, part: Part, segment: str, model: BodyModel) -> Iterato
             "segment": segment,
             "kind": "cylinder",
             "position": [0.0, 0.0, float(place[2])],
-            "size": [max(away, 0.05), RING],
+            "size": [max(away, 0.05), DRAWN.ring],
         }
 
 
@@ -166,7 +176,7 @@ def _lost(device: Device) -> list[str]:
     gone = {
         name
         for stump in device.stumps
-        if stump.mass < LOST
+        if stump.mass < DRAWN.lost
         for name in device.places(stump.segment)
     }
     for name in SEGMENTS:  # from the pelvis outward

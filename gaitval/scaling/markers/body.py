@@ -18,37 +18,70 @@ import numpy as np
 
 from gaitval.arrays import Array
 
-PEOPLE: Final = 3000
-"""Drawn people; the standard error of a standard deviation is 1.3 % of it."""
 
-STATURE_M: Final = (1.55, 0.25)
-"""m. Mean and standard deviation of the people drawn: children and adults."""
+@dataclass(frozen=True)
+class DrawnPeople:
+    """The people of whom the likely places of markers are drawn."""
 
-HANG: Final = ((12.0, 7.0), (0.0, 14.0), (18.0, 14.0), (10.0, 30.0), (5.0, 20.0))
-"""Arms that hang: abduction, flexion, flexion of the elbow, turn of the forearm (palm forward is
-positive) and inward turn of the upper arm, degrees, mean and standard deviation."""
+    count: int = 3000
+    """Drawn people; the standard error of a standard deviation is 1.3 % of it."""
+    stature_m: tuple[float, float] = (1.55, 0.25)
+    """m. Mean and standard deviation of the people drawn: children and adults."""
+    hang: tuple[
+        tuple[float, float],
+        tuple[float, float],
+        tuple[float, float],
+        tuple[float, float],
+        tuple[float, float],
+    ] = ((12.0, 7.0), (0.0, 14.0), (18.0, 14.0), (10.0, 30.0), (5.0, 20.0))
+    """Arms that hang: abduction, flexion, flexion of the elbow, turn of the forearm (palm forward
+    is positive) and inward turn of the upper arm, degrees, mean and standard deviation."""
+    upright: tuple[tuple[float, float], tuple[float, float], tuple[float, float]] = (
+        (0.0, 4.0),
+        (0.0, 3.0),
+        (0.0, 0.0),
+    )
+    """Legs of a standing person: flexion of the right hip, which is the left one's extension,
+    abduction of both, and how far both knees are bent, the hips half as much, likewise."""
+    place_sd_m: tuple[float, float, float] = (0.05, 0.02, 0.015)
+    """m. Error of where a person is taken to stand: forward, to the left, height of the floor."""
+    carrying: tuple[float, float] = (8.0, 6.0)
+    """Degrees, mean and standard deviation: by how much the forearm points outwards from the upper
+    arm: 11 to 15 with the palm forward, less with it turned back (Paraskevas et al. 2004, from
+    memory)."""
+    toe_out_deg: float = 9.0
+    knee_flexion_deg: float = 4.0
 
-UPRIGHT: Final = ((0.0, 4.0), (0.0, 3.0), (0.0, 0.0))
-"""Legs of a standing person: flexion of the right hip, which is the left one's extension, abduction
-of both, and how far both knees are bent, the hips half as much, likewise."""
+
+PEOPLE: Final = DrawnPeople()
+
 
 POSES: Final = {
-    "arms hang": (HANG, UPRIGHT),
-    "arms out": (((45.0, 14.0), (5.0, 12.0), (12.0, 10.0), (10.0, 30.0), (0.0, 20.0)), UPRIGHT),
-    "arms level": (((85.0, 10.0), (5.0, 10.0), (10.0, 10.0), (-60.0, 35.0), (0.0, 20.0)), UPRIGHT),
+    "arms hang": (PEOPLE.hang, PEOPLE.upright),
+    "arms out": (
+        ((45.0, 14.0), (5.0, 12.0), (12.0, 10.0), (10.0, 30.0), (0.0, 20.0)),
+        PEOPLE.upright,
+    ),
+    "arms level": (
+        ((85.0, 10.0), (5.0, 10.0), (10.0, 10.0), (-60.0, 35.0), (0.0, 20.0)),
+        PEOPLE.upright,
+    ),
     "forearms hang": (
         ((80.0, 12.0), (5.0, 10.0), (80.0, 18.0), (0.0, 35.0), (60.0, 20.0)),
-        UPRIGHT,
+        PEOPLE.upright,
     ),
-    "elbows bent": (((14.0, 10.0), (10.0, 15.0), (85.0, 18.0), (0.0, 30.0), (0.0, 0.0)), UPRIGHT),
+    "elbows bent": (
+        ((14.0, 10.0), (10.0, 15.0), (85.0, 18.0), (0.0, 30.0), (0.0, 0.0)),
+        PEOPLE.upright,
+    ),
     "arms forward": (
         ((10.0, 10.0), (75.0, 15.0), (15.0, 12.0), (0.0, 35.0), (20.0, 30.0)),
-        UPRIGHT,
+        PEOPLE.upright,
     ),
-    "astride": (HANG, ((0.0, 4.0), (20.0, 7.0), (0.0, 0.0))),
-    "crouched": (HANG, ((0.0, 4.0), (0.0, 3.0), (25.0, 10.0))),
-    "right foot ahead": (HANG, ((16.0, 6.0), (0.0, 3.0), (0.0, 0.0))),
-    "left foot ahead": (HANG, ((-16.0, 6.0), (0.0, 3.0), (0.0, 0.0))),
+    "astride": (PEOPLE.hang, ((0.0, 4.0), (20.0, 7.0), (0.0, 0.0))),
+    "crouched": (PEOPLE.hang, ((0.0, 4.0), (0.0, 3.0), (25.0, 10.0))),
+    "right foot ahead": (PEOPLE.hang, ((16.0, 6.0), (0.0, 3.0), (0.0, 0.0))),
+    "left foot ahead": (PEOPLE.hang, ((-16.0, 6.0), (0.0, 3.0), (0.0, 0.0))),
 }
 """Ways to stand, each a distribution of its own: how the arms are held, and the legs: feet side by
 side, astride a belt, knees bent (crouch of cerebral palsy: 20 degrees and more, Rodda et al. 2004),
@@ -63,18 +96,9 @@ POSTURE: Final = {
 """Degrees. How standing people differ: trunk forward and sideways, pelvis, thigh, knee, foot, head;
 and the error of the direction in which they are taken to face."""
 
-PLACE_SD_M: Final = (0.05, 0.02, 0.015)
-"""m. Error of where a person is taken to stand: forward, to the left, height of the floor."""
-
-CARRYING: Final = (8.0, 6.0)
-"""Degrees, mean and standard deviation: by how much the forearm points outwards from the upper arm:
-11 to 15 with the palm forward, less with it turned back (Paraskevas et al. 2004, from memory)."""
 
 MIDDLE: Final = ("pelvis", "torso", "head")
 """Parts of which there is one."""
-
-TOE_OUT_DEG: Final = 9.0
-KNEE_FLEXION_DEG: Final = 4.0
 
 
 @dataclass(frozen=True)
@@ -191,20 +215,20 @@ def _population(pose: str) -> Population:
     where, stature = _people(random, pose, placed=False)
     placed, _ = _people(np.random.default_rng(1986), pose, placed=True)
     mean = where.mean(axis=0)
-    joint = np.column_stack([(where - mean).reshape(PEOPLE, -1), stature - stature.mean()])
+    joint = np.column_stack([(where - mean).reshape(PEOPLE.count, -1), stature - stature.mean()])
     apart = placed - where
-    own = np.einsum("nki,nkj->kij", apart, apart) / PEOPLE
-    return Population(sites(), mean, joint.T @ joint / PEOPLE, own)
+    own = np.einsum("nki,nkj->kij", apart, apart) / PEOPLE.count
+    return Population(sites(), mean, joint.T @ joint / PEOPLE.count, own)
 
 
 def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Array, Array]:
     """Places (N, K, 3) of drawn people in m, and their statures (N,)."""
-    n = PEOPLE
+    n = PEOPLE.count
     lengths = {
         key: mean * (1.0 + deviation * random.standard_normal(n))
         for key, (mean, deviation) in _table()["lengths"].items()
     }
-    stature = np.maximum(random.normal(*STATURE_M, n), 0.7)
+    stature = np.maximum(random.normal(*PEOPLE.stature_m, n), 0.7)
 
     def angle(deviation: float, mean: float = 0.0) -> Array:
         return np.radians(random.normal(mean, deviation, n))
@@ -232,7 +256,7 @@ def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Ar
     found = _sites_on(frames, lengths, random, placed=placed) * stature[:, None, None]
     # Nobody knows exactly which way the person faces, nor where between the feet the hips are.
     turned = _yaw(angle(POSTURE["facing"]))
-    stood = np.stack([random.normal(0.0, sd, n) for sd in PLACE_SD_M], axis=1)
+    stood = np.stack([random.normal(0.0, sd, n) for sd in PEOPLE.place_sd_m], axis=1)
     return np.einsum("nij,nkj->nki", turned, found) + stood[:, None], stature
 
 
@@ -253,7 +277,9 @@ def _leg(
     angle: _Angle,
     fixed: tuple[Array, Array, Array],
 ) -> dict[str, _Frame]:
-    """Segments of a leg below the `hip`, `fixed` as in `UPRIGHT`, rad. `sign` is that of y."""
+    """Segments of a leg below the `hip`, `fixed` as in `PEOPLE.upright`, rad. `sign` is that of
+    y.
+    """
     stride, wide, bent = fixed
     thigh = (
         _yaw(sign * angle(POSTURE["turn"]))
@@ -261,12 +287,12 @@ def _leg(
         @ _pitch(sign * stride - angle(POSTURE["hip"]) - bent / 2.0)
     )
     knee = hip - _up(thigh, lengths["hip_height"] - lengths["knee_height"])
-    shank = thigh @ _pitch(angle(POSTURE["knee"], KNEE_FLEXION_DEG) + bent)
+    shank = thigh @ _pitch(angle(POSTURE["knee"], PEOPLE.knee_flexion_deg) + bent)
     ankle = knee - _up(shank, lengths["knee_height"] - lengths["ankle_height"])
     # Feet stand on the floor.
     ankle[:, 2] = lengths["ankle_height"]
     # The malleoli turn outwards with the foot, not with the knee.
-    out = sign * (angle(POSTURE["toe_out"], TOE_OUT_DEG))
+    out = sign * (angle(POSTURE["toe_out"], PEOPLE.toe_out_deg))
     foot = _yaw(out) @ _pitch(angle(POSTURE["pitch"]))
     malleoli = _yaw(out + sign * angle(POSTURE["ankle"]))
     return {
@@ -285,7 +311,7 @@ def _arm(
     angle: _Angle,
     fixed: Sequence[tuple[float, float]],
 ) -> dict[str, _Frame]:
-    """Segments of an arm on the `torso` (its axes), which is `fixed` as in `HANG`."""
+    """Segments of an arm on the `torso` (its axes), which is `fixed` as in `PEOPLE.hang`."""
     at = [
         np.full(len(hips), -0.012),
         sign * lengths["shoulder_half_width"],
@@ -295,7 +321,7 @@ def _arm(
     abduction, flexion, bend, turn, inwards = (angle(sd, mean) for mean, sd in fixed)
     arm = torso @ _roll(sign * abduction) @ _pitch(-flexion) @ _yaw(-sign * inwards)
     elbow = shoulder - _up(arm, lengths["upper_arm"])
-    carried = _roll(sign * angle(*CARRYING[::-1]))
+    carried = _roll(sign * angle(*PEOPLE.carrying[::-1]))
     forearm = arm @ _pitch(-bend) @ carried @ _yaw(sign * turn)
     return {"upper_arm": (shoulder, arm), "forearm": (elbow, forearm)}
 

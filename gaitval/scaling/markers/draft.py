@@ -17,32 +17,35 @@ from gaitval.scaling.markers.match import Match, matched
 from gaitval.scaling.markers.names import ParsedName, agreement, computed, likelihoods, read_names
 from gaitval.scaling.markers.spines import CRESTS, SPINES, rear_of
 
-CERTAIN: Final = 0.95
-"""Least certainty of a guess that is used unseen. Chosen on marker sets that no test and no table
-of results contains, so that none of their wrong guesses reaches it."""
 
-CERTAIN_BY_NAME: Final = 0.8
-"""The same where the name says the place and not the next likely one; of the sets on which it was
-chosen all such guesses between the two are right."""
+@dataclass(frozen=True)
+class DraftLimits:
+    """When a guess at a marker set is used unseen."""
 
-NAMES_COUNT: Final = 0.6
-"""Share of the names that must say what the places of their markers say; below it the labels are
-taken to be exchanged or to mean something else, and only the places count."""
+    certain: float = 0.95
+    """Least certainty of a guess that is used unseen. Chosen on marker sets that no test and no
+    table of results contains, so that none of their wrong guesses reaches it."""
+    certain_by_name: float = 0.8
+    """The same where the name says the place and not the next likely one; of the sets on which it
+    was chosen all such guesses between the two are right."""
+    names_count: float = 0.6
+    """Share of the names that must say what the places of their markers say; below it the labels
+    are taken to be exchanged or to mean something else, and only the places count."""
+    as_likely: float = 15.0
+    """How much less likely by its places, as a logarithm, the body of the names may be than the
+    likeliest."""
+    nowhere_share: float = 0.1
+    """Share of the markers on no known place above which the body was not recognised: the person
+    may not stand, and nothing is used unseen."""
+    of_every_set: float = 0.95
+    """Share of marker sets with a marker on a place from which on a body is not recognised without
+    one: ASIS (or crests, and what is behind), knee, ankle and heel of both sides, which gaitval
+    needs."""
+    fewest: int = 8
+    """Markers without which a body is not recognised: those of legs that gaitval can use."""
 
-AS_LIKELY: Final = 15.0
-"""How much less likely by its places, as a logarithm, the body of the names may be than the
-likeliest."""
 
-NOWHERE_SHARE: Final = 0.1
-"""Share of the markers on no known place above which the body was not recognised: the person may
-not stand, and nothing is used unseen."""
-
-OF_EVERY_SET: Final = 0.95
-"""Share of marker sets with a marker on a place from which on a body is not recognised without one:
-ASIS (or crests, and what is behind), knee, ankle and heel of both sides, which gaitval needs."""
-
-FEWEST: Final = 8
-"""Markers without which a body is not recognised: those of legs that gaitval can use."""
+DRAFT: Final = DraftLimits()
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,7 @@ class Guess:
         any metatarsal, as shoes are wide or narrow; and sets of markers are of both sides.
         """
         known = self.recognised and self.named is not False
-        least = CERTAIN_BY_NAME if self.named and not self.rivalled else CERTAIN
+        least = DRAFT.certain_by_name if self.named and not self.rivalled else DRAFT.certain
         if self.site is None or not known or self.certainty < least:
             return False
         unclear = self.site.part in ("upper_arm", "forearm") or self.site.name in FOREFOOT
@@ -127,7 +130,7 @@ class Draft:
     @property
     def names_count(self) -> bool:
         """Whether the names were used."""
-        return bool(self.names_agree >= NAMES_COUNT)
+        return bool(self.names_agree >= DRAFT.names_count)
 
 
 @dataclass(frozen=True)
@@ -173,10 +176,11 @@ def places_of(walking: Recording, standing: Recording | None = None) -> Places:
         i for i, name in enumerate(still.names) if name not in sums and np.isfinite(at[i]).all()
     ]
     names = tuple(still.names[i] for i in kept)
-    if len(names) < FEWEST:
+    if len(names) < DRAFT.fewest:
         raise RecordError(
             f"{len(names)} markers are seen, which is too few to recognise a body: "
-            f"{', '.join(names) or 'none'}. At least {FEWEST} are needed, of pelvis, knees, ankles "
+            f"{', '.join(names) or 'none'}. At least {DRAFT.fewest} are needed, of pelvis, "
+            "knees, ankles "
             "and feet."
         )
     moves = _moves([plain_name(name) for name in names], walking)
@@ -201,19 +205,19 @@ def draft_of(places: Places) -> Draft:
     taken = {match.sites[place].label for place in match.chosen if place >= 0}
     # Of a pelvis whose spines have no marker, crests and what is behind tell as much.
     taken |= set(SPINES) if set(CRESTS) <= taken and rear_of(taken) else set()
-    whole = all(site.label in taken for site in match.sites if site.there >= OF_EVERY_SET)
+    whole = all(site.label in taken for site in match.sites if site.there >= DRAFT.of_every_set)
     # The mean of a walk is not a standing person, nor is one known whose knee is not: then names
     # must agree.
-    recognised = bool(np.mean(match.chosen < 0) <= NOWHERE_SHARE) and (
-        (places.stood and whole) or agree >= NAMES_COUNT
+    recognised = bool(np.mean(match.chosen < 0) <= DRAFT.nowhere_share) and (
+        (places.stood and whole) or agree >= DRAFT.names_count
     )
     on_other_side = {site.label: site for site in match.sites}
     others = {i: site and on_other_side.get(site.mirrored) for i, site in _sites(parsed, match)}
-    mirrored = agree < NAMES_COUNT <= agreement(parsed, others)
+    mirrored = agree < DRAFT.names_count <= agreement(parsed, others)
     recognised = recognised and not mirrored
     for number, (name, word) in enumerate(zip(places.names, parsed, strict=True)):
         site = match.site(number)
-        silent = not word.places or agree < NAMES_COUNT
+        silent = not word.places or agree < DRAFT.names_count
         second = int(match.second[number])
         guesses.append(
             Guess(
@@ -245,13 +249,13 @@ def _match(parsed: Sequence[ParsedName], places: Places) -> tuple[Match, float]:
     if np.isnan(agree):
         return alone, agree
     likelihood = likelihoods(parsed, sites())
-    if agree >= NAMES_COUNT:
+    if agree >= DRAFT.names_count:
         return matched(places.points, likelihood, places.moves), agree
     # Places alone may have led astray: is the body of the names as likely?
     named = matched(places.points, likelihood, places.moves)
     where = np.flatnonzero(named.chosen >= 0)
     by_places = named.score - float(likelihood[where, named.chosen[where]].sum())
-    if _agreement(parsed, named) >= NAMES_COUNT and by_places > alone.score - AS_LIKELY:
+    if _agreement(parsed, named) >= DRAFT.names_count and by_places > alone.score - DRAFT.as_likely:
         return named, _agreement(parsed, named)
     return alone, agree
 

@@ -6,7 +6,7 @@ from typing import Final
 import tomli_w
 
 from gaitval.scaling.markers.body import MIDDLE
-from gaitval.scaling.markers.draft import CERTAIN, CERTAIN_BY_NAME, Draft, Guess
+from gaitval.scaling.markers.draft import DRAFT, Draft, Guess
 from gaitval.scaling.markers.spines import CRESTS
 
 WEIGHTS: Final = {"ASIS": 5, "PSIS": 5, "Sacrum": 5, "Ankle": 2, "Heel": 2, "MT2": 2}
@@ -47,7 +47,8 @@ def as_toml(draft: Draft, title: str, source: str) -> str:
     ]
     if unsure:
         why = (
-            f"Below {CERTAIN:.0%} ({CERTAIN_BY_NAME:.0%} where the name says the same place), or "
+            f"Below {DRAFT.certain:.0%} ({DRAFT.certain_by_name:.0%} where the name says the "
+            "same place), or "
             "the name says another place: not used."
             if draft.recognised
             else MIRRORED

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -9,32 +10,34 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.mocap.recording import Recording
 
-HEADINGS: Final = 72
-"""Directions of the plane of symmetry that are tried, over half a turn."""
 
-STILL_M: Final = 0.015
-"""m. Median movement of the markers about their middle, below which a person stands."""
+@dataclass(frozen=True)
+class StandingSettings:
+    """What a standing person is found by."""
 
-STILL_M_S: Final = 0.04
-"""m/s. Median speed of the markers about their middle below which a person holds a posture: that of
-a slow walker is twice as large, and standing people sway with 1 cm/s."""
+    headings: int = 72
+    """Directions of the plane of symmetry that are tried, over half a turn."""
+    still_m: float = 0.015
+    """m. Median movement of the markers about their middle, below which a person stands."""
+    still_m_s: float = 0.04
+    """m/s. Median speed of the markers about their middle below which a person holds a posture:
+    that of a slow walker is twice as large, and standing people sway with 1 cm/s."""
+    upright: float = 0.02
+    """Difference of the height over all markers, as a share, within which postures are as
+    upright."""
+    bends: float = 0.08
+    """Share of that height by which somebody who squats or sits becomes shorter; a walker's changes
+    by a third of it."""
+    still_s: float = 0.5
+    """s. Least time for which somebody stands."""
+    frames: int = 400
+    """Frames from which the distances of markers are taken."""
+    stands_for: float = 35.0
+    """Percentile of a marker's height that stands for its height in standing, where a person walks:
+    a foot is on the ground for two thirds of the time."""
 
-UPRIGHT: Final = 0.02
-"""Difference of the height over all markers, as a share, within which postures are as upright."""
 
-BENDS: Final = 0.08
-"""Share of that height by which somebody who squats or sits becomes shorter; a walker's changes by
-a third of it."""
-
-STILL_S: Final = 0.5
-"""s. Least time for which somebody stands."""
-
-FRAMES: Final = 400
-"""Frames from which the distances of markers are taken."""
-
-STANDS_FOR: Final = 35.0
-"""Percentile of a marker's height that stands for its height in standing, where a person walks: a
-foot is on the ground for two thirds of the time."""
+STANDING: Final = StandingSettings()
 
 
 def stood(recording: Recording) -> Array:
@@ -57,7 +60,7 @@ def stood(recording: Recording) -> Array:
     ends = max(len(order) // 5, 2)
     moves = np.linalg.norm(np.nanstd(about, axis=0), axis=1)
     feet_low = np.nanmean(moves[order[:ends]]) > np.nanmean(moves[order[-ends:]])
-    share = STANDS_FOR if feet_low else 100.0 - STANDS_FOR
+    share = STANDING.stands_for if feet_low else 100.0 - STANDING.stands_for
     mean[:, up] = np.nanpercentile(about[:, :, up], share, axis=0)
     return np.asarray(mean)
 
@@ -69,7 +72,7 @@ def stands(recording: Recording) -> bool:
 
 
 def _is_still(about: Array) -> bool:
-    return bool(np.nanmedian(np.nanstd(about, axis=0)) < STILL_M)
+    return bool(np.nanmedian(np.nanstd(about, axis=0)) < STANDING.still_m)
 
 
 def _up_axis(mean: Array) -> int:
@@ -82,13 +85,13 @@ def _upright(about: Array, recording: Recording) -> tuple[Array, Array]:
     and whether they hold still then; none of a walk, in which the height hardly changes.
     """
     none = np.zeros(len(about), dtype=bool)
-    window = round(STILL_S * recording.marker_rate)
+    window = round(STANDING.still_s * recording.marker_rate)
     if window < 2 or len(about) <= window:
         return none, none
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # frames without a marker
         went = np.linalg.norm(about[window:] - about[:-window], axis=2)
-        slow = np.nanmedian(went, axis=1) < STILL_M_S * STILL_S
+        slow = np.nanmedian(went, axis=1) < STANDING.still_m_s * STANDING.still_s
     height = about[:, _often(about), _up_axis(np.nanmean(about, axis=0))]
     tall = np.ptp(height, axis=1)
     still = none.copy()
@@ -96,10 +99,10 @@ def _upright(about: Array, recording: Recording) -> tuple[Array, Array]:
     still &= np.isfinite(tall)
     # Not the greatest height: somebody may raise an arm.
     low, most = np.nanpercentile(tall[still] if still.any() else tall, [10, 90])
-    upright = np.abs(tall - most) < UPRIGHT * most
+    upright = np.abs(tall - most) < STANDING.upright * most
     if (upright & still).sum() >= window:
         return upright & still, upright & still
-    bends = low < (1.0 - BENDS) * most
+    bends = low < (1.0 - STANDING.bends) * most
     return upright if bends and upright.sum() >= window else none, none
 
 
@@ -108,9 +111,9 @@ def apart(recording: Recording) -> Array | None:
     the two were hardly seen together. None where nobody moves: distances then say nothing.
     """
     markers = np.asarray(recording.markers, dtype=np.float64)
-    step = max(len(markers) // FRAMES, 1)
+    step = max(len(markers) // STANDING.frames, 1)
     markers = markers[::step]
-    if np.nanmedian(np.nanstd(_about_their_middle(markers), axis=0)) < STILL_M:
+    if np.nanmedian(np.nanstd(_about_their_middle(markers), axis=0)) < STANDING.still_m:
         return None
     count = markers.shape[1]
     found = np.full((count, count), np.nan)
@@ -162,7 +165,7 @@ def _symmetry(level: Array, height: Array) -> tuple[float, float]:
     """
     best = (np.inf, 0.0)
     centre = level - level.mean(axis=0)
-    for angle in np.linspace(0.0, np.pi, HEADINGS, endpoint=False):
+    for angle in np.linspace(0.0, np.pi, STANDING.headings, endpoint=False):
         across = -np.sin(angle) * centre[:, 0] + np.cos(angle) * centre[:, 1]
         along = np.cos(angle) * centre[:, 0] + np.sin(angle) * centre[:, 1]
         here = np.column_stack([along, height])

@@ -23,40 +23,58 @@ from gaitval.scaling.markers.frame import frames_of, middle_of
 from gaitval.scaling.markers.nearby import Nearby
 
 STATURES_M: Final = tuple(np.round(np.arange(0.85, 2.1, 0.1), 2))
-NOWHERE: Final = -7.0
-"""Log density, per m³, of a marker that is on none of the places, its rarity included."""
 
-CROWD: Final = 8
-"""Most markers of one region, such as those of a cluster on a thigh."""
 
-ANOTHER: Final = -0.7
-"""Log probability of one more marker in a region."""
+@dataclass(frozen=True)
+class MatchScores:
+    """What likely and unlikely places of markers cost, and how long better ones are sought."""
 
-ONE_SIDED: Final = -3.0
-"""Log probability that a place has a marker on one side only."""
+    nowhere: float = -7.0
+    """Log density, per m³, of a marker that is on none of the places, its rarity included."""
+    crowd: int = 8
+    """Most markers of one region, such as those of a cluster on a thigh."""
+    another: float = -0.7
+    """Log probability of one more marker in a region."""
+    one_sided: float = -3.0
+    """Log probability that a place has a marker on one side only."""
+    temperature: float = 3.0
+    """What a difference of scores is divided by for a certainty: real bodies differ from the drawn
+    ones, so that the scores say too much."""
+    hand_alone: float = -8.0
+    """Log probability of markers on forearm or hand of an arm without one on the elbow: who follows
+    the forearm marks the elbow, and a wand on a thigh is at the height of a hand that hangs."""
+    above_m: float = 0.03
+    above: float = -6.0
+    """m, and log probability of a marker of the trunk that is further than this above the seventh
+    cervical vertebra and both shoulders: what is there is on the head."""
+    no_back: float = -4.0
+    """Log probability of markers on the pelvis of which none is on a posterior spine or on the
+    sacrum: without one of these a pelvis has no frame, and every built-in marker set has one."""
+    hard_m: float = 0.008
+    spread_m: float = 0.005
+    """m. Standard deviation of the distance of two markers of one segment that skin and error
+    explain (`SOFT_M`: on these segments), and how much more makes it less likely by a factor of
+    e."""
+    without: float = -4.0
+    """Log probability of a marker on one of these places without the other, which no built-in
+    marker set has."""
+    facings: int = 6
+    """Ways to face, with which axis is up, that are refined."""
+    least: float = -10.0
+    """Sum of the changes of the score, one marker at a time, from which a change of several is
+    tried."""
+    hopeless: float = 60.0
+    """How far below the best so far an assignment may be after a few changes without being given
+    up."""
+    near: float = 18.0
+    """Difference of scores beyond which a change of one marker alone is not part of a larger
+    change."""
 
-TEMPERATURE: Final = 3.0
-"""What a difference of scores is divided by for a certainty: real bodies differ from the drawn
-ones, so that the scores say too much."""
 
-HAND_ALONE: Final = -8.0
-"""Log probability of markers on forearm or hand of an arm without one on the elbow: who follows the
-forearm marks the elbow, and a wand on a thigh is at the height of a hand that hangs."""
+SCORES: Final = MatchScores()
 
-ABOVE_M: Final = 0.03
-ABOVE: Final = -6.0
-"""m, and log probability of a marker of the trunk that is further than this above the seventh
-cervical vertebra and both shoulders: what is there is on the head."""
 
-NO_BACK: Final = -4.0
-"""Log probability of markers on the pelvis of which none is on a posterior spine or on the sacrum:
-without one of these a pelvis has no frame, and every built-in marker set has one."""
-
-HARD_M: Final = 0.008
 SOFT_M: Final = {"thigh": 0.014, "torso": 0.016, "pelvi": 0.010, "upper": 0.012}
-SPREAD_M: Final = 0.005
-"""m. Standard deviation of the distance of two markers of one segment that skin and error explain
-(`SOFT_M`: on these segments), and how much more makes it less likely by a factor of e."""
 
 BESIDE: Final = {
     "Crest": "ASIS",
@@ -69,25 +87,9 @@ BESIDE: Final = {
 }
 """Places that have a marker only where another of the same side has one."""
 
-WITHOUT: Final = -4.0
-"""Log probability of a marker on one of these places without the other, which no built-in marker
-set has."""
 
 TURNED: Final = float(np.radians(6.0))
 """rad. A person who faces further than this from where they were taken to is matched again."""
-
-FACINGS: Final = 6
-"""Ways to face, with which axis is up, that are refined."""
-
-LEAST: Final = -10.0
-"""Sum of the changes of the score, one marker at a time, from which a change of several is
-tried."""
-
-HOPELESS: Final = 60.0
-"""How far below the best so far an assignment may be after a few changes without being given up."""
-
-NEAR: Final = 18.0
-"""Difference of scores beyond which a change of one marker alone is not part of a larger change."""
 
 
 @dataclass(frozen=True)
@@ -138,10 +140,10 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
     # The likeliest of each way to face; then every way to stand of the best, in all statures. Which
     # way that is may be open until then.
     facings = {start.frame: start for start in reversed(starts)}
-    for start in sorted(facings.values(), key=lambda start: start.cost)[:FACINGS]:
+    for start in sorted(facings.values(), key=lambda start: start.cost)[: SCORES.facings]:
         refine(start)
     top = max(each[0] for each in best)
-    likely = {each[3].frame for each in best if each[0] > top - HOPELESS / 2}
+    likely = {each[3].frame for each in best if each[0] > top - SCORES.hopeless / 2}
     tried = {(each[3].frame, each[3].chosen.tobytes()) for each in best}
     for start in starts:
         if start.stature not in STATURES_M[::2]:  # those between lead to the same bodies
@@ -158,14 +160,14 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
         again = sorted(
             _starts(points[seen], likelihood, [(turned, 0.0)]), key=lambda start: start.cost
         )
-        for start in again[:FACINGS]:
+        for start in again[: SCORES.facings]:
             refine(start)
     score, chosen, search, _ = max(best, key=lambda each: each[0])
     certainty, second = search.certainties(score, chosen)
     # The same person, taken to face the other way or to hold the arms otherwise.
     for other_score, other_chosen, other, _ in best:
         if other is not search:
-            chance = np.exp(min((other_score - score) / TEMPERATURE, 0.0))
+            chance = np.exp(min((other_score - score) / SCORES.temperature, 0.0))
             differ = search.outputs(chosen) != other.outputs(other_chosen)
             certainty = np.where(differ, certainty / (1.0 + chance * certainty), certainty)
             worse = differ & (chance > (1.0 - certainty) / 2)
@@ -249,9 +251,9 @@ def _first(
     there = np.array([_presence(site) for site in people.sites])
     gain = log + there + (0.0 if names is None else names)
     columns = np.concatenate(
-        [np.full(CROWD if site.many else 1, k) for k, site in enumerate(people.sites)]
+        [np.full(SCORES.crowd if site.many else 1, k) for k, site in enumerate(people.sites)]
     )
-    table = np.hstack([gain[:, columns], np.full((len(placed), len(placed)), NOWHERE)])
+    table = np.hstack([gain[:, columns], np.full((len(placed), len(placed)), SCORES.nowhere)])
     row, column = linear_sum_assignment(-table)
     chosen = np.full(len(placed), -1)
     inside = column < len(columns)
@@ -294,7 +296,7 @@ def _far(one: str, other: str) -> bool:
 
 
 def _presence(site: Site) -> float:
-    return ANOTHER if site.many else float(np.log(site.there / (1.0 - site.there)))
+    return SCORES.another if site.many else float(np.log(site.there / (1.0 - site.there)))
 
 
 class _Search:
@@ -319,7 +321,7 @@ class _Search:
         parts = [_part(site) for site in people.sites]
         self.same = np.array([[one == other for other in parts] for one in parts])
         self.far = np.array([[_far(one, other) for other in parts] for one in parts])
-        self.loose = np.array([SOFT_M.get(part[:5], HARD_M) for part in parts])
+        self.loose = np.array([SOFT_M.get(part[:5], SCORES.hard_m) for part in parts])
         self.moves = None if moves is None else np.where(np.isfinite(moves), moves, -1.0)
         if self.moves is not None:
             self.known = (self.moves >= 0.0) & ~np.eye(len(points), dtype=bool)
@@ -394,7 +396,7 @@ class _Search:
             who = np.flatnonzero(chosen >= 0)
             where = chosen[who]
             fit = self._density(who, where) if near is None else near.log_density(chosen)
-            named = self.names[who, where].sum() + NOWHERE * (len(chosen) - len(who))
+            named = self.names[who, where].sum() + SCORES.nowhere * (len(chosen) - len(who))
             prior = self.presence[where].sum() + self._sided(where) + self._above(who, where)
             self.tried[key] = float(fit + named + prior + self._rigid(who, where))
         return self.tried[key]
@@ -414,44 +416,44 @@ class _Search:
         else:
             moves, known = self.moves[np.ix_(who, who)], self.known[np.ix_(who, who)]
         same = self.same[where[:, None], where] & known
-        excess = np.clip((moves - self.loose[where][:, None]) / SPREAD_M, 0.0, 6.0) * same
+        excess = np.clip((moves - self.loose[where][:, None]) / SCORES.spread_m, 0.0, 6.0) * same
         within = excess.sum(axis=1) / np.maximum(same.sum(axis=1), 1)
-        far = self.far[where[:, None], where] & known & (moves < HARD_M)
+        far = self.far[where[:, None], where] & known & (moves < SCORES.hard_m)
         return float(-within.sum() - 1.5 * np.minimum(far.sum(axis=1), 2).sum())
 
     def _sided(self, where: Index) -> float:
         used = np.zeros(len(self.presence), dtype=bool)
         used[where[~self.many[where]]] = True
-        found = ONE_SIDED * float((used & ~used[self.mirror]).sum())
+        found = SCORES.one_sided * float((used & ~used[self.mirror]).sum())
         there = np.zeros(len(self.presence), dtype=bool)
         there[where] = True
         place, other = self.beside.T
-        found += WITHOUT * float((there[place] & ~there[other]).sum())
+        found += SCORES.without * float((there[place] & ~there[other]).sum())
         for side in self.fore:
             found += float(self.forefoot[int(side[there].sum())])
         for hand, arm in self.arms:
             if (there & hand).any() and not (there & arm).any():
-                found += HAND_ALONE
+                found += SCORES.hand_alone
         if there[self.pelvis].any() and not there[self.back].any():
-            found += NO_BACK
+            found += SCORES.no_back
         return found
 
     def _above(self, who: Index, where: Index) -> float:
         """Log probability of markers of the trunk above the neck."""
         top = self.points[who[self.top[where]], 2]
         high = self.points[who[self.trunk[where]], 2]
-        return ABOVE * float((high > top.max() + ABOVE_M).sum()) if len(top) else 0.0
+        return SCORES.above * float((high > top.max() + SCORES.above_m).sum()) if len(top) else 0.0
 
     def alone(self, near: Nearby) -> Array:
         """(N, K + 1) log likelihood of each marker on each place, all others as they are; last: on
         none. Without what depends on the places of the others: presence only.
         """
-        found = np.full((len(self.points), len(self.people.sites) + 1), NOWHERE)
+        found = np.full((len(self.points), len(self.people.sites) + 1), SCORES.nowhere)
         for marker, named in enumerate(self.names):
             found[marker, :-1] = near.everywhere(marker) + named + self.presence
         return found
 
-    def changes(self, near: Nearby, least: float = LEAST) -> Iterator[Index]:
+    def changes(self, near: Nearby, least: float = SCORES.least) -> Iterator[Index]:
         """Assignments that differ from that of `near` by a plausible change: one that would raise
         the score by `least` or more if each of its markers were changed alone.
         """
@@ -467,7 +469,7 @@ class _Search:
         now = alone[np.arange(len(chosen)), chosen]
         holder = {int(k): i for i, k in enumerate(chosen) if k >= 0 and not self.many[k]}
         plausible = [
-            np.flatnonzero(row > here - NEAR) for row, here in zip(alone, now, strict=True)
+            np.flatnonzero(row > here - SCORES.near) for row, here in zip(alone, now, strict=True)
         ]
 
         def free(marker: int, taken: set[int]) -> int:
@@ -530,7 +532,7 @@ class _Search:
         """
         score = self.score(chosen)
         for turn in range(40):
-            if turn > 3 and score < best - HOPELESS:
+            if turn > 3 and score < best - SCORES.hopeless:
                 break
             near = self.nearby(chosen)
             better = sorted(
@@ -573,7 +575,7 @@ class _Search:
         second = np.full(len(chosen), -1, dtype=np.int64)
         weight: dict[tuple[int, int], float] = {}
         near = self.nearby(chosen)
-        for each in self.changes(near, -NEAR):
+        for each in self.changes(near, -SCORES.near):
             gap = self.score(each, near) - score
             for marker in np.flatnonzero(self.outputs(each) != mine):
                 key = (int(marker), int(self.outputs(each)[marker]))
@@ -582,5 +584,5 @@ class _Search:
                     top[marker] = gap
                     second[marker] = int(each[marker])
         for (which, _), gap in weight.items():
-            odds[which] += np.exp(gap / TEMPERATURE)
+            odds[which] += np.exp(gap / SCORES.temperature)
         return 1.0 / (1.0 + odds), second
