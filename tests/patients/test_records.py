@@ -75,7 +75,7 @@ def test_the_left_strike_is_found_where_it_is(shift):
         curves[f"pelvis_{name}_r"] = right
         values = sign * right(np.arange(100) / 100 + shift)
         curves[f"pelvis_{name}_l"] = smoothed(np.append(values, values[0])).curve.periodic()
-    found = left_strike(curves, 0.5, 0.05)
+    found = left_strike(curves, EstimatedValue(0.5, 0.05, ""))
     assert abs(found.phase - shift) < 0.01
     assert found.sd < 0.02
 
@@ -83,7 +83,7 @@ def test_the_left_strike_is_found_where_it_is(shift):
 def test_a_pelvis_that_hardly_moves_leaves_what_was_thought_before():
     flat = PeriodicCurve(0.1, (0.0,), (0.0,))
     curves = {f"pelvis_{name}_{s}": flat for name in ("tilt", "list", "rotation") for s in "rl"}
-    found = left_strike(curves, 0.47, 0.05)
+    found = left_strike(curves, EstimatedValue(0.47, 0.05, ""))
     assert np.isclose(found.phase, 0.47, atol=1e-3)
     assert np.isclose(found.sd, 0.05, rtol=0.05)
 

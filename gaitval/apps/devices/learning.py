@@ -28,8 +28,6 @@ from gaitval.policy.senses import observation_size
 from gaitval.policy.storage import Policy
 from gaitval.policy.training import policy_of
 
-SAMPLES: Final = 400_000
-"""Actions of an adaptation, about a minute."""
 EFFORT: Final = 4.0
 """Times the cost of the moments in an ordinary training."""
 SPREAD: Final = 0.1
@@ -140,7 +138,7 @@ def adapt(
     task: DeviceTask,
     start: Policy,
     *,
-    samples: int = SAMPLES,
+    samples: int,
     effort: float = EFFORT,
     seed: int = 0,
     pace: float | None = None,

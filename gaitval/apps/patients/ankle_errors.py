@@ -8,10 +8,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from gaitval.apps.patients.estimates import NINETY
 from gaitval.apps.patients.sound_side import rows_of
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
+from gaitval.measurement.sources import NINETY
 
 ERRORS: Final = "ankle_errors.csv"
 

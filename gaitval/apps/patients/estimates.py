@@ -11,10 +11,8 @@ import numpy as np
 
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import Side
+from gaitval.measurement.sources import NINETY
 from gaitval.scaling.stature import mean_lengths
-
-NINETY: Final = 1.645
-"""Standard deviations of a normal distribution on either side of its mean that hold 90 %."""
 
 LEG_SD: Final = 0.036
 """Of a leg's length from stature, as a share: thigh and shank of the ten built-in people

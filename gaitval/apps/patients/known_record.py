@@ -10,6 +10,7 @@ healthy people's (`sound_side`), and goes with its angle as theirs do (`predicti
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,18 +31,30 @@ from gaitval.prediction.speed_line import dimensionless_speed
 
 SAMPLES = 200
 HARMONICS = 40
-PUSH_OFF = (0.3, 0.7)
-"""Of the cycle, within which the ankle of a standing leg is turned furthest."""
-FLAT = (0.15, 0.30)
-"""Of the cycle, in which the foot lies on the ground, between foot flat and the earliest heel rise
-of healthy people (Perry 1992, from memory: 12 and 31 %)."""
-MID_STANCE = 0.2
-"""Of the cycle; before it no heel rises, even that of someone who vaults."""
 RISEN = float(np.radians(5.0))
 """rad. From 3 to 6 degrees `rolled_ankle` is equally near in the ten (0.083 to 0.086 Nm/kg), and
 with 8 less (0.091)."""
-SHORTEST = 0.02
-"""Of the cycle, between two landmarks: a curve is not stretched beyond measure."""
+
+
+class StancePhases(NamedTuple):
+    """When in the cycle a foot does what, of the cycle.
+
+    Attributes
+    ----------
+    push_off : within which the ankle of a standing leg is turned furthest.
+    flat : in which the foot lies on the ground, between foot flat and the earliest heel rise of
+        healthy people (Perry 1992, from memory: 12 and 31 %).
+    mid_stance : before it no heel rises, even that of someone who vaults.
+    shortest : between two landmarks: a curve is not stretched beyond measure.
+    """
+
+    push_off: tuple[float, float]
+    flat: tuple[float, float]
+    mid_stance: float
+    shortest: float
+
+
+STANCE = StancePhases(push_off=(0.3, 0.7), flat=(0.15, 0.30), mid_stance=0.2, shortest=0.02)
 
 
 def known_record(
@@ -79,7 +92,7 @@ def expected_record(subject: Subject, others: Sequence[Subject]) -> GaitRecord:
 def most_dorsiflexed(angle: PeriodicCurve, stance: float) -> float:
     """Phase at which a loaded ankle is turned furthest, before the foot leaves at `stance`."""
     phase = np.arange(SAMPLES) / SAMPLES
-    loaded = (phase > PUSH_OFF[0]) & (phase < min(stance, PUSH_OFF[1]))
+    loaded = (phase > STANCE.push_off[0]) & (phase < min(stance, STANCE.push_off[1]))
     return float(phase[loaded][np.argmax(angle(phase[loaded]))])
 
 
@@ -116,8 +129,8 @@ def rolled_ankle(
     for each in (record, usual):
         stance = each.stance_fraction[side]
         lands = each.left_phase if side == "right" else 1.0 - each.left_phase
-        rises = min(heel_rise(each, side, model), lands - SHORTEST)
-        found.append([rises, min(lands, stance - SHORTEST), stance])
+        rises = min(heel_rise(each, side, model), lands - STANCE.shortest)
+        found.append([rises, min(lands, stance - STANCE.shortest), stance])
     return _stretched(usual.moments[f"ankle_angle_{side[0]}"], *found)
 
 
@@ -149,9 +162,9 @@ def heel_rise(record: GaitRecord, side: Side, model: BodyModel) -> float:
     forward = frames[:, SEGMENTS.index(f"foot_{side[0]}"), :, 0]
     pitch = -np.arcsin(np.clip(forward[:, 2], -1.0, 1.0))
     phase = np.arange(POINTS) / POINTS
-    flat = (phase > FLAT[0]) & (phase < FLAT[1])
+    flat = (phase > STANCE.flat[0]) & (phase < STANCE.flat[1])
     stance = record.stance_fraction[side]
-    up = (phase > MID_STANCE) & (phase < stance) & (pitch > np.median(pitch[flat]) + RISEN)
+    up = (phase > STANCE.mid_stance) & (phase < stance) & (pitch > np.median(pitch[flat]) + RISEN)
     return float(phase[np.argmax(up)]) if up.any() else stance
 
 

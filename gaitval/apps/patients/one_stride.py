@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from gaitval.apps.patients.estimates import EstimatedValue
 from gaitval.arrays import Array
 from gaitval.gait.record import FittedCurve, PeriodicCurve, periodic_through
 from gaitval.gait.sampling import SAMPLES
@@ -24,7 +25,7 @@ TOLERANCE: Final = float(np.radians(0.4))
 LEFT_PHASE: Final = (0.25, 0.75)
 """Within which the left heel strikes: half of what `datasets.plausible` lets pass, for the shape of
 a pelvis repeats every half stride."""
-STRIKE_PRIOR: Final = (0.5, 0.05)
+STRIKE_PRIOR: Final = EstimatedValue(0.5, 0.05, "steps of equal time")
 """Phase of left heel strike before the pelvis is looked at: steps may be as unequal as 40 to 60
 without being unlikely."""
 _POINTS: Final = np.arange(SAMPLES - 1) / (SAMPLES - 1)
@@ -74,14 +75,13 @@ class LeftStrike(NamedTuple):
     mismatch: float
 
 
-def left_strike(angles: dict[str, PeriodicCurve], prior: float, prior_sd: float) -> LeftStrike:
+def left_strike(angles: dict[str, PeriodicCurve], prior: EstimatedValue) -> LeftStrike:
     """Phase of the right cycle at left heel strike, from both sides' curves of the one pelvis:
     `angles` rad, `pelvis_tilt_r` and the others of the pelvis.
 
     As `left_phase` of `gaitval.datasets`, but of single strides, which may be of two trials, and of
     people whose steps are unequal: the shift with the least sum of squares in `LEFT_PHASE`, with
-    what feet say beforehand as a `prior` with its standard deviation `prior_sd`. A pelvis that
-    hardly moves leaves the prior.
+    what is known beforehand as a `prior`. A pelvis that hardly moves leaves the prior.
     """
 
     def differences(shift: float) -> Array:
@@ -100,12 +100,12 @@ def left_strike(angles: dict[str, PeriodicCurve], prior: float, prior_sd: float)
 
     def cost(shift: float) -> float:
         misfit = independent * float(np.sum(np.mean(differences(shift) ** 2, axis=1))) / noise
-        return float(misfit + ((shift - prior) / prior_sd) ** 2)
+        return float(misfit + ((shift - prior.value) / prior.sd) ** 2)
 
     start = min(grid, key=cost)
     best = minimize_scalar(cost, bounds=(start - 0.01, start + 0.01), method="bounded")
     phase, step = float(best.x), 0.01
     bend = (cost(phase + step) - 2.0 * cost(phase) + cost(phase - step)) / step**2
-    sd = float(np.sqrt(2.0 / bend)) if bend > 2.0 / prior_sd**2 else prior_sd
+    sd = float(np.sqrt(2.0 / bend)) if bend > 2.0 / prior.sd**2 else prior.sd
     worst = float(np.sqrt(np.mean(differences(phase) ** 2, axis=1)).max())
     return LeftStrike(phase, sd, worst)

@@ -34,12 +34,10 @@ from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.tape import measure_by_tape
 
-SHANK: Final = 1.9
-"""kg: a microprocessor knee of 1.24 kg (C-Leg 4, maker's data sheet, from memory) with pylon,
-adapters and cover."""
-FOOT: Final = 0.9
-"""kg: a carbon foot with its shell, 0.4 to 0.6 kg by makers' data sheets (from memory), in a
-shoe."""
+PROSTHESIS_KG: Final = {"shank": 1.9, "foot": 0.9}
+"""Of an above-knee prosthesis: a microprocessor knee of 1.24 kg (C-Leg 4, maker's data sheet, from
+memory) with pylon, adapters and cover; a carbon foot with its shell, 0.4 to 0.6 kg by makers' data
+sheets (from memory), in a shoe."""
 
 EXPECTED: Final = ("subtalar_angle",)
 """Angles that the model has and a stride has not: the mean of the built-in people."""
@@ -51,7 +49,7 @@ _STATURE: Final[Mapping[str | None, tuple[float, float]]] = {
 }
 """m, mean and SD of stature in ANSUR II (Gordon et al. 2014), where none is recorded; of both sexes
 where that is not known either."""
-_BMI: Final = (26.0, 4.0)
+_BMI: Final = EstimatedValue(26.0, 4.0, "a body mass index of 26")
 """kg/m², where no mass is recorded."""
 
 
@@ -134,7 +132,7 @@ def patient(
     smoothing = {name: smoothed(np.radians(values)) for name, values in strides.angles.items()}
     curves = {name: each.curve for name, each in smoothing.items()} | expected_angles()
     angles = {name: each.periodic() for name, each in curves.items()}
-    strike = left_strike(angles, *STRIKE_PRIOR)
+    strike = left_strike(angles, STRIKE_PRIOR)
     found["left_phase"] = EstimatedValue(strike.phase, strike.sd, "both sides' views of the pelvis")
     values: dict[str, Any] = {
         "identifier": re.sub(r"[^A-Za-z0-9_-]+", "_", strides.subject),
@@ -197,10 +195,10 @@ def _size(strides: PersonStrides, person: PersonRow) -> dict[str, EstimatedValue
     height = _known(person.height, mean, sd, "the mean of adults")
     mass = _known(
         person.mass,
-        _BMI[0] * height.value**2,
+        _BMI.value * height.value**2,
         # Of the index, and of the square of a stature that was not recorded.
-        float(np.hypot(_BMI[1] * height.value**2, 2.0 * _BMI[0] * height.value * height.sd)),
-        "a body mass index of 26",
+        float(np.hypot(_BMI.sd * height.value**2, 2.0 * _BMI.value * height.value * height.sd)),
+        _BMI.how,
     )
     leg = estimates.leg_length(height, person.leg_length)
     found = {"height": height, "mass": mass, "leg_length": leg}
@@ -260,18 +258,18 @@ def _stances(
 ) -> dict[str, EstimatedValue]:
     """Stance of each side, of its own cycle, from what is `seen` of the ball of its foot."""
     how = "the ball of the foot furthest back"
-    found = {f"stance_{side}": EstimatedValue(seen[side], STANCE_BIAS[1], how) for side in SIDES}
+    found = {f"stance_{side}": EstimatedValue(seen[side], STANCE_BIAS.sd, how) for side in SIDES}
     if amputation is not None:
         sound, usual = opposite(amputation), expected_of(identifier)
         found[f"stance_{sound}"] = EstimatedValue(
             seen[sound] + usual.later,
-            float(np.hypot(STANCE_BIAS[1], usual.later_sd)),
+            float(np.hypot(STANCE_BIAS.sd, usual.later_sd)),
             f"{how}, and how much later sound sides of amputees leave the ground",
         )
         later, sd = later_of_prosthesis(identifier)
         found[f"stance_{amputation}"] = EstimatedValue(
             seen[amputation] + later,
-            float(np.hypot(STANCE_BIAS[1], sd)),
+            float(np.hypot(STANCE_BIAS.sd, sd)),
             f"{how}, and how much later prosthetic feet leave the ground",
         )
     return found
@@ -322,12 +320,15 @@ def with_prosthesis(
     The sound leg's masses are given too, since a mass that is known of one side only is that of
     both: its shares of the body that the person would be with two sound legs.
     """
-    whole = (mass - SHANK - FOOT) / (1.0 - fractions["shank"] - fractions["foot"])
+    worn = PROSTHESIS_KG
+    whole = (mass - worn["shank"] - worn["foot"]) / (1.0 - fractions["shank"] - fractions["foot"])
     legs = {
         each: replace(
             getattr(measured, each),
-            shank_mass=SHANK if each == side else fractions["shank"] * whole,
-            foot_mass=FOOT if each == side else fractions["foot"] * whole,
+            **{
+                f"{part}_mass": own if each == side else fractions[part] * whole
+                for part, own in worn.items()
+            },
         )
         for each in SIDES
     }

@@ -16,6 +16,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval.apps.patients.estimates import EstimatedValue
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.gait.record import RECORDED_ANGLES, PeriodicCurve
@@ -25,12 +26,12 @@ from gaitval.model.tree import ROOT_DOFS, segment_frames, tree_arrays
 
 POINTS: Final = 200
 ROLLING: Final = (0.08, 0.58)
-TRAVEL: Final = (0.986, 0.026)
+TRAVEL: Final = EstimatedValue(0.986, 0.026, "fourteen trials of the ten built-in people")
 """Travel of the ball of the foot in this half of the cycle / half a stride, mean and standard
 deviation."""
 TOE_OFF: Final = (0.5, 0.85)
 """Of the own cycle, within which the foot leaves the ground."""
-STANCE_BIAS: Final = (0.024, 0.015)
+STANCE_BIAS: Final = EstimatedValue(0.024, 0.015, "fourteen trials of the ten built-in people")
 """By how much later than the force ends the ball of the foot is furthest behind the pelvis (Zeni et
 al. 2008, Gait Posture 27:710), of the cycle, mean and standard deviation."""
 
@@ -101,10 +102,10 @@ def feet(angles: Mapping[str, PeriodicCurve], left_phase: float, model: BodyMode
     forward = balls(angles, left_phase, model)[..., 0]
     at = [round(share * POINTS) for share in ROLLING]
     travel = float(np.mean(forward[:, at[0]] - forward[:, at[1]]))
-    length = travel / (ROLLING[1] - ROLLING[0]) / TRAVEL[0]
+    length = travel / (ROLLING[1] - ROLLING[0]) / TRAVEL.value
     first, last = (round(share * POINTS) for share in TOE_OFF)
     stance: dict[Side, float] = {}
     for number, side in enumerate(SIDES):
         leaves = (first + int(np.argmin(forward[number, first:last]))) / POINTS
-        stance[side] = leaves - STANCE_BIAS[0]
-    return RolledFeet(length, length * TRAVEL[1] / TRAVEL[0], stance)
+        stance[side] = leaves - STANCE_BIAS.value
+    return RolledFeet(length, length * TRAVEL.sd / TRAVEL.value, stance)

@@ -185,7 +185,7 @@ def pelves_apart(people: tuple[PersonStrides, ...]) -> float:
             for name, values in each.angles.items()
             if name.startswith("pelvis")
         }
-        found.append(left_strike(curves, *STRIKE_PRIOR).mismatch)
+        found.append(left_strike(curves, STRIKE_PRIOR).mismatch)
     return float(np.degrees(np.median(found)))
 
 
