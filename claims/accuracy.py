@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import claims
 from claims import ROOT, Claim
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.metrics.groups import GROUPS, group_rows
+from gaitval.metrics.baselines import GROUPS, group_rows
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.prediction.speed_line import dimensionless_speed
 

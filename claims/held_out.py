@@ -17,10 +17,10 @@ from gaitval._internal.io.artefacts import write_text
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.metrics import groups, held_out
+from gaitval.metrics import baselines, other_trials, verdict_rows
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.recorded import CURVE_UNITS, by_kind
+from gaitval.metrics.curve_results import CURVE_UNITS, by_kind
 from gaitval.prediction.known import known_record
 
 STORE = ROOT / "reports" / "held_out"
@@ -229,7 +229,7 @@ def speed_table() -> str:
 
 def speed_groups() -> dict[str, tuple[Any, tuple[str, ...]]]:
     """Groups of curves of a walk at another speed: kind and names."""
-    every = {**groups.GROUPS, **ADDUCTION}
+    every = {**baselines.GROUPS, **ADDUCTION}
     first = ("sagittal angles", "moments", *ADDUCTION)
     return {name: every[name] for name in (*first, *(n for n in every if n.endswith("force")))}
 
@@ -237,17 +237,17 @@ def speed_groups() -> dict[str, tuple[Any, tuple[str, ...]]]:
 @claims.measured()
 def bands(_: claims.Given) -> list[Claim]:
     """Share of the points of held-out trials that the band of the other trials contains."""
-    rows = list(held_out.held_out_trials(builtin_subjects(), RecordSettings()))
+    rows = list(other_trials.held_out_trials(builtin_subjects(), RecordSettings()))
     inside: dict[str, list[float]] = {"near": [], "far": []}
     for row in rows:
         others = [each for each in rows if each.independent != row.independent]
-        widths = held_out.half_widths(others, row.away)
-        which = "near" if row.away < held_out.FAR else "far"
+        widths = other_trials.half_widths(others, row.away)
+        which = "near" if row.away < other_trials.FAR else "far"
         for (kind, name), error in row.errors.items():
             width = widths[kind, name[:-2]]
             says = width > 1e-3 * width.max()  # a force in swing is known
             inside[which].append(float(np.mean(np.abs(error[says]) <= width[says])))
-    share = f"the {100 * held_out.BAND:.0f} % band of a predicted curve holds"
+    share = f"the {100 * verdict_rows.CONFIDENCE:.0f} % band of a predicted curve holds"
     return [
         *(
             Claim(f"unseen speed, {which}: {share}", float(np.mean(values)), "1", len(values))

@@ -16,7 +16,7 @@ from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.insoles import InsoleForces
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.curve_results import by_kind
 from gaitval.prediction.deviations import (
     KINETICS,
     kinetics_of,

@@ -14,7 +14,7 @@ from typing import Final
 import gaitval
 from gaitval._internal.io.artefacts import write_text
 from gaitval.metrics.pushed_steps import placed_feet
-from gaitval.metrics.walk_results import PlacedFoot
+from gaitval.metrics.results import PlacedFoot
 from gaitval.reporting.balance_figure import foot_placement
 
 PEOPLE: Final = ("S05", "S08", "S10")

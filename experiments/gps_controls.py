@@ -20,8 +20,8 @@ from gaitval.apps.patients.strides import AXES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.record import HARMONICS, periodic_through
+from gaitval.metrics.curve_results import GaitProfile
 from gaitval.metrics.gait_profile import gait_profile
-from gaitval.metrics.statistics_results import GaitProfile
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "gait" / "gps_controls.csv"
 

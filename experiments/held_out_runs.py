@@ -23,7 +23,7 @@ from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.importing.importing import import_files
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.curve_results import by_kind
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.model.urdf import read_urdf
 from gaitval.prediction.known import known_record

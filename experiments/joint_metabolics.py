@@ -20,7 +20,9 @@ from scipy.optimize import nnls
 from gaitval.arrays import Array
 from gaitval.metrics.comparison import rms
 from gaitval.musculature.metabolics import METABOLISM
-from gaitval.quantities.metabolic_rate import CONCENTRIC, ECCENTRIC, expected_rate
+from gaitval.quantities.metabolic_rate import EFFICIENCY, expected_rate
+
+CONCENTRIC, ECCENTRIC = EFFICIENCY.values()
 
 TASKS: Final = {"Very Slow": "XS", "Slow": "S", "Free": "Natural", "Medium": "M", "Fast": "L"}
 GROUPS: Final = {"Y": "young_mean", "A": "adult_mean"}

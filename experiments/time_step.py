@@ -22,9 +22,9 @@ from gaitval._internal.io.artefacts import write_text
 from gaitval._internal.io.text_tables import csv_text
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject_file import BUILTIN, load_subject
+from gaitval.metrics.baselines import GROUPS
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.groups import GROUPS
-from gaitval.metrics.recorded import CURVE_UNITS
+from gaitval.metrics.curve_results import CURVE_UNITS
 from gaitval.metrics.results import WalkResult
 from gaitval.metrics.typed import array, sided
 from gaitval.study.report_stages import metrics_of

@@ -18,7 +18,7 @@ from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.identification import legs
 from gaitval.measurement import sources
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
-from gaitval.metrics.healthy_bands import BAND
+from gaitval.metrics.norms import BAND
 from gaitval.model.parameters import NOMINAL_DAMPING, NOMINAL_FRICTION
 from gaitval.quantities.joint_power import BURSTS
 from gaitval.scaling.anthropometry import (

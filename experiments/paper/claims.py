@@ -12,9 +12,9 @@ from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
-from gaitval.metrics.healthy_bands import healthy_bands
+from gaitval.metrics.norms import healthy_bands
 from gaitval.metrics.push_recovery import Trace
-from gaitval.metrics.walk_results import PlacedFoot
+from gaitval.metrics.results import PlacedFoot
 from gaitval.metrics.walk_statistics import multiple_correlation
 from gaitval.reporting.balance_figure import kept_distance
 

@@ -11,10 +11,10 @@ from experiments.foot_placement import PEOPLE, people_of
 from gaitval._internal.io.artefacts import read_json
 from gaitval.arrays import Array
 from gaitval.metrics.comparison import curves_of
+from gaitval.metrics.curve_results import by_kind
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.push_recovery import Push, Trace, trace_of, trials, without_drift
-from gaitval.metrics.recorded import by_kind
-from gaitval.metrics.walk_results import PlacedFoot
+from gaitval.metrics.results import PlacedFoot
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.reference.adjustment import adjusted

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from experiments.paper.data import FINAL, IDENTIFIED, RL, WINTER, PaperCurves, Simulated
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.metrics.healthy_bands import healthy_bands
+from gaitval.metrics.norms import healthy_bands
 from gaitval.metrics.push_recovery import Trace
-from gaitval.metrics.walk_results import PlacedFoot
+from gaitval.metrics.results import PlacedFoot
 from gaitval.reporting.balance_figure import HEIGHT, answered_pushes, draw_people
 from gaitval.reporting.drawing import SETTINGS, WIDTH
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, RECORD_WIDTH

@@ -257,7 +257,7 @@ def print_distances(metrics: "Metrics", *, on_a_slope: bool = False) -> None:
     from rich.table import Table
 
     from gaitval._internal.text.number_text import unit_sign
-    from gaitval.metrics.groups import group_rows
+    from gaitval.metrics.baselines import group_rows
 
     errors = metrics.prediction_errors
     held_out = {} if errors is None else {row.group: row for row in errors.groups}

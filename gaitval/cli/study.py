@@ -121,7 +121,7 @@ def stage_command(
                 run.folder / "scaling.csv", f"Body model in {run.folder / 'model.urdf'}"
             )
         case "push":
-            from gaitval.metrics.walk_results import StoredPushes
+            from gaitval.metrics.results import StoredPushes
 
             found = StoredPushes.model_validate(read_json(run.folder / "push.json"))
             display.print_pushes(found.recovery)

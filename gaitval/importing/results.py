@@ -9,7 +9,7 @@ from typing import Annotated, Final, Literal
 from pydantic import AliasChoices, Field
 
 from gaitval.configuration import ProcessingSettings
-from gaitval.metrics.quantity_results import QuantityResult
+from gaitval.metrics.curve_results import QuantityResult
 from gaitval.metrics.typed import (
     Count,
     Flag,

@@ -29,8 +29,8 @@ from gaitval.importing.files import CURVES, CYCLES, FOLDER, RECORD, REFUSED, SUB
 from gaitval.importing.results import IMPORT_VERSION, AnchoringResult, ImportResult
 from gaitval.importing.summary import input_files, summary_of, trial_residuals, verdicts
 from gaitval.inverse.inverse_kinematics import marker_errors
-from gaitval.metrics.quantity_results import quantity_result
 from gaitval.metrics.recording_limits import CONSISTENT, state_of
+from gaitval.metrics.walk_quantities import quantity_result
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import MARKERS, save_markers
 from gaitval.model.urdf import write_urdf

@@ -42,13 +42,11 @@ from gaitval.learning_control.walked import (
     fitted,
 )
 from gaitval.metrics.comparison import curves_of, rms
+from gaitval.metrics.curve_results import Kind, by_kind
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.record_results import Kind
-from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
-from gaitval.metrics.results import CorrectedCurve, CorrectionResult
+from gaitval.metrics.results import CorrectedCurve, CorrectionResult, Endurance
 from gaitval.metrics.rollouts import walked_far
-from gaitval.metrics.walk_results import Endurance
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import targets_of
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_together

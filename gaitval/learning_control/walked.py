@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.gait.cycle_curves import JOINT_ANGLES, JOINT_MOMENTS
-from gaitval.metrics.record_results import Kind
+from gaitval.metrics.curve_results import Kind
 
 Accuracies = Mapping[str, Mapping[str, float]]
 """Errors that weigh the same, by kind and curve without side, in the units of `CURVE_UNITS`."""

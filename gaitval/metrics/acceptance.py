@@ -21,24 +21,28 @@ import numpy as np
 
 from gaitval._internal.io.text_tables import shipped_table
 from gaitval.coordinates import SIDES, Side, split_side
-from gaitval.metrics.acceptance_results import CurveLight, CurveLights, KnownTo, Light, Reason
-from gaitval.metrics.baselines import skill
+from gaitval.metrics.baselines import GROUPS, skill
 from gaitval.metrics.comparison import rms, rmse_of
-from gaitval.metrics.groups import GROUPS
+from gaitval.metrics.curve_results import (
+    CURVE_UNITS,
+    RMSE,
+    CurveLight,
+    CurveLights,
+    Kind,
+    Kinds,
+    KnownTo,
+    Light,
+    MeanCurve,
+    PredictionResult,
+    Reason,
+)
 from gaitval.metrics.origin import Origins, curve_origin
-from gaitval.metrics.record_results import Kind, Kinds, PredictionResult
-from gaitval.metrics.recorded import CURVE_UNITS
 from gaitval.metrics.results import CurveErrors, HeldOutErrors
-from gaitval.metrics.spread import Repeated, prediction_interval
 from gaitval.metrics.tolerances import AcceptanceState, AgainstGuess, FailedBy, Verdict, holds
 from gaitval.metrics.typed import array, number, sided
-from gaitval.metrics.walk_results import MeanCurve
+from gaitval.metrics.verdict_rows import Repeated, prediction_interval
 
-RMSE: Final[Mapping[str, Kind]] = {
-    "angle_rmse": "angles",
-    "moment_rmse": "moments",
-    "force_rmse": "forces",
-}
+_KINDS: Final[Mapping[str, Kind]] = {measure: kind for kind, measure in RMSE.items()}
 """Kind of the curves of each measure that a guess is compared by."""
 
 REMEDY: Final = (
@@ -52,8 +56,8 @@ _ROUNDING: Final = 1e-6
 
 
 @dataclass(frozen=True)
-class Opponents:
-    """The guesses that a walk has to be nearer than.
+class Baselines:
+    """The baseline predictions that a walk has to be nearer than.
 
     Attributes
     ----------
@@ -87,23 +91,22 @@ class Opponents:
 
 
 def against_guesses(
-    errors: CurveErrors, repeated: Repeated, opponents: Opponents
+    errors: CurveErrors, repeated: Repeated, baselines: Baselines
 ) -> dict[tuple[str, Side], AgainstGuess]:
-    """The `errors` of a walk, by group and side, beside those of the best of its `opponents`; the
+    """The `errors` of a walk, by group and side, beside those of the best of its `baselines`; the
     skill's interval is by `repeated` walks. Without those groups that have no opponent.
     """
     found = {}
     for group, (kind, names) in GROUPS.items():
         for side in SIDES:
-            best = opponents.best(kind, names, side)
-            curves = opponents.recorded(kind, names, side)
+            best = baselines.best(kind, names, side)
+            curves = baselines.recorded(kind, names, side)
             if best is None or not curves:
                 continue
             guess = _mean([best.rmse.of(kind)[curve] for curve in curves])
             assert guess is not None
             walk = _mean([rmse_of(errors.of(kind)[curve]) for curve in curves])
-            measure = next(name for name, of in RMSE.items() if of == kind)
-            each = [repeated.get((measure, curve), ()) for curve in curves]
+            each = [repeated.get((RMSE[kind], curve), ()) for curve in curves]
             means = [m for m in map(_mean, zip(*each, strict=True)) if m is not None]
             interval = prediction_interval(means)
             low, high = (None, None) if interval is None else interval
@@ -152,14 +155,14 @@ def accepted(
     verdicts: Sequence[Verdict],
     against: Mapping[tuple[str, Side], AgainstGuess],
     known: Mapping[tuple[Kind, str], float],
-    opponents: Opponents,
+    baselines: Baselines,
 ) -> list[Verdict]:
     """`verdicts` with the whole rule: those of role acceptance on curves are also `against` the
-    best guess of their group and side and what the record is `known` to. `opponents` says of each
+    best guess of their group and side and what the record is `known` to. `baselines` says of each
     whether the guess in the place of the walk would keep it.
     """
     return [
-        each if each.role != "acceptance" else _accepted(each, against, known, opponents)
+        each if each.role != "acceptance" else _accepted(each, against, known, baselines)
         for each in verdicts
     ]
 
@@ -168,11 +171,11 @@ def _accepted(
     verdict: Verdict,
     against: Mapping[tuple[str, Side], AgainstGuess],
     known: Mapping[tuple[Kind, str], float],
-    opponents: Opponents,
+    baselines: Baselines,
 ) -> Verdict:
-    kind = RMSE.get(verdict.measure)
+    kind = _KINDS.get(verdict.measure)
     if kind is None:
-        return _beside_figures(verdict, opponents)
+        return _beside_figures(verdict, baselines)
     side, name = split_side(verdict.target)
     group = group_of(kind, name)
     found = next((each for key, each in against.items() if key == (group, side)), None)
@@ -187,7 +190,7 @@ def _accepted(
         state = found.state
     error = None
     if found is not None:
-        guess = next(each for each in opponents.guesses if each.name == found.guess)
+        guess = next(each for each in baselines.guesses if each.name == found.guess)
         error = guess.rmse.of(kind)[verdict.target]
     narrow = found is not None and found.low is not None and found.low <= 0.0
     spread = verdict.spread
@@ -213,12 +216,12 @@ def _accepted(
     )
 
 
-def _beside_figures(verdict: Verdict, opponents: Opponents) -> Verdict:
+def _beside_figures(verdict: Verdict, baselines: Baselines) -> Verdict:
     """A `verdict` on stance, steps or speed, which some guesses have and no rule compares."""
     found = [
         error
-        for guess in opponents.guesses
-        if opponents.own or not guess.own
+        for guess in baselines.guesses
+        if baselines.own or not guess.own
         if (error := guess.figures.get(verdict.measure, {}).get(verdict.target)) is not None
     ]
     if not found:
@@ -236,30 +239,30 @@ def lights(
     errors: CurveErrors,
     verdicts: Sequence[Verdict],
     known: Mapping[tuple[Kind, str], float],
-    opponents: Opponents,
+    baselines: Baselines,
     second: CurveErrors | None,
     held_out: HeldOutErrors | None = None,
 ) -> CurveLights:
     """Whether each curve of a walk may be believed: by its `errors`, the `verdicts` on it, what the
-    record is `known` to, its `opponents`, and its errors in a `second` engine. Where nothing was
+    record is `known` to, its `baselines`, and its errors in a `second` engine. Where nothing was
     recorded `errors` are distances from a prediction, and `held_out` how wrong predictions are.
     """
     wrong = {} if held_out is None else {each.group: each.mean for each in held_out.groups}
     rows = {
-        (RMSE[row.measure], row.target): row
+        (_KINDS[row.measure], row.target): row
         for row in verdicts
-        if row.role == "acceptance" and row.measure in RMSE
+        if row.role == "acceptance" and row.measure in _KINDS
     }
     found: dict[Kind, dict[str, CurveLight]] = {}
     for kind, curve, each in errors.items():
         name = split_side(curve)[1]
         side = next(each for each in SIDES if curve.endswith(f"_{each[0]}"))
         group = group_of(kind, name)
-        best = opponents.best(kind, (name,) if group is None else GROUPS[group][1], side)
+        best = baselines.best(kind, (name,) if group is None else GROUPS[group][1], side)
         other = None if best is None else best.rmse.of(kind)[curve]
         error = rmse_of(each)
         there = None if second is None else rmse_of(second.of(kind)[curve])
-        if curve_origin(kind, curve, opponents.origins) == "recorded":
+        if curve_origin(kind, curve, baselines.origins) == "recorded":
             light, reason = _light(error, other, rows.get((kind, curve)), second is not None, there)
         elif error is None:
             light, reason = "do not", "too short"

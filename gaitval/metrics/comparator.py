@@ -9,12 +9,12 @@ from gaitval.configuration import Configuration, RecordSettings
 from gaitval.coordinates import Side
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import GaitRecord
-from gaitval.metrics.acceptance import Opponents, known_to
+from gaitval.metrics.acceptance import Baselines, known_to
 from gaitval.metrics.baselines import predicted_parts
-from gaitval.metrics.origin import Origins, record_origins
-from gaitval.metrics.record_results import Kind, PredictionResult, RecordResult
-from gaitval.metrics.recorded import by_kind, recorded_part
-from gaitval.metrics.repetitions import repeats
+from gaitval.metrics.curve_results import Kind, RecordResult, by_kind
+from gaitval.metrics.origin import record_origins
+from gaitval.metrics.other_trials import repeats
+from gaitval.metrics.recorded import recorded_part
 from gaitval.metrics.walk_muscles import lost_joints
 from gaitval.model.body import BodyModel
 from gaitval.prediction.known import is_predicted
@@ -32,27 +32,25 @@ class Comparator:
     ----------
     record : with which they are compared.
     curves : of the record, rad, Nm/kg and body weights.
-    recorded, guesses : its part of `metrics.json`, and that of the predictions without a model.
-    origins : where what is compared comes from.
+    recorded : its part of `metrics.json`.
     model, leg_length : the body before mu; m.
     person : the same without what the person carries.
     height : of the person, m.
     lost : coordinates of joints that a prosthesis has, by side.
-    opponents : the guesses that know no more than the run was told.
+    baselines : the predictions without a model, which of them know no more than the run was told,
+        and where what is compared comes from.
     known : what the record itself is known to, in the units of the curves.
     """
 
     record: GaitRecord
     curves: Curves
     recorded: RecordResult
-    guesses: Sequence[PredictionResult]
-    origins: Origins
     model: BodyModel
     person: BodyModel
     leg_length: float
     height: float
     lost: Mapping[Side, Collection[str]]
-    opponents: Opponents
+    baselines: Baselines
     known: Mapping[tuple[Kind, str], float]
 
     @property
@@ -99,13 +97,11 @@ def compared_with(
         record=record,
         curves=curves,
         recorded=recorded,
-        guesses=guesses,
-        origins=origins,
         model=model,
         person=person,
         leg_length=subject.leg_length_m,
         height=subject.height_m,
         lost=lost_joints(subject),
-        opponents=Opponents(guesses, _own_told(configuration.record), origins),
+        baselines=Baselines(guesses, _own_told(configuration.record), origins),
         known=known_to(subject.uncertainty),
     )

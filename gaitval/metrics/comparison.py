@@ -1,9 +1,6 @@
 """Compare simulated curves over the gait cycle with the recorded ones."""
 
-from typing import Annotated
-
 import numpy as np
-from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
@@ -11,29 +8,15 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES, Curves
 from gaitval.gait.record import GaitRecord, LowPass
+from gaitval.metrics.curve_results import CurveError, HipCentre, HipCentres
 from gaitval.metrics.cycles import GaitCycles, cut, filtered
-from gaitval.metrics.typed import Count, Number, Result, number
+from gaitval.metrics.typed import number
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import foot_angles, pelvis_angles
 from gaitval.model.tree import segment_frames
-from gaitval.reference.hip_moments import about_record
+from gaitval.reference.hip_moments import HIP_SIGNS, about_model, about_record
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
-
-
-class CurveError(Result):
-    """How a mean simulated curve differs from the recorded one, in the curve's unit."""
-
-    rmse: Number | None
-    """Root mean square over the 101 samples."""
-    peak_error: Number | None
-    """The largest difference, simulated less recorded, with its sign."""
-    peak_percent: Annotated[Count, Field(le=100)]
-    """Where it is, % of the gait cycle."""
-    bias: Number | None
-    """Mean difference."""
-    correlation: Number | None
-    """Pearson's; null if one of the curves is constant."""
 
 
 def rmse_of(error: CurveError | None) -> float | None:
@@ -122,3 +105,24 @@ def compare_curve(simulated: Array, recorded: Array) -> CurveError | None:
         bias=number(difference.mean()),
         correlation=number(np.corrcoef(mean, recorded)[0, 1]) if varies else None,
     )
+
+
+def hip_centres(places: Array, walked: Curves, recorded: Curves) -> HipCentres | None:
+    """Where the record's hip centres are (`places` (2, 2) m, `ReferenceMotion.hip_centre`), and the
+    errors of the moments about the model's own; None if they are the model's own, or a side has no
+    complete gait cycle. `walked` and `recorded` are mean curves (101,): moments Nm/kg, those walked
+    about `places`; forces body weights.
+    """
+    names = [f"{name}_{side[0]}" for side in SIDES for name in HIP_SIGNS]
+    if not np.any(places) or any(name not in walked.moments for name in names):
+        return None
+    own, found = about_model(walked, places).moments, {}
+    for (forward, outward), side in zip(places, SIDES, strict=True):
+        errors = {
+            name: rms(own[f"{name}_{side[0]}"] - recorded.moments[f"{name}_{side[0]}"])
+            for name in HIP_SIGNS
+        }
+        found[side] = HipCentre(
+            forward=float(forward), outward=float(outward), rmse_about_model=errors
+        )
+    return HipCentres(right=found["right"], left=found["left"])

@@ -26,22 +26,22 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.stats import t as student
+from scipy.special import stdtr, stdtrit
 
 from gaitval.arrays import Array, Flags, runs
-from gaitval.metrics.statistics_results import Region
+from gaitval.metrics.curve_results import Region
 
 ALPHA: Final = 0.05
 """Probability of calling any point of a cycle different where nothing is; convention."""
 
-PERMUTATIONS: Final = 10_000
+PERMUTATIONS: Final = 2_000
 """All are tried where there are at most so many, else so many at random: the SD of an estimated p
-of 0.05 is then 0.002."""
+of 0.05 is then 0.005."""
 
-_NO_SPREAD: Final = 1e-9
+ROUNDING: Final = 1e-9
 """Share of the largest value of the curves below which a spread or a difference is rounding."""
 
-_TOGETHER: Final = 500
+TOGETHER: Final = 500
 """Permutations worked out at a time, so that some MB suffice."""
 
 
@@ -93,7 +93,7 @@ def one_sample_test(
         )
     differences = values - known
     count = len(differences)
-    tiny = _NO_SPREAD * float(np.abs(values).max())
+    tiny = ROUNDING * float(np.abs(values).max())
     squares = np.sum(differences**2, axis=0)
     residuals = _residuals(differences, tiny)
 
@@ -140,7 +140,7 @@ def two_sample_test(
         )
     values = np.concatenate([one, other])
     sizes = np.array([len(one), len(other)])
-    tiny = _NO_SPREAD * float(np.abs(values).max())
+    tiny = ROUNDING * float(np.abs(values).max())
     values = values - values.mean(axis=0)  # keeps the sums of squares exact
     squares, whole = np.sum(values**2, axis=0), np.sum(values, axis=0)
 
@@ -195,8 +195,8 @@ def _residuals(curves: Array, tiny: float) -> Array:
 
 def _batches(count: int) -> Iterator[int]:
     while count > 0:
-        yield min(_TOGETHER, count)
-        count -= _TOGETHER
+        yield min(TOGETHER, count)
+        count -= TOGETHER
 
 
 @dataclass(frozen=True)
@@ -306,11 +306,10 @@ def random_field_threshold(
     def excess(height: float) -> float:
         density = math.sqrt(4.0 * math.log(2.0)) / (2.0 * math.pi)
         density *= (1.0 + height**2 / freedom) ** (-0.5 * (freedom - 1))
-        expected = len(firsts) * student.sf(height, freedom) + resels * density
+        expected = len(firsts) * stdtr(freedom, -height) + resels * density
         # 1 - exp(-expected) is the probability of any region if their number is Poisson; half of
         # ALPHA falls on each side
         return float(-math.expm1(-expected) - 0.5 * ALPHA)
 
-    lowest = float(student.isf(0.5, freedom))
-    highest = float(student.isf(1e-15, freedom))
-    return float(brentq(excess, lowest, highest)) if excess(highest) < 0.0 else None
+    highest = -float(stdtrit(freedom, 1e-15))
+    return float(brentq(excess, 0.0, highest)) if excess(highest) < 0.0 else None

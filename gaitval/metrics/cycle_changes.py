@@ -43,12 +43,16 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from gaitval.arrays import Array
-from gaitval.metrics.curve_statistics import ALPHA, Peaks, beyond, regions_of
-from gaitval.metrics.statistics_results import Region
-
-PERMUTATIONS: Final = 2_000
-"""All are tried where there are at most so many, else so many at random: the SD of an estimated p
-of 0.05 is then 0.005."""
+from gaitval.metrics.curve_results import Region
+from gaitval.metrics.curve_statistics import (
+    ALPHA,
+    PERMUTATIONS,
+    ROUNDING,
+    TOGETHER,
+    Peaks,
+    beyond,
+    regions_of,
+)
 
 WIDTHS: Final = (10.0, 20.0, 40.0)
 """% of the cycle at half of its height of a change that is looked for: octaves between a point,
@@ -58,12 +62,6 @@ _STEP: Final = 2
 
 MOST_CORRELATED: Final = 0.9
 """Above it so few strides say nothing of their mean; convention."""
-
-_ROUNDING: Final = 1e-9
-"""Share of the largest value below which strides do not differ."""
-
-_TOGETHER: Final = 50
-"""Permutations worked out at a time, so that some MB suffice."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +114,7 @@ def stride_correlation(sessions: Sequence[Mapping[str, Array]]) -> float:
     many = [each for curves in sessions for each in curves.values() if len(each) > 2]
     own = [values - values.mean(axis=0) for values in many]
     moving = [each for each, values in zip(own, many, strict=True)
-              if np.abs(each).max() > _ROUNDING * np.abs(values).max()]  # fmt: skip
+              if np.abs(each).max() > ROUNDING * np.abs(values).max()]  # fmt: skip
     if not moving:
         return 0.0
     seen = np.mean([np.sum(each[1:] * each[:-1]) / np.sum(each**2) for each in moving])
@@ -247,7 +245,7 @@ class _LookedAt(NamedTuple):
 
 
 def _parts(labels: Array) -> list[Array]:
-    return np.array_split(labels, -(-len(labels) // _TOGETHER))
+    return np.array_split(labels, -(-len(labels) // TOGETHER))
 
 
 def _places(points: int) -> list[tuple[float, float]]:
@@ -272,7 +270,7 @@ def _filters(cycles: Mapping[str, Array]) -> dict[str, Array]:
         for name, values in cycles.items():
             own = values - values.mean(axis=0)
             size = float(np.sqrt(np.mean(own**2)))
-            if name.partition("/")[0] == kind and size > 1e-9 * float(np.abs(values).max()):
+            if name.partition("/")[0] == kind and size > ROUNDING * float(np.abs(values).max()):
                 deviations.append(own / size)
         if not deviations:
             continue
@@ -404,6 +402,6 @@ def _t(values: Array, second: Array, *, moderated: bool) -> Array:
         within = 0.5 * (within + within.mean(axis=-1, keepdims=True))
     error = np.sqrt(within * both)
     # what does not move at all differs by rounding only
-    still = error <= 1e-9 * np.abs(values).max(axis=(0, 2))[:, None]
+    still = error <= ROUNDING * np.abs(values).max(axis=(0, 2))[:, None]
     between = (sums * both).reshape(error.shape)
     return np.asarray(np.where(still, 0.0, between / np.where(still, 1.0, error)))

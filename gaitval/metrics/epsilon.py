@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from gaitval.arrays import Array
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, Curves, recorded_curves
 from gaitval.metrics.comparison import curves_of
+from gaitval.metrics.curve_results import Epsilon
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.round_errors import Epsilon
 from gaitval.metrics.typed import array, number
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy

@@ -15,9 +15,10 @@ from gaitval.arrays import Array, sample_deviation
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.sampling import SAMPLES
+from gaitval.metrics.curve_results import MeanCurve
 from gaitval.metrics.cycles import GaitCycles
+from gaitval.metrics.results import PROGRESS_AT, FootContact, PressurePath
 from gaitval.metrics.typed import number, numbers
-from gaitval.metrics.walk_results import FootContact, MeanCurve, PressurePath
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.tree import segment_frames
@@ -27,8 +28,6 @@ FLAT = 0.3
 """Fraction of stance at which the foot is flat: after loading, before the heel rises."""
 EARLY = 0.15
 """Fraction of stance in which a heel may bounce and the heel-strike transient occurs."""
-PROGRESS_AT = (10, 50, 90)
-"""% of stance at which the centre of pressure is reported."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ class Stances:
             spheres=np.column_stack([self.outline.centres, self.outline.radii]).tolist(),
             path=PressurePath(along=along, across=across),
             progress={
-                str(percent): None if mean is None else number(100.0 * mean[percent, 0])
+                percent: None if mean is None else number(100.0 * mean[int(percent), 0])
                 for percent in PROGRESS_AT
             },
             bounces_per_stance=float(self.bounces.mean()) if len(self.bounces) else None,

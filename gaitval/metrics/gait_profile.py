@@ -21,7 +21,7 @@ from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import Subject
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.statistics_results import GaitProfile
+from gaitval.metrics.curve_results import GaitProfile
 
 SMALLEST_DIFFERENCE: Final = 1.6
 """Degrees: minimal clinically important difference of the score (Baker et al. 2012)."""

@@ -5,9 +5,11 @@ its start, and which of them is handed on.
 """
 
 import math
+from pathlib import Path
 from typing import Final, Literal
 
-from gaitval.metrics.round_errors import Epsilon
+from gaitval._internal.io.artefacts import read_json
+from gaitval.metrics.curve_results import Epsilon
 from gaitval.metrics.typed import Count, Number, OpenResult, Result
 
 NEEDED: Final = (
@@ -120,3 +122,46 @@ def _in_words(standing: Standing) -> str:
     epsilon = "no whole cycle" if standing.epsilon is None else f"epsilon {standing.epsilon:.4f}"
     falls = f", {standing.falls} of {standing.walks} walks fell" if standing.falls else ""
     return f"{epsilon}, {standing.survived} of {standing.pushes} pushes survived{falls}"
+
+
+EPSILON: Final = "epsilon.json"
+"""Of a round: `RoundErrors`."""
+
+
+class RoundErrors(Result):
+    """Epsilon of the policy of one round of Algorithm 1: `epsilon.json`, with all digits."""
+
+    nominal: Epsilon | None
+    """With the nominal body, mean over the start phases; null if a walk was too short."""
+    identified: Epsilon | None
+    """The same with the body that was found."""
+    scatter: Number | None
+    """SD of epsilon over the start phases."""
+    floor: Number
+    """Epsilon of the reference itself."""
+
+    @property
+    def total(self) -> float:
+        """Epsilon with the body that was found; infinite if the walker fell early."""
+        return _total(self.identified)
+
+    @property
+    def supported(self) -> bool:
+        """Whether the walk with the body that the search found is nearer to the record, by epsilon,
+        than with the nominal body, for which the reference was made. Else the body stays nominal.
+        """
+        if self.identified is None:
+            return self.nominal is None
+        return self.total < _total(self.nominal)
+
+
+def _total(error: Epsilon | None) -> float:
+    return math.inf if error is None or error.total is None else error.total
+
+
+def read_round(folder: Path) -> RoundErrors:
+    """The errors of a finished round, of its folder. Raises ArtefactError."""
+    path = folder / EPSILON
+    return RoundErrors.read(
+        read_json(path), str(path), file=EPSILON, fix="run `gaitval subject` again"
+    )

@@ -5,6 +5,7 @@ it and says of whom. Of children: curves at free speed (`healthy_bands`), and no
 parameters. Beyond the speeds of those people the line is read at the nearest of them.
 """
 
+from collections.abc import Mapping
 from functools import cache
 from typing import Final, NamedTuple
 
@@ -16,12 +17,13 @@ from gaitval.constants import GRAVITY
 from gaitval.datasets.plausible import ADULT
 from gaitval.datasets.subject import Subject
 from gaitval.gait.dimensionless import speed_unit
+from gaitval.gait.sampling import SAMPLES
+from gaitval.metrics.curve_results import KINDS, AgeGroup, Kind
 from gaitval.metrics.unrecorded import STEP_WIDTH
 
-SPEED, AGE = 0.4, 40.0
-"""At which the means of the file stand: dimensionless, and years."""
-ASSUMED_AGE: Final = 40.0
-"""Years, of an adult whose age is not known."""
+MIDDLE: Final[Mapping[str, float]] = {"speed": 0.4, "age": 40.0}
+"""At which the means of the file stand: dimensionless, and years. An adult whose age is not known
+is taken to be as old."""
 
 
 class Norm(NamedTuple):
@@ -58,8 +60,6 @@ def norms_at(walking_speed: float, leg_length: float, age_years: float | None) -
     weight), and parameters "parameter/cadence" in the units of `SpatiotemporalResult`.
     """
     if age_years is not None and age_years < ADULT:
-        from gaitval.metrics.healthy_bands import healthy_bands
-
         return {
             f"{kind}/{name}": Norm(mean, sd, 0)
             for kind, curves in healthy_bands().items()
@@ -67,7 +67,7 @@ def norms_at(walking_speed: float, leg_length: float, age_years: float | None) -
         }
     scale = speed_unit(leg_length)
     speed, leg = walking_speed / scale, leg_length
-    older = (ASSUMED_AGE if age_years is None else age_years) - AGE
+    older = 0.0 if age_years is None else age_years - MIDDLE["age"]
     units = {
         "parameter/cadence": 60.0 * GRAVITY / scale,
         "parameter/step_length": leg,
@@ -76,7 +76,7 @@ def norms_at(walking_speed: float, leg_length: float, age_years: float | None) -
     found = {}
     for name, rows in _table().items():
         mean, slope, square, age, sd, people, slowest, fastest = rows.T
-        away = float(np.clip(speed, slowest[0], fastest[0])) - SPEED
+        away = float(np.clip(speed, slowest[0], fastest[0])) - MIDDLE["speed"]
         unit = units.get(name, 100.0 if name.startswith("forces/") else 1.0)
         beyond = not slowest[0] <= speed <= fastest[0]
         value = unit * (mean + slope * away + square * away**2 + age * older)
@@ -87,4 +87,47 @@ def norms_at(walking_speed: float, leg_length: float, age_years: float | None) -
     found["parameter/stride_time"] = time._replace(mean=stride, sd=stride * time.sd / time.mean)
     width, spread = (np.array(leg * each) for each in STEP_WIDTH)
     found["parameter/step_width"] = Norm(width, spread, 0)
+    return found
+
+
+BAND: Final = 2.0
+"""Standard deviations between healthy people on both sides of their mean; 95 % of them."""
+
+HealthyBands = dict[Kind, dict[str, tuple[Array, Array]]]
+"""Mean and standard deviation, (101,) each, by kind and curve."""
+
+
+@cache
+def healthy_bands() -> HealthyBands:
+    """Angles and moments of typically developing children: `healthy_bands.csv`."""
+    return _read_bands("healthy_bands.csv")
+
+
+@cache
+def adult_bands() -> HealthyBands:
+    """Angles of 42 adults: `adult_bands.csv`. No moments of as many adults may be shipped."""
+    return _read_bands("adult_bands.csv")
+
+
+def bands_beside(age_years: float | None) -> tuple[HealthyBands, dict[str, AgeGroup]]:
+    """The bands for a person of `age_years` (unknown: an adult), and whose they are by kind of
+    curve.
+    """
+    grown = age_years is None or age_years >= ADULT
+    bands = {**healthy_bands(), **(adult_bands() if grown else {})}
+    people: dict[str, AgeGroup] = {
+        kind: "adults" if grown and kind in adult_bands() else "children" for kind in bands
+    }
+    return bands, people
+
+
+def _read_bands(name: str) -> HealthyBands:
+    header, rows = shipped_table("gaitval.metrics", name)
+    table = np.array([cells for _, cells in rows], dtype=float)
+    at, found = np.arange(SAMPLES), dict[Kind, dict[str, tuple[Array, Array]]]()
+    for column in range(1, len(header), 2):
+        # a pair of columns for each curve, mean and SD: the header is kind/name/which
+        kind, name, _ = header[column].split("/")
+        mean, spread = (np.interp(at, table[:, 0], table[:, column + i]) for i in (0, 1))
+        found.setdefault(KINDS[KINDS.index(kind)], {})[name] = mean, spread
     return found

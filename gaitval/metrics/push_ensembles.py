@@ -30,9 +30,9 @@ from gaitval.simulation.walker import WalkingTask
 
 STARTS: Final = 5
 """Walks of an ensemble."""
-ENOUGH: Final = 4
+ENOUGH: Final = STARTS - 1
 """Of them, that survive a push that counts as survived."""
-OTHERS: Final = 10
+OTHERS: Final = 2 * STARTS
 """Starts with which it is checked that the largest push was no luck."""
 NOISE: Final = 1e-5
 """rad, standard deviation of the joint angles at their starts."""

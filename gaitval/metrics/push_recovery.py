@@ -36,7 +36,7 @@ from gaitval._internal.io.journal import Journal
 from gaitval._internal.numba.lanes import WIDTH
 from gaitval.arrays import Array
 from gaitval.configuration import PushSettings
-from gaitval.metrics.walk_results import PushRecovery, PushTrace
+from gaitval.metrics.results import PushRecovery, PushTrace
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, record_rollout
 from gaitval.policy.settled import settled_walks

@@ -15,7 +15,7 @@ from gaitval.coordinates import SIDES
 from gaitval.metrics.balance_walk import BalanceWalk, walked
 from gaitval.metrics.foot_placement import TIME_FOR_A_STEP, answered, placements
 from gaitval.metrics.push_recovery import Push, without_drift
-from gaitval.metrics.walk_results import PlacedFoot
+from gaitval.metrics.results import PlacedFoot
 from gaitval.model.parameters import apply_parameters
 from gaitval.policy.rollouts import in_groups, record_together
 from gaitval.policy.storage import Policy
@@ -24,7 +24,7 @@ from gaitval.simulation.walker import WalkingTask
 
 FORCES: Final = (200.0, 100.0)
 """N, of who weighs as much as an adult (`PushSettings.of_mass`)."""
-PHASES: Final = 7
+PHASES: Final = WIDTH - 1
 """Twice as many pushes and the walk without one fill two groups of eight."""
 AFTER: Final = 2.5
 """Gait cycles: enough for the first step that there is time for."""

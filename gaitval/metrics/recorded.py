@@ -1,49 +1,39 @@
 """The record's part of `metrics.json`: the curves that a walk is compared with, in its units."""
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Final
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.coordinates import Side
-from gaitval.gait.cycle_curves import Curves, recorded_curves
+from gaitval.coordinates import SIDES, Side
+from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.plate_correction import PlateCorrection
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.origin import Origins, everything
-from gaitval.metrics.quantity_results import found_quantities, power_result, quantity_results
-from gaitval.metrics.record_consistency import consistency
-from gaitval.metrics.record_results import (
-    Kind,
+from gaitval.metrics.curve_results import (
+    Asymmetry,
+    Consistency,
+    ForceComponents,
     Kinds,
+    MeanCurve,
     MeasuredCurves,
     MeasuredErrors,
+    MomentAsymmetry,
     RecordedCurves,
     RecordedFigures,
     RecordResult,
     SideOrigins,
+    by_kind,
 )
+from gaitval.metrics.origin import Origins, everything
 from gaitval.metrics.typed import array, number, numbers
-from gaitval.metrics.walk_results import MeanCurve
+from gaitval.metrics.walk_quantities import found_quantities, power_result, quantity_results
 from gaitval.metrics.whole_body import record_centre_of_mass
 from gaitval.model.ground import LEVEL, Ground
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
-
-CURVE_UNITS: Final[Mapping[Kind, str]] = {"angles": "deg", "moments": "Nm/kg", "forces": "% BW"}
-"""Units of the curves and their errors in `metrics.json`."""
-_SCALE: Final[Mapping[Kind, float]] = {"angles": 180.0 / math.pi, "moments": 1.0, "forces": 100.0}
-
-
-def by_kind(curves: Curves) -> dict[Kind, dict[str, Array]]:
-    """The curves of each kind in the units of `CURVE_UNITS`."""
-    return {
-        kind: {name: curve * scale for name, curve in getattr(curves, kind).items()}
-        for kind, scale in _SCALE.items()
-    }
 
 
 def recorded_part(
@@ -120,24 +110,6 @@ def _listed(curves: Mapping[str, Array]) -> dict[str, list[float | None]]:
     return {name: numbers(curve) for name, curve in curves.items()}
 
 
-def from_kinds(values: Iterable[tuple[Kind, str, Sequence[float | None]]]) -> Curves:
-    """The curves of a file, from kind, name and `values` of each in the units of `CURVE_UNITS`."""
-    found = Curves({}, {}, {})
-    for kind, name, curve in values:
-        getattr(found, kind)[name] = array(curve) / _SCALE[kind]
-    return found
-
-
-def mean_curves(curves: Curves) -> Curves:
-    """The means (101,) of `curves` (n, 101), without those that have no cycle."""
-    return Curves(
-        **{
-            kind: {n: each.mean(axis=0) for n, each in getattr(curves, kind).items() if len(each)}
-            for kind in _SCALE
-        }
-    )
-
-
 def errors_as_measured(
     curves: Kinds[MeanCurve], measured: MeasuredCurves | None
 ) -> MeasuredErrors | None:
@@ -159,3 +131,35 @@ def errors_as_measured(
         moments=errors(curves.moments, measured.moments),
         forces=errors(curves.forces, measured.forces),
     )
+
+
+_PHASE = np.arange(1000) / 1000
+
+
+def consistency(record: GaitRecord) -> Consistency:
+    """The contradictions in `record`; the module's docstring derives the bounds."""
+    mean = sum(
+        (record.ground_reaction(side, _PHASE).mean(axis=0) for side in SIDES), start=np.zeros(3)
+    )
+    # |1 − m| of the module's docstring, for each axis
+    missing = np.abs(LEVEL.up - mean)
+    # √s_r + √s_l
+    stance = sum(np.sqrt(record.stance_fraction[side]) for side in SIDES)
+    asymmetry = {}
+    for name in MomentAsymmetry.model_fields:
+        difference = record.moments[f"{name}_r"](_PHASE) - record.moments[f"{name}_l"](_PHASE)
+        asymmetry[name] = Asymmetry(
+            mean_difference=float(difference.mean()),
+            rms_difference=float(np.sqrt(np.mean(difference**2))),
+        )
+    return Consistency(
+        mean_force=_components(mean),
+        force_rmse_bound=_components(0.5 * missing),
+        vertical_rmse_bound_in_stance=float(missing[2] / stance),
+        moment_asymmetry=MomentAsymmetry(**asymmetry),
+    )
+
+
+def _components(force: Array) -> ForceComponents:
+    forward, left, vertical = map(float, force)
+    return ForceComponents(forward=forward, left=left, vertical=vertical)

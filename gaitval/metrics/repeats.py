@@ -13,10 +13,10 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.metrics.comparator import Comparator
+from gaitval.metrics.results import Repeat
 from gaitval.metrics.rollouts import Rollouts, compared_cycles, endurance
 from gaitval.metrics.validation import measures_of_walk
 from gaitval.metrics.verdict_rows import ENDURANCE
-from gaitval.metrics.walk_results import Repeat
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup

@@ -11,26 +11,30 @@ from pydantic import AliasChoices, Field, model_validator
 
 from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval._internal.text.display import Displayed
+from gaitval.configuration import PushSettings
 from gaitval.coordinates import SIDES
 from gaitval.gait.record import LowPass, Origin
-from gaitval.metrics.acceptance_results import CurveLights, KnownTo
-from gaitval.metrics.comparison import CurveError
-from gaitval.metrics.known_measures import ReadBy, Status
-from gaitval.metrics.learning_gain import LearningGain
-from gaitval.metrics.origin import Origins
-from gaitval.metrics.predicted_results import PredictedCurves
-from gaitval.metrics.quantity_results import JointPower, QuantityResult
-from gaitval.metrics.record_results import (
+from gaitval.metrics.curve_results import (
     CentreOfMass,
+    CurveError,
+    CurveLights,
+    Epsilon,
+    HipCentres,
+    JointPower,
     Kind,
     Kinds,
+    KnownTo,
+    MeanCurve,
     MeasuredErrors,
+    PredictedCurves,
     PredictionResult,
+    QuantityResult,
     RecordResult,
     UnseenResult,
+    WalkStatistics,
 )
-from gaitval.metrics.round_errors import Epsilon
-from gaitval.metrics.statistics_results import WalkStatistics
+from gaitval.metrics.learning_gain import LearningGain
+from gaitval.metrics.origin import Origins, ReadBy, Status
 from gaitval.metrics.tolerances import Measure, Verdict
 from gaitval.metrics.typed import (
     Count,
@@ -40,38 +44,232 @@ from gaitval.metrics.typed import (
     Result,
     Sha256,
     Share,
+    Sides,
     Size,
+    StrictPositive,
     as_version,
     named,
     same_version,
 )
-from gaitval.metrics.verdict_counts import Summary
-from gaitval.metrics.walk_results import (
-    CountBySide,
-    Endurance,
-    FootContacts,
-    HipCentres,
-    MeanCurve,
-    PushRecovery,
-    TorqueShares,
-)
 from gaitval.model.parameters import PARAMETERS
 from gaitval.prediction.known import QUANTITIES, RecordedQuantity
+from gaitval.reference.adjustment import JOINTS
 
 if TYPE_CHECKING:
     import pandas as pd
 
-
 METRICS: Final = "metrics.json"
 SCHEMA_VERSION: Final = 13
 """Of `metrics.json`."""
-OTHER_KEYS: Final = 12
+OTHER_KEYS: Final = SCHEMA_VERSION - 1
 """The version that is the same with other keys (`told`, `witness`), and is read."""
 IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""
 
-CORRECTED_JOINTS: Final = 13
-"""Coordinates that a correction changes: `gaitval.reference.adjustment.JOINTS`."""
+
+class CountBySide(Sides[Count]):
+    """Right and left."""
+
+
+class Endurance(Result):
+    """How far the rollout from one start phase went, see `gaitval.metrics.rollouts.endurance`."""
+
+    start_phase: Number
+    """Of the right gait cycle."""
+    fell: Flag
+    """The rollout ended early."""
+    seconds: Size
+    cycles: CountBySide
+    """Complete gait cycles in a row after the settling ones."""
+    scuffs: CountBySide
+    """Contacts too short for a stance."""
+    walking_speed: Number | None
+    """m/s over whole right cycles; null without any."""
+    engine: Literal["compiled", "dart", "mujoco"] = "dart"
+    """That it walked in; a file without it is from when all walked in DART."""
+
+
+class Repeat(Result):
+    """What was measured of a repeat of the compared walk, see gaitval/metrics/repeats.py."""
+
+    start_phase: Number
+    noise: Size
+    """rad, of its start."""
+    seed: Count
+    fell: Flag
+    measures: dict[str, dict[str, Number | None]]
+    """By measure and target."""
+
+
+class PressurePath(Result):
+    """Centre of pressure over stance in the footprint, % of foot length from the heel, towards
+    the midline.
+    """
+
+    along: MeanCurve
+    across: MeanCurve
+
+
+PROGRESS_AT: Final = ("10", "50", "90")
+"""% of stance at which the centre of pressure is reported."""
+_PERCENT, _PERCENTS = named(PROGRESS_AT)
+
+
+class FootContact(Result):
+    """How one foot met the ground, see gaitval/metrics/foot_contact.py."""
+
+    stances: Count
+    foot_length_m: StrictPositive
+    spheres: list[Annotated[list[Number], Field(min_length=3, max_length=3)]]
+    """Along, across and radius of each contact sphere in the footprint, foot lengths."""
+    path: PressurePath
+    progress: Annotated[dict[Annotated[str, _PERCENT], Number | None], *_PERCENTS]
+    """Centre of pressure at % of stance, % of foot length from the heel."""
+    bounces_per_stance: Number | None
+    transient_peak: Number | None
+    """Largest unfiltered vertical force in the first 15 % of stance, % BW, mean."""
+
+
+class FootContacts(Sides[FootContact]):
+    """Right and left foot."""
+
+
+class PushRecovery(Result):
+    """Recovery from horizontal pushes at the pelvis, see gaitval/metrics/push_recovery.py."""
+
+    seconds: StrictPositive
+    """s, how long each push lasts."""
+    cycles: StrictPositive
+    """Gait cycles without a fall after which a push counts as survived."""
+    resolution: StrictPositive
+    """N, the finest step in force."""
+    ceiling: Size
+    """N, the largest push tested: a walker that survived it may survive more."""
+    phases: Annotated[list[Number], Field(min_length=1)]
+    """Of the right gait cycle."""
+    directions: Annotated[list[Number], Field(min_length=1)]
+    """Degrees from straight ahead, left positive."""
+    largest: list[Annotated[list[Size], Field(min_length=1)]]
+    """By phase and direction, N: the largest force up to which every tested push was survived."""
+    force: Size
+    """N, of the push that must be survived."""
+    criterion_directions: list[Number]
+    """Degrees, those within 90° of straight ahead."""
+    survived: list[list[Flag]]
+    """By phase and criterion direction: whether the push of `force` was survived."""
+
+    def targets(self) -> list[str]:
+        """What a limit on pushes is about, by phase: with the force, if it is not the usual one."""
+        usual = self.force == PushSettings().force
+        return [
+            f"phase {p:g}" if usual else f"phase {p:g}, {self.force:.0f} N" for p in self.phases
+        ]
+
+
+class PushTrace(Result):
+    """Velocity of the centre of mass around a push, with five digits."""
+
+    phase: Number
+    """Of the right gait cycle at which the push begins."""
+    direction: Number
+    """Degrees from straight ahead, left positive."""
+    force: Size
+    """N."""
+    fell: Flag
+    cycles: list[Number]
+    """Gait cycles since the beginning of the push."""
+    velocity: list[Annotated[list[Number], Field(min_length=3, max_length=3)]]
+    """m/s: forward, left, up."""
+
+
+class PlacedFoot(Result):
+    """A push to the side, and the first step after it that there was time for, see
+    gaitval/metrics/foot_placement.py. Changes from the undisturbed walk, m to the left; null
+    without such a step.
+    """
+
+    phase: Number
+    """Of the right gait cycle at which the push begins."""
+    direction: Number
+    """Degrees from straight ahead, left positive."""
+    force: Size
+    """N."""
+    fell: Flag
+    side: Literal["right", "left"] | None
+    """Of the foot."""
+    lead: Size | None
+    """s, from the beginning of the push to the heel strike."""
+    foot: Number | None
+    extrapolated: Number | None
+    """Of the extrapolated centre of mass at the heel strike."""
+    pendulum: Number | None
+    """Of the foot by the capture point of a linear inverted pendulum."""
+
+
+class StoredPushes(Result):
+    """What a run folder keeps of its pushes: `push.json`, with all digits."""
+
+    recovery: PushRecovery
+    traces: list[PushTrace]
+    placed: list[PlacedFoot] = Field(default_factory=list)
+    """Of pushes to the side; none in folders of earlier versions."""
+
+
+PARTS: Final = ("feed_forward", "servo", "policy", "passive")
+"""Of the moment at a coordinate."""
+
+
+class MomentShare(Result):
+    """A part of the moment at a coordinate, see gaitval/metrics/torque_shares.py."""
+
+    rms: Size
+    """Nm/kg."""
+    r_squared: Number | None
+    """Share of the moment's variance that the part alone explains: 1 − residual over variance,
+    below 0 where the part alone is worse than the mean; null for a constant moment."""
+
+
+_PART, _PARTS = named(PARTS)
+TorqueShares = dict[str, Annotated[dict[Annotated[str, _PART], MomentShare], *_PARTS]]
+"""By actuated coordinate and part."""
+
+
+class StoredStarts(Result):
+    """How far the corrected walker got from every start phase, see `rollouts.walked_far`."""
+
+    starts: list[Endurance]
+
+
+class StoredWalks(Result):
+    """How far the rollout from each start phase went: `rollouts/walks.json`, with all digits."""
+
+    nominal: list[Endurance]
+    identified: list[Endurance] | None = None
+    second_engine: Endurance | None = Field(
+        None, validation_alias=AliasChoices("second_engine", "witness")
+    )
+    """In the second physics engine."""
+    centring: Size | None = None
+    """Share of the policy's action bias that was taken away, if not the configured one."""
+    torque_shares: TorqueShares | None
+    """Of the walk that is validated."""
+
+
+class Summary(Result):
+    """Of the rows of role acceptance: passed, not passed, with a goal, with the goal reached."""
+
+    accepted: Count
+    refused: Count
+    not_shown: Count = 0
+    """Of those refused: not nearer than the best guess, but by no more than walks differ."""
+    guess_judged: Count = 0
+    """Rows on which the best guess without a model could be judged in the place of the walk."""
+    guess_passes: Count = 0
+    """Of those, rows that it would pass."""
+    guess_within: Count = 0
+    """Of those, rows whose limit alone it would keep."""
+    goals: Count
+    goals_reached: Count
 
 
 class SubjectResult(Result):
@@ -326,10 +524,8 @@ class CorrectionResult(Result):
     cycle), height of the pelvis in m. Errors are those of `learning_control.walked.Walked`.
     """
 
-    joints: Annotated[list[str], Field(min_length=CORRECTED_JOINTS, max_length=CORRECTED_JOINTS)]
-    harmonics: Annotated[
-        list[list[Number]], Field(min_length=CORRECTED_JOINTS, max_length=CORRECTED_JOINTS)
-    ]
+    joints: Annotated[list[str], Field(min_length=len(JOINTS), max_length=len(JOINTS))]
+    harmonics: Annotated[list[list[Number]], Field(min_length=len(JOINTS), max_length=len(JOINTS))]
     height: Number
     errors: list[Number]
     share: Share = 1.0
@@ -366,7 +562,7 @@ class HeldOutError(Result):
 
 
 class HeldOutErrors(Result):
-    """How wrong gaitval's predictions of recorded trials are, see gaitval/metrics/held_out.py."""
+    """How wrong predictions of recorded trials are, see gaitval/metrics/other_trials.py."""
 
     trials: Count
     """Two trials of a person at two speeds are one difference and count once, as do trials at one
@@ -493,9 +689,9 @@ class Metrics(Displayed, Result):
         joint angles (deg), joint moments (Nm/kg), ground reaction (% of body weight), and what
         follows from them (`gaitval.quantities`). A column `source` says whose each row is.
         """
-        from gaitval.metrics.record_results import KINDS
-        from gaitval.metrics.shown_quantities import quantities_of_record, quantities_of_walk
+        from gaitval.metrics.curve_results import KINDS
         from gaitval.metrics.tables import mean_curves
+        from gaitval.metrics.walk_quantities import quantities_of_record, quantities_of_walk
 
         name = self.subject.identifier
         other = "record of" if self.is_recorded_at_all else "prediction for"

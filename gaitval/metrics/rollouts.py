@@ -19,8 +19,8 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError
 from gaitval.metrics.cycles import find_cycles, walking_speed
+from gaitval.metrics.results import CountBySide, Endurance
 from gaitval.metrics.typed import number
-from gaitval.metrics.walk_results import CountBySide, Endurance
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout
 from gaitval.policy.storage import Policy

@@ -22,8 +22,8 @@ import numpy as np
 from gaitval._internal.io.text_tables import shipped_table
 from gaitval.arrays import Array
 from gaitval.gait.healthy_controls import PROFILE_ANGLES
+from gaitval.metrics.curve_results import Region
 from gaitval.metrics.curve_statistics import regions_of
-from gaitval.metrics.statistics_results import Region
 
 FILE: Final = "healthy_cases.csv"
 RANK: Final = 2

@@ -7,10 +7,9 @@ import pandas as pd
 
 from gaitval._internal.text.frames import FORCE, MOMENT, NamedCurve, of_kind, sourced_frame
 from gaitval.gait.sampling import SAMPLES
-from gaitval.metrics.record_results import Kind, Kinds
+from gaitval.metrics.curve_results import Kind, Kinds, MeanCurve
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.typed import Curve
-from gaitval.metrics.walk_results import MeanCurve
 from gaitval.quantities import BY_NAME, Found
 
 AnyCurves = Kinds[MeanCurve] | Kinds[Curve]

@@ -256,7 +256,7 @@ def measured(measure: str, target: str, value: float | None) -> Measure:
 
 
 class Spread(Result):
-    """A verdict in repeats, see gaitval/metrics/spread.py."""
+    """A verdict in repeats, see gaitval/metrics/verdict_rows.py."""
 
     repeats: Count
     """Walks from other starts with noise; pushes of `push_survival`; start phases of endurance."""
@@ -277,7 +277,7 @@ class AgainstGuess(Result):
     """
 
     group: str
-    """Of `gaitval.metrics.groups.GROUPS`."""
+    """Of `gaitval.metrics.baselines.GROUPS`."""
     side: Side
     guess: str
     """Name of the guess, of those in `predictions`."""

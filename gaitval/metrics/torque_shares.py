@@ -17,8 +17,8 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED
 from gaitval.metrics.cycles import GaitCycles, step_of
+from gaitval.metrics.results import PARTS, MomentShare, TorqueShares
 from gaitval.metrics.typed import number
-from gaitval.metrics.walk_results import PARTS, MomentShare, TorqueShares
 from gaitval.model.parameters import PARAMETERS
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.servo import reference_tables, servo_stiffness

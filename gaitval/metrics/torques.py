@@ -19,6 +19,8 @@ from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, RANGES, SIDES, sp
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.metrics.cycles import GaitCycles, step_of
 from gaitval.metrics.tolerances import Measure, measured
+from gaitval.metrics.unrecorded import RINGING_HZ
+from gaitval.metrics.walk_muscles import CUTOFF
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.tree import (
@@ -32,21 +34,17 @@ from gaitval.model.tree import (
 )
 from gaitval.simulation.rollout import Rollout
 
-ABOVE_HZ: Final = 12.0
-"""As `unrecorded.RINGING_HZ`: above what walking itself puts into moments."""
-SMOOTH_HZ: Final = 10.0
-"""Low-pass for peaks, as moments are compared."""
-RATE_PERCENTILE: Final = 99.9
+PERCENTILES: Final[Mapping[str, float]] = {"torque_rate": 99.9, "foot_creep": 95.0}
+"""Of the rows of whole cycles, %, that stand for the largest value of a measure: convention."""
 LOADED: Final = 0.5
 """Body weights on a foot from which its creep counts: neither landing nor leaving."""
-CREEP_PERCENTILE: Final = 95.0
 
 AXES: Final = (
     *("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle"),
     *("subtalar_angle", *LUMBAR),
 )
-"""Coordinates, without side, whose moments are looked at above `ABOVE_HZ`: every axis of hip, knee,
-ankle and lumbar joint. Of two sides the worse counts."""
+"""Coordinates, without side, whose moments are looked at above `RINGING_HZ`: every axis of hip,
+knee, ankle and lumbar joint. Of two sides the worse counts."""
 
 
 def _of_axes(values: Array) -> dict[str, float]:
@@ -60,22 +58,22 @@ def _of_axes(values: Array) -> dict[str, float]:
 
 
 def moment_ringing(rollout: Rollout, rows: slice, mass: float) -> dict[str, float]:
-    """RMS Nm/kg of the moments about each of `AXES` above `ABOVE_HZ`, in `rows` of whole cycles of
-    a `rollout`: by Parseval's theorem from the spectrum, without a filter. `mass` kg.
+    """RMS Nm/kg of the moments about each of `AXES` above `RINGING_HZ`, in `rows` of whole cycles
+    of a `rollout`: by Parseval's theorem from the spectrum, without a filter. `mass` kg.
     """
     moments = rollout.moments[rows] / mass
     spectrum = np.abs(np.fft.rfft(moments, axis=0)) / len(moments)
-    high = np.fft.rfftfreq(len(moments), step_of(rollout)) >= ABOVE_HZ
+    high = np.fft.rfftfreq(len(moments), step_of(rollout)) >= RINGING_HZ[0]
     # rfft keeps positive frequencies only; the negative ones have the same power.
     return _of_axes(np.sqrt(2.0 * np.sum(spectrum[high] ** 2, axis=0)))
 
 
 def torque_rate(rollout: Rollout, rows: slice, mass: float) -> dict[str, float]:
-    """`RATE_PERCENTILE` of how fast the moments about each of `AXES` change, Nm/kg/s, as they act;
+    """`PERCENTILES` of how fast the moments about each of `AXES` change, Nm/kg/s, as they act;
     `rollout`, `rows` and `mass` as for `moment_ringing`.
     """
     change = np.abs(np.diff(rollout.moments[rows], axis=0)) / (mass * step_of(rollout))
-    return _of_axes(np.percentile(change, RATE_PERCENTILE, axis=0))
+    return _of_axes(np.percentile(change, PERCENTILES["torque_rate"], axis=0))
 
 
 def joint_work(rollout: Rollout, rows: slice) -> Array:
@@ -93,12 +91,10 @@ def each_cycle(cycles: GaitCycles, side: int) -> Iterator[slice]:
 
 def toe_moment_peak(rollout: Rollout, cycles: GaitCycles, mass: float, side: int) -> float:
     """Mean over the `cycles` of a `side` (0 right, 1 left) of the largest size of the moment at
-    the toes (metatarsophalangeal), Nm/kg, below `SMOOTH_HZ`.
+    the toes (metatarsophalangeal), Nm/kg, below `CUTOFF`.
     """
     column = ACTUATED.index(f"mtp_angle_{SIDES[side][0]}")
-    moment = low_pass_simulated(
-        rollout.moments[:, column], step=step_of(rollout), frequency=SMOOTH_HZ
-    )
+    moment = low_pass_simulated(rollout.moments[:, column], step=step_of(rollout), frequency=CUTOFF)
     peaks = [np.abs(moment[rows]).max() for rows in each_cycle(cycles, side)]
     return float(np.mean(peaks) / mass)
 
@@ -107,10 +103,10 @@ def free_moment_peak(
     rollout: Rollout, cycles: GaitCycles, mass: float, height: float, side: int
 ) -> float:
     """Mean over the `cycles` of a `side` of the largest size of the free moment under the foot,
-    over weight x body `height` (m), below `SMOOTH_HZ`.
+    over weight x body `height` (m), below `CUTOFF`.
     """
     moment = low_pass_simulated(
-        rollout.free_moment[:, side], step=step_of(rollout), frequency=SMOOTH_HZ
+        rollout.free_moment[:, side], step=step_of(rollout), frequency=CUTOFF
     )
     peaks = [np.abs(moment[rows]).max() for rows in each_cycle(cycles, side)]
     return float(np.mean(peaks) / (mass * GRAVITY * height))
@@ -215,9 +211,9 @@ def _power_and_slip(model: BodyModel, *motion: Array) -> tuple[Array, Array]:
 
 
 def creep(rollout: Rollout, ground: GroundRows, rows: slice, mass: float, side: int) -> float:
-    """`CREEP_PERCENTILE` of the slip, m/s, of the foot of a `side` with at least `LOADED`."""
+    """`PERCENTILES` of the slip, m/s, of the foot of a `side` with at least `LOADED`."""
     loaded = rollout.ground_reaction[rows, side, 2] > LOADED * mass * GRAVITY
-    return float(np.percentile(ground.slip[rows, side][loaded], CREEP_PERCENTILE))
+    return float(np.percentile(ground.slip[rows, side][loaded], PERCENTILES["foot_creep"]))
 
 
 def mechanical_energy(rollout: Rollout, model: BodyModel, row: int) -> float:
@@ -247,7 +243,7 @@ TORQUES: Final = (
     *(("knee_beyond_range", side) for side in SIDES),
 )
 """Measure and target of what `torques_of` gives: the largest moment at the toes and the work
-that they take up in a stride; moments above `ABOVE_HZ`; how fast moments change; the free moment
+that they take up in a stride; moments above `RINGING_HZ`; how fast moments change; the free moment
 over weight and height, in %; how fast a loaded foot creeps; and by how much the knee is extended
 beyond the model's own range."""
 

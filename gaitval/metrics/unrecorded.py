@@ -3,6 +3,7 @@
 A walker is free to use what is not compared with a record. These measures show where it does.
 """
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -25,11 +26,15 @@ _SHOULDER = ("arm_flex", "arm_add", "arm_rot")
 
 _LUMBAR = [ACTUATED.index(name) for name in LUMBAR]
 
-TRUNK_RANGE: Final = {"tilt": (4.0, 1.8), "lean": (3.3, 1.4), "turn": (6.9, 2.9)}
+TRUNK: Final[Mapping[str, tuple[float, float]]] = {
+    "tilt": (4.0, 1.8),
+    "lean": (3.3, 1.4),
+    "turn": (6.9, 2.9),
+    "mean tilt": (0.0, 3.6),
+}
 """Degrees: range of the trunk's angles in the room over a gait cycle, mean and standard deviation
-of 20 healthy adults (Chung et al. 2010, J Neuroeng Rehabil 7:9, table 2)."""
-TRUNK_TILT_SD: Final = 3.6
-"""Degrees, of the mean forward tilt between the same people."""
+of 20 healthy adults; and of their mean forward tilt from upright (Chung et al. 2010, J Neuroeng
+Rehabil 7:9, table 2)."""
 
 STEP_WIDTH: Final = (0.140, 0.031)
 """Leg lengths: mean and standard deviation of healthy adults at their own speed, which changes it
@@ -41,7 +46,7 @@ UNRECORDED: Final = (
     *(("shoulder_moment_peak", side) for side in SIDES),
     ("arm_work_share", "walk"),
     ("force_ringing", "walk"),
-    *(("trunk_motion", name) for name in (*TRUNK_RANGE, "mean tilt")),
+    *(("trunk_motion", name) for name in TRUNK),
     ("lumbar_moment_peak", "walk"),
 )
 """Measure and target of what `unrecorded` gives: the size (3,) of the moment at each shoulder; the
@@ -93,16 +98,17 @@ def trunk_angles(positions: Array, ground: Ground = LEVEL) -> Array:
 
 
 def _trunk(rollout: Rollout, cycles: GaitCycles, ground: Ground) -> list[float]:
-    """Of each of `TRUNK_RANGE`, and of the mean tilt."""
+    """Of each of `TRUNK`."""
     angles = cut(
         trunk_angles(rollout.positions, ground), cycles.starts["right"], cycles.ends["right"]
     ).mean(axis=0)
+    (*ranges, (upright, between)) = TRUNK.values()
     return [
         *(
             max(0.0, float((np.ptp(each) - mean) / sd))
-            for each, (mean, sd) in zip(angles.T, TRUNK_RANGE.values(), strict=True)
+            for each, (mean, sd) in zip(angles.T, ranges, strict=True)
         ),
-        abs(float(angles[:, 0].mean())) / TRUNK_TILT_SD,
+        abs(float(angles[:, 0].mean()) - upright) / between,
     ]
 
 

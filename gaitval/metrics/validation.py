@@ -24,78 +24,85 @@ from gaitval.metrics.acceptance import (
     known_groups,
     lights,
 )
-from gaitval.metrics.acceptance_results import CurveLights, KnownTo
 from gaitval.metrics.baselines import skill
 from gaitval.metrics.comparator import Comparator, compared_with
 from gaitval.metrics.comparison import (
-    CurveError,
     compare_curve,
     foot_progression,
+    hip_centres,
     low_pass_of,
     rmse_of,
     simulated_curves,
 )
-from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
-from gaitval.metrics.epsilon import NORMALISATION, epsilon
-from gaitval.metrics.foot_contact import Stances, foot_contacts
-from gaitval.metrics.hip_centres import hip_centres
-from gaitval.metrics.known_measures import uses
-from gaitval.metrics.learning_gain import LearningGain
-from gaitval.metrics.origin import SKILLS, Origins
-from gaitval.metrics.quantity_results import (
-    found_quantities,
-    power_result,
-    quantity_measures,
-    quantity_results,
-    stored_quantities,
-)
-from gaitval.metrics.record_results import (
+from gaitval.metrics.curve_results import (
     KINDS,
+    RMSE,
+    CurveError,
+    CurveLights,
     Kind,
+    KnownTo,
+    MeanCurve,
     PredictionResult,
     RecordedFigures,
     RecordResult,
-    UnseenResult,
+    WalkStatistics,
+    by_kind,
+    mean_curves,
 )
-from gaitval.metrics.recorded import by_kind, errors_as_measured, mean_curves
-from gaitval.metrics.repetitions import repetitions
+from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
+from gaitval.metrics.epsilon import NORMALISATION, epsilon
+from gaitval.metrics.foot_contact import Stances, foot_contacts
+from gaitval.metrics.learning_gain import LearningGain
+from gaitval.metrics.origin import SKILLS, Origins, uses
+from gaitval.metrics.other_trials import unseen
+from gaitval.metrics.recorded import errors_as_measured
 from gaitval.metrics.results import (
     SCHEMA_VERSION,
     CorrectionResult,
+    CountBySide,
     CurveErrors,
     CurveUnits,
+    Endurance,
+    FootContacts,
     HeldOutErrors,
     IdentificationResult,
     Method,
     Metrics,
     Provenance,
+    PushRecovery,
+    Repeat,
     SecondEngineResult,
     Spatiotemporal,
     SpatiotemporalResult,
     SubjectResult,
+    TorqueShares,
     WalkedCurves,
     WalkResult,
     WalkResults,
 )
 from gaitval.metrics.rollouts import Rollouts
 from gaitval.metrics.side_measures import side_values
-from gaitval.metrics.spread import repeated_values
-from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.tolerances import Measure, Verdict, measured
 from gaitval.metrics.torques import torques_of
 from gaitval.metrics.typed import number, numbers, rounded
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
-from gaitval.metrics.verdict_rows import ENDURANCE, judged, measure_rows, spread_in_repeats, summary
-from gaitval.metrics.walk_muscles import walk_motion
-from gaitval.metrics.walk_results import (
-    CountBySide,
-    Endurance,
-    FootContacts,
-    MeanCurve,
-    PushRecovery,
-    Repeat,
-    TorqueShares,
+from gaitval.metrics.verdict_rows import (
+    ENDURANCE,
+    judged,
+    measure_rows,
+    repeated_values,
+    spread_in_repeats,
+    summary,
 )
+from gaitval.metrics.walk_muscles import walk_motion
+from gaitval.metrics.walk_quantities import (
+    found_quantities,
+    power_result,
+    quantity_measures,
+    quantity_results,
+    stored_quantities,
+)
+from gaitval.metrics.walk_statistics import walk_statistics
 from gaitval.metrics.whole_body import centre_of_mass_measures, walked_centre_of_mass
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
@@ -112,7 +119,6 @@ EXTERNAL_LOAD = (
 )
 """Stated instead of a verdict: a measured zero could not fail, but the test can."""
 
-RMSE: Final = dict(zip(KINDS, ("angle_rmse", "moment_rmse", "force_rmse"), strict=True))
 _SKILL: Final = dict(zip(KINDS, SKILLS, strict=True))
 
 _SPATIOTEMPORAL_UNITS: Final[Mapping[Spatiotemporal, str]] = {
@@ -308,7 +314,7 @@ def _walk(
     )
     return walk, [
         *rmse_measures(errors),
-        *skill_measures(errors, of.guesses),
+        *skill_measures(errors, of.baselines.guesses),
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
         *unrecorded(rollout, cycles, mass=of.model.mass, ground=of.model.ground),
         *torques.measures,
@@ -426,26 +432,15 @@ def _second_engine(
 def _statistics(
     rollout: Rollout, compared: _Compared, of: Comparator, age_years: float | None
 ) -> WalkStatistics | None:
-    """The statistics of whole curves, whose tests take long to load."""
-    from gaitval.metrics.walk_statistics import walk_statistics
-
+    """The statistics of whole curves."""
     return walk_statistics(
         compared.curves,
         foot_progression(rollout, compared.cycles, of.model),
         of.record,
         by_kind(of.curves),
-        of.origins,
+        of.baselines.origins,
         age_years=age_years,
     )
-
-
-def _unseen(subject: "Subject", walk: WalkResult) -> list[UnseenResult]:
-    """The walk against each trial that repeats the subject's own, which a fit did not read."""
-    if not repetitions(subject):
-        return []
-    from gaitval.metrics.unseen import unseen
-
-    return unseen(subject, walk.curves)
 
 
 def provenance_of(
@@ -465,15 +460,6 @@ def provenance_of(
         record=value_hash(
             {name: part for name, part in recorded.as_dict().items() if name != "quantities"}
         ),
-    )
-
-
-def _person(subject: "Subject") -> SubjectResult:
-    return SubjectResult(
-        identifier=subject.identifier,
-        source=subject.described,
-        citation=subject.citation,
-        licence=subject.licence,
     )
 
 
@@ -499,19 +485,19 @@ def _judgement(
     repeated = repeated_values(by.again)
     rows = [
         each.model_copy(update={"spread": spread_in_repeats(each, repeated, by.pushes, starts)})
-        for each in judged(measures, of.origins)
+        for each in judged(measures, of.baselines.origins)
     ]
-    guesses = against_guesses(walk.errors, repeated, of.opponents)
-    verdicts = accepted(rows, guesses, of.known, of.opponents)
+    guesses = against_guesses(walk.errors, repeated, of.baselines)
+    verdicts = accepted(rows, guesses, of.known, of.baselines)
     errors = curves = second = None
     if by.second_engine is not None:
         there, measured_there = _measured(by.second_engine, of, configuration)
         errors, curves = there.errors, there.curves
-        second = _second_engine(by.second_engine, measured_there, of.origins)
+        second = _second_engine(by.second_engine, measured_there, of.baselines.origins)
     return _Judgement(
         verdicts,
-        lights(walk.errors, verdicts, of.known, of.opponents, errors, by.prediction_errors),
-        known_groups(walk.curves, curves, of.known, of.origins),
+        lights(walk.errors, verdicts, of.known, of.baselines, errors, by.prediction_errors),
+        known_groups(walk.curves, curves, of.known, of.baselines.origins),
         second,
     )
 
@@ -561,21 +547,26 @@ def validate(
     return rounded(
         Metrics(
             schema_version=SCHEMA_VERSION,
-            subject=_person(subject),
+            subject=SubjectResult(
+                identifier=subject.identifier,
+                source=subject.described,
+                citation=subject.citation,
+                licence=subject.licence,
+            ),
             units=CurveUnits(angles="deg", moments="Nm/kg", forces="% BW"),
             method=_method(record, model, configuration, by.centring),
             record=recorded,
             recorded=[] if unrecorded_speed else list(quantities_recorded(subject)),
             known=known,
-            predictions=list(of.guesses),
-            unseen=[] if is_predicted(configuration.record) else _unseen(subject, walk),
+            predictions=list(of.baselines.guesses),
+            unseen=[] if is_predicted(configuration.record) else unseen(subject, walk.curves),
             prediction_errors=by.prediction_errors,
             walks=WalkResults(
                 nominal=walk if identified is None else _measured(nominal, of, configuration)[0],
                 identified=None if identified is None else walk,
             ),
             final="nominal" if identified is None else "identified",
-            measures=measure_rows(measures, known, of.origins),
+            measures=measure_rows(measures, known, of.baselines.origins),
             tolerances=found.verdicts,
             summary=summary(found.verdicts),
             lights=found.lights,

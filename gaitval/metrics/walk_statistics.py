@@ -8,7 +8,6 @@ slightly too wide.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 import numpy as np
 
@@ -18,24 +17,21 @@ from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.mean_curves import TOLERANCES
 from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
-from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
-from gaitval.metrics.gait_profile import gait_profile
-from gaitval.metrics.healthy_bands import BAND, HealthyBands, bands_beside
-from gaitval.metrics.origin import Origins, curve_origin
-from gaitval.metrics.record_results import Kind
-from gaitval.metrics.recorded import by_kind
-from gaitval.metrics.statistics_results import (
+from gaitval.metrics.curve_results import (
     BandPeople,
     BandShares,
     CurveStatistics,
     GaitProfiles,
+    Kind,
     StatisticsOfCurves,
     WalkStatistics,
+    by_kind,
 )
+from gaitval.metrics.curve_statistics import ALPHA, PERMUTATIONS, one_sample_test
+from gaitval.metrics.gait_profile import gait_profile
+from gaitval.metrics.norms import BAND, HealthyBands, bands_beside
+from gaitval.metrics.origin import Origins, curve_origin
 from gaitval.metrics.typed import number, sided
-
-PERMUTATIONS: Final = 2_000
-"""Of the test of each curve; the SD of a p of 0.05 is 0.005."""
 
 
 def walk_statistics(
@@ -98,7 +94,7 @@ def _tested(
 
 
 def _of_curve(cycles: Array, expected: Array, where: Flags) -> CurveStatistics:
-    test = one_sample_test(cycles, expected, where=where, permutations=PERMUTATIONS)
+    test = one_sample_test(cycles, expected, where=where)
     return CurveStatistics(
         multiple_correlation=multiple_correlation([expected, cycles.mean(axis=0)]),
         repeatability=multiple_correlation(list(cycles)),

@@ -23,13 +23,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
 JOINTS: Final = "joints"
-PEOPLE: Final = 0.13
-"""Standard deviation of people's rates about what is expected of their speed, as a share of it: of
-35 adults on the level at 0.75 to 1.75 m/s (`experiments/level_rates.py` of commit 60ee3cba)."""
-MODEL: Final = 0.083
-"""Standard deviation of what the joints' model is off for a group, as a share of the rate: of ten
-conditions of forty people, to which its two numbers were fitted (`experiments/joint_metabolics.py`;
-0.115 for those left out, the fastest among them)."""
+SPREAD: Final[Mapping[str, float]] = {"people": 0.13, "model": 0.083}
+"""Standard deviations as shares of the rate. Of people's rates about what is expected of their
+speed: 35 adults on the level at 0.75 to 1.75 m/s (`experiments/level_rates.py` of commit 60ee3cba).
+Of what the joints' model is off for a group: ten conditions of forty people, to which its two
+numbers were fitted (`experiments/joint_metabolics.py`; 0.115 for those left out, the fastest among
+them)."""
 _NORMAL_90: Final = 1.645
 
 LEFT_OUT: Final = (
@@ -76,7 +75,7 @@ class MetabolicCost(Displayed):
         """W/kg, gross, low and high of 90 % of a person who walks like this: around the middle, by
         what a model is off for people, and what people differ.
         """
-        reach = _NORMAL_90 * float(np.hypot(MODEL, PEOPLE))
+        reach = _NORMAL_90 * float(np.hypot(*SPREAD.values()))
         return (1.0 - reach) * self.middle, (1.0 + reach) * self.middle
 
     def net(self, model: str) -> float:

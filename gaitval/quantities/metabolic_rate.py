@@ -29,12 +29,11 @@ from gaitval.quantities.quantity import (
     StrideTimes,
 )
 
-CONCENTRIC: Final = 0.25
-"""Efficiency of positive work that no negative work has paid for: Margaria (1968) Int Z Angew
-Physiol 25:339-351, as its public implementation has it; 0.2 to 0.3 in laboratories (Afschrift et
-al. 2025, PLoS Comput Biol, abstract, who find models of muscles at 0.58)."""
-ECCENTRIC: Final = 1.2
-"""Of negative work that does not come back, likewise: a W of it costs 0.83 W."""
+EFFICIENCY: Final[Mapping[str, float]] = {"positive": 0.25, "negative": 1.2}
+"""Of positive work that no negative work has paid for, and of negative work that does not come
+back: Margaria (1968) Int Z Angew Physiol 25:339-351, as its public implementation has it; 0.2 to
+0.3 in laboratories (Afschrift et al. 2025, PLoS Comput Biol, abstract, who find models of muscles
+at 0.58)."""
 HEAT: Final = 0.268
 """W/kg for each Nm/kg of the size of the moments of hip, knee and ankle, sagittal."""
 RETURNED: Final = 0.614
@@ -93,7 +92,7 @@ def leg_rate(size: Array, positive: Array, negative: Array) -> Array:
     absorbed, own = float(np.mean(negative)), float(np.mean(positive))
     back = RETURNED * min(1.0, own / absorbed) if absorbed > 0.0 else RETURNED
     paid, lost = positive - back * negative, (1.0 - back) * negative
-    return np.asarray(HEAT * size + paid / CONCENTRIC + lost / ECCENTRIC)
+    return np.asarray(HEAT * size + paid / EFFICIENCY["positive"] + lost / EFFICIENCY["negative"])
 
 
 def joint_rates(curves: Curves, stride_time: StrideTimes) -> Found | None:

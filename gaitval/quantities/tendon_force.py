@@ -23,18 +23,17 @@ from gaitval.quantities.quantity import (
     StrideTimes,
 )
 
-ARM_ANGLES: Final = (-10.0, 20.0)
-"""deg of dorsiflexion: ankle angles at which the arm was measured; between them it is a line, and
-beyond them as at the nearer one, both of which is convention."""
-ARM: Final = (0.0369, 0.0346)
-"""m, the arm there: largest at 10° of plantarflexion, and at 20° of dorsiflexion, mean of ten men,
-SD 2 mm, measured at rest by ultrasound and motion capture (Manal, Cowder and Buchanan 2013, Physiol
-Rep 1:e00139, abstract). It is not scaled to the person. Contracted, it was up to 3 % longer."""
+ARM: Final[Mapping[float, float]] = {-10.0: 0.0369, 20.0: 0.0346}
+"""m, the arm at ankle angles at which it was measured, deg of dorsiflexion; between them it is a
+line, and beyond them as at the nearer one, both of which is convention. Largest at 10° of
+plantarflexion, and at 20° of dorsiflexion, mean of ten men, SD 2 mm, measured at rest by ultrasound
+and motion capture (Manal, Cowder and Buchanan 2013, Physiol Rep 1:e00139, abstract). It is not
+scaled to the person. Contracted, it was up to 3 % longer."""
 
 
 def moment_arm(ankle: Array) -> Array:
     """Of the tendon about the ankle, m, at angles `ankle`, rad, dorsiflexion positive."""
-    return np.asarray(np.interp(np.degrees(ankle), ARM_ANGLES, ARM))
+    return np.asarray(np.interp(np.degrees(ankle), list(ARM), list(ARM.values())))
 
 
 def tendon_force(ankle: Array, moment: Array) -> Array:

@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.metrics.foot_placement import RECOVERED
-from gaitval.metrics.walk_results import PlacedFoot
+from gaitval.metrics.results import PlacedFoot
 from gaitval.reporting.drawing import legend_above, new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR, WALK_WIDTH
 

@@ -7,8 +7,8 @@ from typing import Any, Final
 from gaitval._internal.io.artefacts import file_hash, read_json
 from gaitval._internal.io.build_info import minute_of
 from gaitval.errors import ArtefactError
-from gaitval.metrics.momentum import momentum_residual
 from gaitval.metrics.results import Metrics
+from gaitval.metrics.whole_body import momentum_residual
 from gaitval.model.ground import LEVEL
 from gaitval.model.urdf import read_urdf
 from gaitval.reporting.facts import shown

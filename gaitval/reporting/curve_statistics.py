@@ -10,9 +10,9 @@ import numpy as np
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
 from gaitval.gait.healthy_controls import load_controls
+from gaitval.metrics.curve_results import GaitProfiles, WalkStatistics
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control
-from gaitval.metrics.healthy_bands import BAND
-from gaitval.metrics.statistics_results import GaitProfiles, WalkStatistics
+from gaitval.metrics.norms import BAND
 from gaitval.metrics.typed import sided
 from gaitval.quantities.joint_power import JOINTS
 from gaitval.reporting.drawing import keys_of, legend_above, new_figure, svg

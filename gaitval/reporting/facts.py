@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pydantic import BaseModel
 
 from gaitval._internal.text.number_text import number
-from gaitval.metrics.record_results import RecordResult
+from gaitval.metrics.curve_results import RecordResult
 
 
 def at(values: object, pointer: str) -> object:

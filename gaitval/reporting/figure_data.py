@@ -16,8 +16,7 @@ from gaitval._internal.io.artefacts import write_text
 from gaitval._internal.io.text_tables import csv_text
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.metrics.results import Metrics
-from gaitval.metrics.walk_results import PlacedFoot, PushRecovery, PushTrace, StoredPushes
+from gaitval.metrics.results import Metrics, PlacedFoot, PushRecovery, PushTrace, StoredPushes
 from gaitval.metrics.whole_body import AXES
 
 FOLDER: Final = "figures"

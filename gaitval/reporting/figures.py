@@ -16,10 +16,10 @@ from scipy.spatial import ConvexHull
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.cycle_curves import FORCES
-from gaitval.metrics.results import Metrics
+from gaitval.metrics.curve_results import MeanCurve
+from gaitval.metrics.results import FootContact, Metrics, PushRecovery, PushTrace
 from gaitval.metrics.typed import array
 from gaitval.metrics.verdicts import CURVE_NAMES
-from gaitval.metrics.walk_results import FootContact, MeanCurve, PushRecovery, PushTrace
 from gaitval.metrics.whole_body import AXES
 from gaitval.reporting.drawing import keys_of, legend_above, link, new_figure, svg
 

@@ -8,10 +8,9 @@ import numpy as np
 from gaitval._internal.io.text_tables import with_unit
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.metrics.groups import group_curves
+from gaitval.metrics.baselines import group_curves
+from gaitval.metrics.curve_results import KINDS, PredictedCurves
 from gaitval.metrics.origin import curve_origin
-from gaitval.metrics.predicted_results import PredictedCurves
-from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.typed import array
 from gaitval.reporting import grids

@@ -20,9 +20,9 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import ADULT
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.norms import Norm, norms_at
-from gaitval.metrics.quantity_results import found_quantities
 from gaitval.metrics.recording_limits import State
 from gaitval.metrics.single_case import compare_with_group
+from gaitval.metrics.walk_quantities import found_quantities
 from gaitval.musculature.gait import MuscleGait
 from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION, Found
 from gaitval.reporting import grids

@@ -21,15 +21,16 @@ from gaitval.errors import ArtefactError
 from gaitval.gait.filters import FACTOR
 from gaitval.identification.body_report import Bar
 from gaitval.learning_control.walked import ACCURACY, PREDICTED, Accuracies, Walked
+from gaitval.metrics.curve_results import CURVE_UNITS, KINDS
 from gaitval.metrics.origin import not_recorded
-from gaitval.metrics.record_results import KINDS
-from gaitval.metrics.recorded import CURVE_UNITS
 from gaitval.metrics.results import (
     METRICS,
     CorrectionResult,
     Determination,
     FoundParameters,
     Metrics,
+    PushRecovery,
+    StoredPushes,
     read_metrics,
 )
 from gaitval.metrics.tolerances import Role, Verdict
@@ -41,7 +42,6 @@ from gaitval.metrics.verdicts import (
     unjudged_text,
     value_text,
 )
-from gaitval.metrics.walk_results import PushRecovery, StoredPushes
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.prediction.slopes import is_changed
 from gaitval.reference.adjustment import JOINTS, Adjustment

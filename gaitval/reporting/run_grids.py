@@ -15,12 +15,12 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import foot_progression, rmse_of, simulated_curves
+from gaitval.metrics.curve_results import KINDS
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.norms import Norm, norms
-from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.shown_quantities import of_record, of_walk
 from gaitval.metrics.typed import array
+from gaitval.metrics.walk_quantities import of_record, of_walk
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.urdf import read_urdf
 from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 from gaitval._internal.text.number_text import number, rough, unit_text
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
-from gaitval.metrics.acceptance_results import CurveLight, Light, Reason
+from gaitval.metrics.curve_results import CurveLight, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
 from gaitval.metrics.results import METRICS, Metrics

@@ -5,15 +5,13 @@ from typing import Final, cast
 
 from gaitval.coordinates import ACTUATED, SIDES, split_side
 from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
-from gaitval.metrics.baselines import skill
+from gaitval.metrics.baselines import group_curves, group_rows, skill
 from gaitval.metrics.comparison import rmse_of
-from gaitval.metrics.groups import group_curves, group_rows
+from gaitval.metrics.curve_results import Kind
 from gaitval.metrics.origin import curve_origin
-from gaitval.metrics.record_results import Kind
-from gaitval.metrics.results import Metrics
-from gaitval.metrics.shown_quantities import of_record, of_walk
+from gaitval.metrics.results import Metrics, TorqueShares
 from gaitval.metrics.verdict_rows import ENDURANCE
-from gaitval.metrics.walk_results import TorqueShares
+from gaitval.metrics.walk_quantities import of_record, of_walk
 from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.reporting.figures import NAMES
 

@@ -156,9 +156,8 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
 
     def evaluate() -> None:
         from gaitval.metrics.epsilon import Walks, epsilons, mean_of
-        from gaitval.metrics.learning_gain import LearningGain
+        from gaitval.metrics.learning_gain import LearningGain, RoundErrors
         from gaitval.metrics.reference_curves import floor_of
-        from gaitval.metrics.round_errors import RoundErrors
         from gaitval.metrics.typed import array
         from gaitval.policy.rollouts import RolloutPool, in_groups
 

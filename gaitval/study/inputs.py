@@ -15,7 +15,7 @@ from gaitval.study.stage import Run
 
 if TYPE_CHECKING:
     from gaitval.configuration import Start
-    from gaitval.metrics.round_errors import RoundErrors
+    from gaitval.metrics.learning_gain import RoundErrors
     from gaitval.metrics.typed import Result
     from gaitval.model.body import BodyModel
     from gaitval.policy.storage import Policy
@@ -193,7 +193,7 @@ def body_parameters(identification: Path, which: str = "identified") -> NDArray[
 
 def round_errors(run: Run, round_number: int) -> "RoundErrors":
     """Epsilon of the finished round `round_number` of `run`."""
-    from gaitval.metrics.round_errors import read_round
+    from gaitval.metrics.learning_gain import read_round
 
     return read_round(run.folder / f"rounds/{round_number}")
 

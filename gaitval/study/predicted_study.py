@@ -167,9 +167,9 @@ def predicted_walk_stage(run: Run) -> Stage:
 
     def walk() -> None:
         from gaitval.metrics.cycles import find_cycles
+        from gaitval.metrics.results import StoredStarts, StoredWalks
         from gaitval.metrics.rollouts import roll_out_from
         from gaitval.metrics.torque_shares import torque_shares
-        from gaitval.metrics.walk_results import StoredStarts, StoredWalks
         from gaitval.policy.rollouts import RolloutPool
 
         task, mu = predicted_task(run)

@@ -7,7 +7,7 @@ from gaitval._internal.io import file_gate
 from gaitval._internal.io.artefacts import read_json, value_hash, write_json
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError
-from gaitval.metrics.walk_results import Endurance, Repeat, StoredPushes, StoredWalks
+from gaitval.metrics.results import Endurance, Repeat, StoredPushes, StoredWalks
 from gaitval.model.urdf import read_urdf
 from gaitval.study import body_stage
 from gaitval.study.inputs import (
@@ -24,8 +24,7 @@ from gaitval.study.stage import Run, Stage
 from gaitval.study.stage_versions import STAGE_VERSIONS
 
 if TYPE_CHECKING:
-    from gaitval.metrics.results import Metrics
-    from gaitval.metrics.walk_results import PushRecovery
+    from gaitval.metrics.results import Metrics, PushRecovery
 
 
 def body_stages(run: Run) -> list[Stage]:
@@ -56,7 +55,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     settings, people = run.configuration.record, builtin_subjects()
     expected_errors = None
     if is_unrecorded(settings) and not is_changed(settings):
-        from gaitval.metrics.held_out import prediction_errors
+        from gaitval.metrics.other_trials import prediction_errors
 
         expected_errors = prediction_errors(run.subject, settings, people)
     found = validate(
@@ -83,7 +82,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         others=people,
     )
     if is_predicted(settings):
-        from gaitval.metrics.held_out import predicted_curves, with_predicted
+        from gaitval.metrics.other_trials import predicted_curves, with_predicted
 
         walked = run.compared()[1] if is_changed(settings) else None
         curves = predicted_curves(run.subject, settings, people, walked)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from gaitval._internal.io.artefacts import write_json
 from gaitval._internal.io.journal import Journal
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.metrics.walk_results import Endurance, StoredPushes, StoredStarts, StoredWalks
+from gaitval.metrics.results import Endurance, StoredPushes, StoredStarts, StoredWalks
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.processes import kept_workers
 from gaitval.study.inputs import (

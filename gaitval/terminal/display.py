@@ -30,9 +30,8 @@ from gaitval.errors import ArtefactError
 from gaitval.study.stage import BESIDE, INTERRUPTED, Observer, in_words
 
 if TYPE_CHECKING:
-    from gaitval.metrics.results import Metrics
+    from gaitval.metrics.results import Metrics, PushRecovery
     from gaitval.metrics.tolerances import Verdict
-    from gaitval.metrics.walk_results import PushRecovery
     from gaitval.session.session import Import
 
 VERDICT_ROWS = 10
@@ -305,7 +304,7 @@ def print_tolerances(metrics: "Metrics") -> None:
 def print_groups(metrics: "Metrics") -> None:
     """Print errors in `metrics` by group beside those of predictions without a model."""
     from gaitval._internal.text.number_text import unit_text
-    from gaitval.metrics.groups import group_rows
+    from gaitval.metrics.baselines import group_rows
 
     rows = group_rows(metrics)
     where = f"{metrics.subject.identifier} ({metrics.subject.source})"

@@ -31,10 +31,10 @@ from gaitval.learning_control.search import _steps, effective_number, harm, sear
 from gaitval.learning_control.slopes import SLOPES, Slopes, places, shared_slopes
 from gaitval.learning_control.walked import ACCURACY, Walked, accuracy_of, fitted
 from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
+from gaitval.metrics.curve_results import by_kind
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
-from gaitval.metrics.walk_results import Endurance
+from gaitval.metrics.results import Endurance
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment

@@ -8,15 +8,14 @@ from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.acceptance import (
-    Opponents,
+    Baselines,
     against_guesses,
     known_to,
     lights,
     time_steps,
 )
-from gaitval.metrics.baselines import others_line
+from gaitval.metrics.baselines import GROUPS, others_line
 from gaitval.metrics.comparator import compared_with
-from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.origin import everything
 from gaitval.metrics.results import HeldOutError, HeldOutErrors
 from gaitval.metrics.validation import validate
@@ -133,7 +132,7 @@ def test_an_informed_guess_knows_no_more_than_the_walk(monkeypatch):
     ):
         settings = RecordSettings(use=use, holdout=holdout)
         configuration = CONFIGURATION.model_copy(update={"record": settings})
-        of = compared_with(SUBJECT, SUBJECT.record(), OTHERS, MODEL, configuration).opponents
+        of = compared_with(SUBJECT, SUBJECT.record(), OTHERS, MODEL, configuration).baselines
         best = {group: of.best(kind, names, "left") for group, (kind, names) in GROUPS.items()}
         assert {GROUPS[group][0] for group, guess in best.items() if guess.own} == set(told)
 
@@ -144,7 +143,7 @@ def test_a_trial_at_the_same_speed_measures_again_and_is_no_guess():
     person = SUBJECT.model_copy(update={"trials": (again,)})
     assert trial.walking_speed_m_s != SUBJECT.walking_speed_m_s
     found = compared_with(person, SUBJECT.record(), OTHERS, MODEL, CONFIGURATION)
-    assert not any(guess.own for guess in found.guesses)
+    assert not any(guess.own for guess in found.baselines.guesses)
 
 
 def test_it_must_be_within_what_the_record_is_known_to(monkeypatch):
@@ -180,7 +179,7 @@ def test_bands_of_an_import_are_in_the_units_and_names_of_the_curves():
 
 def test_worse_by_less_than_walks_differ_is_not_shown_and_not_passed(monkeypatch):
     metrics = validated(monkeypatch, between(1.0))
-    of = Opponents(metrics.predictions, (), everything("recorded"))
+    of = Baselines(metrics.predictions, (), everything("recorded"))
     best = of.best("forces", ("vertical",), "right").rmse.forces["vertical_r"]
 
     def state(error, scatter):
@@ -215,7 +214,7 @@ def test_a_walk_that_leaves_its_prediction_by_more_than_predictions_err_is_not_t
     metrics = validated(monkeypatch, between(0.5))
     errors = metrics.walk.errors
     far = errors.forces["vertical_r"].rmse
-    of = Opponents([], (), everything("predicted"))
+    of = Baselines([], (), everything("predicted"))
 
     def light(mean):
         group = HeldOutError(group="vertical force", unit="% BW", mean=mean, sd=None)

@@ -19,39 +19,39 @@ from gaitval.metrics.baselines import (
     skill,
 )
 from gaitval.metrics.comparison import rms
+from gaitval.metrics.curve_results import by_kind
 from gaitval.metrics.origin import record_origins
-from gaitval.metrics.recorded import by_kind
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.prediction.speed_line import dimensionless_speed
 
 SUBJECTS = builtin_subjects()
 
 
-def _straight(monkeypatch, bend: float = 0.0) -> None:
-    """Every curve of everyone is a line of their own speed, with a bend that a line cannot have."""
-    speed = {each.record().stride_time: dimensionless_speed(each) for each in SUBJECTS}
-    assert len(speed) == 10  # nobody is taken for another
-    first = recorded_curves(SUBJECTS[0].record())
+HEIGHTS = [
+    {name: float(number) for number, name in enumerate(getattr(recorded, field.name), start=1)}
+    for recorded in [recorded_curves(SUBJECTS[0].record())]
+    for field in fields(Curves)
+]
+"""Of the lines of angles, moments and forces."""
+
+
+def _lines(monkeypatch, at_of, bend: float = 0.0) -> None:
+    """Curves of every record are lines of what `at_of` says of it, each at its own height, with a
+    bend that no line has."""
 
     def curves(record):
-        at = speed[record.stride_time]
-        return Curves(
-            *(
-                {
-                    name: number + 2.0 * at + bend * at**2 + np.linspace(0.0, at, 101)
-                    for number, name in enumerate(getattr(first, field.name))
-                }
-                for field in fields(Curves)
-            )
-        )
+        at = at_of(record)
+        line = 3.0 * at + bend * at**2 + np.linspace(0.0, at, 101)
+        return Curves(*({name: own + line for name, own in each.items()} for each in HEIGHTS))
 
     monkeypatch.setattr("gaitval.metrics.baselines.recorded_curves", curves)
 
 
-def test_the_dimensionless_speed_is_the_root_of_the_froude_number():
-    person = SUBJECTS[4]
-    froude = person.record().speed ** 2 / (9.81 * person.leg_length_m)
-    assert dimensionless_speed(person) ** 2 == pytest.approx(froude)
+def _straight(monkeypatch, bend: float = 0.0) -> None:
+    """Lines of everybody's own speed."""
+    speed = {each.record().stride_time: dimensionless_speed(each) for each in SUBJECTS}
+    assert len(speed) == 10  # nobody is taken for another
+    _lines(monkeypatch, lambda record: speed[record.stride_time], bend)
 
 
 @pytest.mark.parametrize("person", SUBJECTS, ids=lambda person: person.identifier)
@@ -59,7 +59,7 @@ def test_curves_that_are_lines_of_speed_are_predicted_exactly(person, monkeypatc
     _straight(monkeypatch)
     found = others_line(person, SUBJECTS)
     at = dimensionless_speed(person)
-    expected = 2.0 * at + np.linspace(0.0, at, 101)
+    expected = 1.0 + 3.0 * at + np.linspace(0.0, at, 101)
     assert found.people == 9
     np.testing.assert_allclose(found.curves.angles["hip_flexion_r"], expected, atol=1e-12)
 
@@ -82,7 +82,7 @@ def test_the_prediction_is_least_squares(monkeypatch):
     _straight(monkeypatch, bend=3.0)
     found = others_line(SUBJECTS[2], SUBJECTS)
     speed = [dimensionless_speed(each) for each in SUBJECTS if each.identifier != "S03"]
-    values = [2.0 * at + 3.0 * at**2 for at in speed]
+    values = [1.0 + 3.0 * at + 3.0 * at**2 for at in speed]
     slope, start = np.polyfit(speed, values, 1)
     expected = start + slope * dimensionless_speed(SUBJECTS[2])
     assert found.curves.angles["hip_flexion_r"][0] == pytest.approx(expected)
@@ -127,25 +127,6 @@ def trials_of(person):
     return [person.on_trial(trial.name) for trial in person.trials]
 
 
-def _lines(monkeypatch, at_of) -> None:
-    """Curves of every record are a line of what `at_of` says of it."""
-    first = recorded_curves(SUBJECTS[0].record())
-
-    def curves(record):
-        at = at_of(record)
-        return Curves(
-            *(
-                {
-                    name: 1.0 + 3.0 * at + np.linspace(0.0, at, 101)
-                    for name in getattr(first, f.name)
-                }
-                for f in fields(Curves)
-            )
-        )
-
-    monkeypatch.setattr("gaitval.metrics.baselines.recorded_curves", curves)
-
-
 def test_the_nearest_trial_is_copied():
     nearest = min(
         trials_of(TRIED), key=lambda t: abs(t.walking_speed_m_s - TRIED.walking_speed_m_s)
@@ -170,7 +151,7 @@ def test_a_line_through_two_trials_is_exact_on_a_line_of_speed(monkeypatch):
     near = sorted(trials_of(TRIED), key=lambda t: abs(t.walking_speed_m_s - speed))[:2]
     assert found.known == f"the person's {near[0].trial} and {near[1].trial}"
     assert (found.name, found.people) == ("line through two trials", 0)
-    expected = 1.0 + 3.0 * speed + np.linspace(0.0, speed, 101)
+    expected = HEIGHTS[1]["knee_angle_l"] + 3.0 * speed + np.linspace(0.0, speed, 101)
     np.testing.assert_allclose(found.curves.moments["knee_angle_l"], expected, atol=1e-9)
     same = TRIED.model_copy(update={"trials": (TRIED.trials[0], TRIED.trials[0])})
     assert line_of_trials(same) is None, "one speed has no line"
@@ -208,7 +189,8 @@ def test_other_peoples_change_is_added_to_the_nearest_trial(monkeypatch):
     )
     level = dimensionless_speed(nearest) + 0.7
     change = here - dimensionless_speed(nearest)
-    expected = 1.0 + 3.0 * (level + change) + np.linspace(0.0, level + change, 101)
+    at = level + change
+    expected = HEIGHTS[0]["knee_angle_r"] + 3.0 * at + np.linspace(0.0, at, 101)
     np.testing.assert_allclose(found.curves.angles["knee_angle_r"], expected, atol=1e-9)
     assert change_added(TRIED, SUBJECTS[:2]) is None
     assert [each.name for each in predictions(TRIED, SUBJECTS)] == [

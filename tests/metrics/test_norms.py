@@ -7,8 +7,7 @@ import pytest
 
 from experiments import norms as made
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.healthy_bands import healthy_bands
-from gaitval.metrics.norms import norms, norms_at
+from gaitval.metrics.norms import healthy_bands, norms, norms_at
 from gaitval.metrics.unrecorded import STEP_WIDTH
 
 

@@ -335,14 +335,6 @@ def test_a_walker_that_is_done_takes_the_next_push(task):
     assert survived == [not each for each in fell]
 
 
-def test_the_table_can_be_written(tried):
-    _, _, (recovery, traces), _ = tried
-    written = recovery.as_dict()
-    assert written["directions"] == [0.0, 90.0, 180.0, -90.0]
-    assert written["criterion_directions"] == [-90.0, 0.0, 90.0]
-    assert len(traces[0].stored().velocity) == len(traces[0].cycles)
-
-
 def test_a_trace_begins_a_cycle_before_its_push(monkeypatch, task):
     """A row for each action, in cycles since the push."""
     walk = perfect_walk(synthetic_record(), cycles=5.0)
@@ -358,21 +350,6 @@ def test_a_trace_begins_a_cycle_before_its_push(monkeypatch, task):
     assert trace.cycles[-1] == pytest.approx(2.75, abs=2 * each)
     np.testing.assert_allclose(trace.velocity[:, 0].mean(), SPEED, rtol=0.02)
     assert not trace.fell
-
-
-def test_progress_counts_the_cases_that_are_done():
-    heard: list[int] = []
-    largest_survived(
-        lambda pushes: [push.force <= 150.0 for push in pushes],
-        (0.0, 0.5),
-        (0.0, 1.0),
-        step=100.0,
-        resolution=50.0,
-        ceiling=300.0,
-        on_progress=heard.append,
-    )
-    assert set(heard) == {0, 4}
-    assert heard[-1] == 4
 
 
 def test_a_light_person_is_pushed_by_as_much_less():

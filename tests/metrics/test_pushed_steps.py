@@ -7,7 +7,7 @@ import pytest
 
 from gaitval.configuration import PushSettings
 from gaitval.metrics.pushed_steps import PHASES, forces_of, placed_feet, pushes_aside
-from gaitval.metrics.walk_results import PlacedFoot
+from gaitval.metrics.results import PlacedFoot
 from gaitval.model.parameters import nominal_parameters
 from gaitval.reporting.balance_figure import (
     answered_pushes,

@@ -18,13 +18,14 @@ from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.healthy_controls import load_controls
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import compare_curve, simulated_curves
-from gaitval.metrics.cycles import cut, find_cycles, spatiotemporal, walking_speed
-from gaitval.metrics.epsilon import ANGLES, FORCES, JOINT_MOMENTS, epsilon
+from gaitval.metrics.cycles import find_cycles, spatiotemporal, walking_speed
+from gaitval.metrics.epsilon import ANGLES, JOINT_MOMENTS, epsilon
 from gaitval.metrics.foot_contact import EARLY, foot_contacts
 from gaitval.metrics.gait_profile import gait_profile
+from gaitval.metrics.pushed_steps import FORCES
 from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.whole_body import centre_of_mass_measures
-from gaitval.quantities.joint_power import BURSTS, burst_places, joint_power
+from gaitval.quantities.joint_power import joint_power
 from gaitval.scaling.scaling import scale_subject
 
 ALL = range(101)
@@ -98,23 +99,6 @@ def test_the_path_of_the_centre_of_mass_is_compared_over_the_whole_cycle(axis: i
         values = [row.value for row in rows if row.measure == "centre_of_mass_rmse"]
         assert values[axis] == pytest.approx(10.0 / np.sqrt(101))
         assert sum(values) == values[axis]
-
-
-@pytest.mark.parametrize("name", BURSTS)
-def test_a_burst_is_looked_for_within_its_part_of_the_cycle(name: str) -> None:
-    """The edges are no extremum, so the first and last that are found lie within them."""
-    burst = BURSTS[name]
-    flat = {each.joint: np.zeros(101) for each in BURSTS.values()}
-    found = []
-    for at in ALL:
-        power = flat[burst.joint].copy()
-        power[at] = burst.sign
-        if burst.after:  # which it follows: a small one of the other's sign at the start
-            before = BURSTS[burst.after]
-            power[before.first + 1] += before.sign * 0.1
-        if burst_places({**flat, burst.joint: power})[name] == at:
-            found.append(at)
-    assert found == [*range(burst.first + 1, burst.last)]
 
 
 @pytest.mark.parametrize("kind", ["generated", "absorbed"])
@@ -196,19 +180,6 @@ def test_every_cycle_after_the_settling_ones_is_in_the_means_and_counts_alike(
                                    filters=LowPass(100.0, 100.0)).angles[knee]  # fmt: skip
         error = changed.mean(axis=0) - RECORDED.angles[knee]
         assert error[50] == pytest.approx(0.1 / count, abs=2e-3)
-
-
-def test_cycles_begin_and_end_at_the_strikes_of_their_foot() -> None:
-    """The last one ends at the last strike, so that the walk after it has no part."""
-    walk = perfect_walk(RECORD, cycles=6.2)
-    found = find_cycles(walk, sharp_filter(settling_cycles=1))
-    for side in SIDES:
-        strikes = found.events[side].heel_strikes
-        assert found.ends[side][-1] == strikes[-1]
-        np.testing.assert_array_equal(found.starts[side][1:], found.ends[side][:-1])
-        ramp = cut(np.arange(len(walk.time), dtype=float), found.starts[side], found.ends[side])
-        np.testing.assert_allclose(ramp[:, 0], found.starts[side])
-        np.testing.assert_allclose(ramp[:, -1], found.ends[side])
 
 
 def test_speed_and_times_are_of_all_cycles() -> None:

@@ -15,10 +15,9 @@ from gaitval.apps.regression.regression import (
 )
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
-from gaitval.metrics.results import metrics_from
+from gaitval.metrics.results import PushRecovery, metrics_from
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.validation import StageResults, validate
-from gaitval.metrics.walk_results import PushRecovery
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,7 @@ from simulation_fixtures import changed
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.comparator import compared_with
 from gaitval.metrics.repeats import repeated_walks
-from gaitval.metrics.spread import repeated_values
-from gaitval.metrics.verdict_rows import ENDURANCE
+from gaitval.metrics.verdict_rows import ENDURANCE, repeated_values
 from gaitval.model.parameters import nominal_parameters
 from gaitval.study.stored_policy import general_walker
 

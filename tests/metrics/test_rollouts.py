@@ -11,6 +11,7 @@ from synthetic_walk import SPEED, perfect_walk, sharp_filter, synthetic_record
 from gaitval._internal.io.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics import rollouts
+from gaitval.metrics.results import Endurance
 from gaitval.metrics.rollouts import (
     compared_cycles,
     compared_part,
@@ -18,7 +19,6 @@ from gaitval.metrics.rollouts import (
     roll_out_from,
     walked_far,
 )
-from gaitval.metrics.walk_results import Endurance
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout

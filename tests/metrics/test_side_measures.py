@@ -10,9 +10,9 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
+from gaitval.metrics.curve_results import mean_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.known_measures import QUANTITIES_OF
-from gaitval.metrics.recorded import mean_curves
+from gaitval.metrics.origin import QUANTITIES_OF
 from gaitval.metrics.side_measures import SIDE_MEASURES, pressure_arm, side_values
 from gaitval.metrics.tolerances import WALK_UNITS, load_registry
 

@@ -8,7 +8,8 @@ from simulation_fixtures import random_policy
 
 from gaitval.coordinates import ACTUATED
 from gaitval.metrics.cycles import GaitCycles
-from gaitval.metrics.torque_shares import PARTS, moment_parts, torque_shares
+from gaitval.metrics.results import PARTS
+from gaitval.metrics.torque_shares import moment_parts, torque_shares
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout

@@ -113,18 +113,6 @@ def test_targets_in_the_words_of_gait_analysis():
     assert target_text("start phase 0.5") == "start phase 0.5"
 
 
-def test_limits_of_a_role_failed_ones_first(metrics):
-    every = limit_verdicts(metrics)
-    assert sum(len(each.rows) for each in every) == len(metrics.tolerances)
-    assert [each.passed for each in every] == sorted(each.passed for each in every)
-    by_role = {role: limit_verdicts(metrics, role) for role in ("acceptance", "context")}
-    assert {each.first.role for each in by_role["context"]} == {"context"}
-    assert sum(map(len, by_role.values())) == len(every)
-    for each in every:
-        assert len({one.id for one in each.rows}) == 1
-        assert each.remedy
-
-
 def with_rows(metrics, change):
     return metrics.model_copy(update={"tolerances": [change(each) for each in metrics.tolerances]})
 

@@ -1,3 +1,5 @@
+"""Statistics of whole curves of a walk."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -6,13 +8,12 @@ from scipy.spatial.transform import Rotation
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record
 
 from gaitval.gait.cycle_curves import Curves, recorded_curves
-from gaitval.gait.record import GaitRecord, LowPass
-from gaitval.metrics.comparison import foot_progression, simulated_curves
+from gaitval.gait.record import GaitRecord
+from gaitval.metrics.comparison import foot_progression
+from gaitval.metrics.curve_results import CurveStatistics, Region, WalkStatistics, by_kind
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.healthy_bands import adult_bands, bands_beside, healthy_bands
+from gaitval.metrics.norms import adult_bands, bands_beside, healthy_bands
 from gaitval.metrics.origin import everything
-from gaitval.metrics.recorded import by_kind
-from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.walk_statistics import _tested, walk_statistics
 
 RECORD = synthetic_record()
@@ -125,36 +126,6 @@ def test_feet_turn_with_the_walk():
         assert np.allclose((turned[key] - straight[key])[:, 15:25], sign * 0.2, atol=0.02)
 
 
-def test_all_curves_of_a_simulated_walk_are_there():
-    configuration = sharp_filter(cycles=5, start_phases=(0.0,))
-    walk = perfect_walk(RECORD, cycles=8.0)
-    cycles = find_cycles(walk, configuration).first(4)
-    curves = simulated_curves(walk, cycles, mass=MODEL.mass, filters=LowPass(40.0, 40.0))
-    feet = foot_progression(walk, cycles, MODEL)
-    found = walk_statistics(
-        curves, feet, RECORD, by_kind(recorded_curves(RECORD)), RECORDED
-    ).as_dict()
-    assert {kind: set(each) for kind, each in found["curves"].items()} == {
-        kind: set(each) for kind, each in by_kind(curves).items()
-    }
-    assert found["profiles"]["walk"]["total"] == pytest.approx(
-        found["profiles"]["record"]["total"], abs=0.05
-    )
-
-
-def test_forces_are_tested_where_either_of_walk_and_record_stands():
-    """A foot that leaves the ground early, at 50 instead of 62 %, is off from there on."""
-    curves = _scattered()
-    early = _scattered()
-    for name in ("forward_r", "medial_r", "vertical_r"):
-        early.forces[name][:, 50:100] = 0.0
-    regions = _statistics(early)["curves"]["forces"]["vertical_r"]["regions"]
-    off = {at for each in regions for at in range(each["first"], each["last"] + 1)}
-    assert off >= set(range(52, 60))
-    assert off <= set(range(49, 63))
-    assert _statistics(curves)["curves"]["forces"]["vertical_r"]["regions"] == []
-
-
 def test_forces_are_tested_where_walk_or_record_stands():
     """The record is in per cent, the walk in body weights: 1.5 % of it in swing is no stance."""
     percent = np.arange(101)
@@ -164,3 +135,22 @@ def test_forces_are_tested_where_walk_or_record_stands():
     where = _tested("forces", "forward_r", curves, {"forces": {"vertical_r": recorded}})
     np.testing.assert_array_equal(where, percent < 62)
     assert _tested("angles", "knee_angle_r", curves, {}).all()
+
+
+def of(*regions, p=0.01):
+    return CurveStatistics(
+        multiple_correlation=None,
+        repeatability=0.9,
+        threshold=3.0,
+        normal_threshold=None,
+        p=p,
+        regions=[Region(first=first, last=last, p=0.01) for first, last in regions],
+    )
+
+
+def test_the_share_counts_the_points_of_all_regions_with_their_ends():
+    assert of((0, 0)).share == pytest.approx(100.0 / 101.0)
+    assert of((10, 19), (90, 100)).share == pytest.approx(100.0 * 21 / 101)
+    assert of().share == 0.0
+    assert of((0, 100)).share == 100.0
+    assert of(p=None).share is None

@@ -6,7 +6,7 @@ from simulation_fixtures import random_policy
 
 from gaitval.learning_control import centring
 from gaitval.learning_control.centring import centred
-from gaitval.metrics.round_errors import Epsilon
+from gaitval.metrics.curve_results import Epsilon
 from gaitval.model.parameters import nominal_parameters
 
 

@@ -6,7 +6,7 @@ import pytest
 from gaitval.configuration import RecordSettings, load_configuration
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
-from gaitval.metrics.known_measures import status, uses
+from gaitval.metrics.origin import status, uses
 from gaitval.prediction.known import known_record, quantities_known
 
 SUBJECTS = builtin_subjects()

@@ -10,7 +10,7 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.quantity_results import quantity_measures
+from gaitval.metrics.walk_quantities import quantity_measures
 from gaitval.quantities.joint_power import (
     BURSTS,
     JOINT_POWER,

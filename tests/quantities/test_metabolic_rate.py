@@ -4,19 +4,20 @@ import numpy as np
 import pytest
 
 from gaitval.gait.cycle_curves import Curves
-from gaitval.metrics.quantity_results import found_quantities, quantity_results
+from gaitval.metrics.walk_quantities import found_quantities, quantity_results
 from gaitval.musculature.metabolics import METABOLISM
 from gaitval.quantities import METABOLIC_JOINTS
 from gaitval.quantities.joint_power import JOINT_POWER, JOINTS
 from gaitval.quantities.metabolic_rate import (
-    CONCENTRIC,
-    ECCENTRIC,
+    EFFICIENCY,
     HEAT,
     RETURNED,
     expected_rate,
     joint_rates,
     leg_rate,
 )
+
+CONCENTRIC, ECCENTRIC = EFFICIENCY.values()
 
 TIMES = {"r": 1.1, "l": 1.1}
 PHASE = np.linspace(0.0, 1.0, 101)

@@ -15,9 +15,9 @@ from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.results import metrics_from, read_metrics
-from gaitval.metrics.shown_quantities import of_record, of_walk
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.validation import validate
+from gaitval.metrics.walk_quantities import of_record, of_walk
 from gaitval.mocap.mot import read_storage
 from gaitval.opensim.motion import write_quantities
 from gaitval.quantities import QUANTITIES

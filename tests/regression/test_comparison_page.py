@@ -19,9 +19,9 @@ from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
 from gaitval.apps.regression.versions import StoredWalk, matched
 from gaitval.cli.compare import _flip_line
 from gaitval.coordinates import SIDES
-from gaitval.metrics.groups import GROUPS, group_rows
+from gaitval.metrics.baselines import GROUPS, group_rows
 from gaitval.metrics.results import Metrics, metrics_from, read_metrics
-from gaitval.metrics.shown_quantities import quantities_of_record, quantities_of_walk
+from gaitval.metrics.walk_quantities import quantities_of_record, quantities_of_walk
 from gaitval.quantities import QUANTITIES
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
 

@@ -8,8 +8,8 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, 
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.healthy_controls import load_controls
+from gaitval.metrics.curve_results import GaitProfiles
 from gaitval.metrics.results import metrics_from
-from gaitval.metrics.statistics_results import GaitProfiles
 from gaitval.metrics.validation import validate
 from gaitval.reporting.curve_statistics import profile, tables
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR

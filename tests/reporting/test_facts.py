@@ -3,8 +3,7 @@
 import pytest
 
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.record_consistency import consistency
-from gaitval.metrics.recorded import recorded_part
+from gaitval.metrics.recorded import consistency, recorded_part
 from gaitval.reporting.facts import measured_force
 
 

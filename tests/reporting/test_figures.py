@@ -9,8 +9,7 @@ from report_run import build_run
 from seen_figures import bands, figure_of, forward, legend, lines
 
 from gaitval.coordinates import SIDES
-from gaitval.metrics.results import Metrics, read_metrics
-from gaitval.metrics.walk_results import StoredPushes
+from gaitval.metrics.results import Metrics, StoredPushes, read_metrics
 from gaitval.reporting import figures
 from gaitval.reporting.figures import COLOURS, PERCENT, RECORD_COLOUR
 

@@ -27,10 +27,9 @@ from gaitval.coordinates import SIDES, split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.learning_control.walked import accuracy_of
-from gaitval.metrics.results import Metrics, metrics_from
+from gaitval.metrics.results import Metrics, PushTrace, metrics_from
 from gaitval.metrics.validation import validate
 from gaitval.metrics.verdicts import CURVE_NAMES
-from gaitval.metrics.walk_results import PushTrace
 from gaitval.reporting import figures, stick_figures, tables
 from gaitval.reporting.report import within_text, write_report
 from gaitval.scaling.scaling import scale_subject

@@ -7,7 +7,7 @@ import pytest
 from report_run import build_run
 
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.record_results import KINDS
+from gaitval.metrics.curve_results import KINDS
 from gaitval.metrics.results import read_metrics
 from gaitval.quantities import JOINT_CONTACT
 from gaitval.reporting.figures import centre_of_mass

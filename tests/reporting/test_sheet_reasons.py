@@ -3,7 +3,7 @@
 from importlib import resources
 from typing import get_args
 
-from gaitval.metrics.acceptance_results import Reason
+from gaitval.metrics.curve_results import Reason
 
 
 def test_every_reason_of_a_light_has_its_words():

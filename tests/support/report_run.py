@@ -14,10 +14,15 @@ from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import GaitRecord
-from gaitval.metrics.held_out import predicted_curves, with_predicted
-from gaitval.metrics.results import CorrectionResult, IdentificationResult
+from gaitval.metrics.other_trials import predicted_curves, with_predicted
+from gaitval.metrics.results import (
+    PARTS,
+    CorrectionResult,
+    IdentificationResult,
+    MomentShare,
+    StoredPushes,
+)
 from gaitval.metrics.validation import StageResults, validate
-from gaitval.metrics.walk_results import PARTS, MomentShare, StoredPushes
 from gaitval.model.body import BodyModel
 from gaitval.model.urdf import write_urdf
 from gaitval.prediction.known import is_predicted

@@ -27,7 +27,7 @@ from gaitval.apps.regression.versions import StoredWalk, matched
 from gaitval.cli.predict import print_distances
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
-from gaitval.metrics.groups import group_rows
+from gaitval.metrics.baselines import group_rows
 from gaitval.metrics.origin import (
     SKILLS,
     curve_origin,

@@ -31,14 +31,14 @@ from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers
-from gaitval.metrics.acceptance import Opponents
+from gaitval.metrics.acceptance import Baselines
 from gaitval.metrics.baselines import Prediction, predictions
 from gaitval.metrics.push_recovery import Push, evenly_spaced, required_pushes
 from gaitval.metrics.recording_limits import AFTER_REDUCTION
+from gaitval.metrics.results import PushRecovery
 from gaitval.metrics.tolerances import JUDGED_UNITS, WALK_UNITS, Tolerance, load_registry
-from gaitval.metrics.unrecorded import STEP_WIDTH, TRUNK_TILT_SD
+from gaitval.metrics.unrecorded import STEP_WIDTH, TRUNK
 from gaitval.metrics.validation import StageResults, validate
-from gaitval.metrics.walk_results import PushRecovery
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
@@ -181,7 +181,7 @@ def swing_arm(simulated: Simulated, size: float) -> Simulated:
 def tilt_trunk(simulated: Simulated, size: float) -> Simulated:
     """The trunk leans forward."""
     positions = simulated.walks[0].positions.copy()
-    tilt = np.deg2rad(size * TRUNK_TILT_SD)
+    tilt = np.deg2rad(size * TRUNK["mean tilt"][1])
     positions[:, COORDINATES.index("lumbar_extension")] -= tilt
     return _compared(simulated, positions=positions)
 
@@ -512,7 +512,7 @@ def metrics_of(simulated: Simulated) -> dict:
         patch.setattr("gaitval.metrics.baselines.predictions", lambda *_: guesses())
         # a guess that is nearer fails it too (tests/metrics/test_acceptance.py); here limits alone
         patch.setattr(
-            "gaitval.metrics.comparator.Opponents", lambda _, *others: Opponents([], *others)
+            "gaitval.metrics.comparator.Baselines", lambda _, *others: Baselines([], *others)
         )
         return validate(
             SUBJECT,

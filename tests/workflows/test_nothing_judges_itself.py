@@ -21,9 +21,9 @@ from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics import verdict_rows
-from gaitval.metrics.groups import GROUPS, group_rows
-from gaitval.metrics.held_out import beyond, prediction_errors
+from gaitval.metrics.baselines import GROUPS, group_rows
 from gaitval.metrics.origin import measure_origin, record_origins
+from gaitval.metrics.other_trials import beyond, prediction_errors
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.metrics.verdicts import failed_limits, limit_verdicts, sentence
 from gaitval.simulation.simulated_walk import SimulatedWalk

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from gaitval import cli
 from gaitval._internal.io.artefacts import read_json
 from gaitval.interface.walks import load_policy, rollout
-from gaitval.metrics.groups import GROUPS, group_rows
+from gaitval.metrics.baselines import GROUPS, group_rows
 from gaitval.metrics.results import metrics_from
 from gaitval.simulation.rollout import Rollout
 from gaitval.terminal import display

@@ -41,11 +41,11 @@ from gaitval.metrics.foot_placement import (
     linear_map,
     steps_to_recover,
 )
-from gaitval.metrics.momentum import momentum_residual
 from gaitval.metrics.push_ensembles import NOISE, STARTS, RobustPushes, robust_pushes
 from gaitval.metrics.push_recovery import Push
 from gaitval.metrics.pushed_steps import forces_of
 from gaitval.metrics.typed import tidy
+from gaitval.metrics.whole_body import momentum_residual
 from gaitval.reporting.written import taken
 
 if TYPE_CHECKING:

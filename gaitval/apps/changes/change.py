@@ -22,11 +22,11 @@ from gaitval.errors import ConfigurationError
 from gaitval.gait.healthy_controls import load_controls
 from gaitval.gait.mean_curves import TOLERANCES
 from gaitval.measurement.sources import NINETY
+from gaitval.metrics.curve_results import GaitProfile
 from gaitval.metrics.curve_statistics import ALPHA
 from gaitval.metrics.cycle_changes import FamilyTest, differing_curves, new_in_strides
 from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.norms import norms_at
-from gaitval.metrics.statistics_results import GaitProfile
 from gaitval.reporting.grids import title
 
 SAME_STATURE: Final = 0.03

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from gaitval.metrics.statistics_results import GaitProfile
+from gaitval.metrics.curve_results import GaitProfile
 from gaitval.metrics.typed import Count, Flag, Number, Result, Sha256, Share, Size
 from gaitval.reporting.written import Written
 

@@ -16,7 +16,7 @@ from gaitval.errors import ArtefactError
 from gaitval.importing.files import CYCLES, FOLDER, RECORD
 from gaitval.importing.stored import Session
 from gaitval.measurement.bands import LASTING
-from gaitval.metrics.record_results import KINDS
+from gaitval.metrics.curve_results import KINDS
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.typed import array
 from gaitval.reporting.run_grids import strides_of

@@ -10,7 +10,7 @@ import pandas as pd
 from gaitval.apps.cohort.run import LOG, Outcome
 from gaitval.apps.cohort.table import Study
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.groups import group_rows
+from gaitval.metrics.baselines import group_rows
 from gaitval.metrics.origin import is_judged
 from gaitval.metrics.results import Metrics, read_metrics
 from gaitval.metrics.typed import Count, Number, Result, Size

@@ -26,7 +26,7 @@ REACH: Final = float(normal.ppf(0.95))
 PERSON: Final = 0.20
 """W/kg, by which a person's rate of one walk strays: the standard error of estimate of Looney et
 al. (2019), Med Sci Sports Exerc 51:1954, abstract. By more, people differ from each other
-(`metabolic_cost.PEOPLE`), but in both walks alike."""
+(`metabolic_cost.SPREAD`), but in both walks alike."""
 
 COMMON: Final = 0.33
 """Standard deviation of what people's mean change is off that of the models, as a share of its

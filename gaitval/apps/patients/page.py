@@ -17,7 +17,7 @@ from gaitval.datasets.plausible import ADULT
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, gait_profile
-from gaitval.metrics.norms import ASSUMED_AGE, norms
+from gaitval.metrics.norms import MIDDLE, norms
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, STYLES, WALK_WIDTH
 from gaitval.reporting.page import write_html
@@ -151,7 +151,7 @@ def _who(patient: Patient) -> str:
     """Sex and age in words, and what is assumed of an age that is not known."""
     child, age = _is_child(patient), patient.person.age
     words = {"F": ("woman", "girl"), "M": ("man", "boy"), None: ("sex not known",) * 2}
-    years = f"age not known: adult norms at {ASSUMED_AGE:.0f} years"
+    years = f"age not known: adult norms at {MIDDLE['age']:.0f} years"
     return f"{words[patient.person.sex][child]}, {years if age is None else f'{age:.3g} years'}"
 
 
@@ -159,7 +159,7 @@ def _whose(patient: Patient, *, beyond: bool = False) -> str:
     """Whose the norms are; `beyond`: none of these people walk at the patient's speed."""
     if _is_child(patient):
         return "healthy children at their free speed"
-    age = f"{ASSUMED_AGE:.0f} years" if patient.person.age is None else "this age"
+    age = f"{MIDDLE['age']:.0f} years" if patient.person.age is None else "this age"
     return f"healthy people of {'the nearest' if beyond else 'this'} speed at {age}"
 
 
@@ -174,7 +174,7 @@ def _of_this_person(patient: Patient) -> list[str]:
     if patient.person.age is None:
         found.append(
             f"What is usual at this person's age: it is not known. Norms are those of "
-            f"{ASSUMED_AGE:.0f} years, and the segments those of an adult."
+            f"{MIDDLE['age']:.0f} years, and the segments those of an adult."
         )
     if _is_child(patient):
         found.append(

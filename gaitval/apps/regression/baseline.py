@@ -22,7 +22,7 @@ from gaitval.apps.regression.seal import changes, check_seal, measures_known, re
 from gaitval.apps.regression.whole_folder import disk_message, writing_whole
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError, GaitvalError, SubjectError
-from gaitval.metrics.walk_results import StoredStarts
+from gaitval.metrics.results import StoredStarts
 from gaitval.study.identification_stages import save_identified_reference
 from gaitval.study.inputs import (
     IDENTIFIED,

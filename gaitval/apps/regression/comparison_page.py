@@ -25,9 +25,9 @@ from gaitval.apps.regression.regression import Row, shown
 from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.metrics.groups import group_rows
+from gaitval.metrics.baselines import group_rows
+from gaitval.metrics.curve_results import KINDS, Kind
 from gaitval.metrics.origin import is_judged, measure_origin
-from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.typed import array
 from gaitval.metrics.verdicts import SIGNS, target_text

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 from gaitval._internal.text.number_text import number
 from gaitval.apps.regression.versions import StoredWalk
 from gaitval.coordinates import SIDES
-from gaitval.metrics.shown_quantities import quantities_of_record, quantities_of_walk
+from gaitval.metrics.walk_quantities import quantities_of_record, quantities_of_walk
 from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.quantities.quantity import FigureTable
 

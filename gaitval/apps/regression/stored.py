@@ -12,9 +12,8 @@ import numpy as np
 
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import rms
+from gaitval.metrics.curve_results import from_kinds
 from gaitval.metrics.origin import is_judged, measure_origin
-from gaitval.metrics.quantity_results import quantity_measures, stored_quantities
-from gaitval.metrics.recorded import from_kinds
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.tolerances import UNITS, Measure, measured
@@ -28,6 +27,7 @@ from gaitval.metrics.validation import (
     skill_measures,
     spatiotemporal_measures,
 )
+from gaitval.metrics.walk_quantities import quantity_measures, stored_quantities
 from gaitval.metrics.whole_body import centre_of_mass_measures
 
 AGREES: Final = 1e-3

@@ -1,48 +1,31 @@
-"""Quantities (`gaitval.quantities`) in `metrics.json` and `import.json`, and what is measured of
-them. Joint power has a place of its own there, from before there were others.
+"""Quantities (`gaitval.quantities`) of a walk and of its record: found, stored, shown and measured.
+
+Joint power has a place of its own in `metrics.json` and `import.json`, from before there were
+others. A file that an earlier gaitval wrote does not have a newer quantity; its curves have.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Protocol
-
-from pydantic import Field
+from typing import Protocol
 
 from gaitval.arrays import Array
+from gaitval.coordinates import SIDES
 from gaitval.gait.cycle_curves import Curves
+from gaitval.metrics.curve_results import (
+    JointPower,
+    Kinds,
+    MeanCurve,
+    QuantityResult,
+    RecordResult,
+    from_kinds,
+)
 from gaitval.metrics.tolerances import Measure, measured
-from gaitval.metrics.typed import Curve, Number, Result, Size, array, named, number, numbers, sided
+from gaitval.metrics.typed import array, number, numbers
 from gaitval.musculature.gait import MuscleGait
 from gaitval.quantities import QUANTITIES, Found, Quantity
-from gaitval.quantities.joint_power import BURSTS, JOINT_POWER, JOINTS
+from gaitval.quantities.joint_power import JOINT_POWER
 from gaitval.quantities.quantity import StrideTimes
 from gaitval.reference.hip_moments import about_model
-
-_POWER, _POWERS = named(sided(JOINTS))
-_BURST, _BURST_NAMES = named(sided(tuple(BURSTS)))
-
-
-class JointPower(Result):
-    """Power and work of hip, knee and ankle of a walk or a record, by name with `_r` or `_l`."""
-
-    power: Annotated[dict[Annotated[str, _POWER], Curve], *_POWERS]
-    """W/kg, mean over the cycles."""
-    bursts: Annotated[dict[Annotated[str, _BURST], Number | None], *_BURST_NAMES]
-    """W/kg, power at each of `BURSTS`; null where the curve has no such burst."""
-    generated: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
-    """J/kg in a gait cycle."""
-    absorbed: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
-
-
-class QuantityResult(Result):
-    """A quantity of a walk, a record or an import, by name with `_r` or `_l`."""
-
-    curves: dict[str, Curve]
-    """Mean over the cycles, in `unit`."""
-    unit: str
-    figures: dict[str, dict[str, Number | None]] = Field(default_factory=dict)
-    """By kind and name; null where there is none."""
-    figure_units: dict[str, str] = Field(default_factory=dict)
 
 
 class WithQuantities(Protocol):
@@ -151,4 +134,64 @@ def quantity_measures(
 def stored_quantities(part: WithQuantities) -> dict[str, Found]:
     """Every quantity in a `part` of `metrics.json`, by name."""
     found = {each.name: stored_quantity(part, each) for each in QUANTITIES}
+    return {name: each for name, each in found.items() if each is not None}
+
+
+class NamedMean(Protocol):
+    """A parameter of gait, by its name."""
+
+    @property
+    def name(self) -> str:
+        """Such as `stride_time_right`."""
+
+    @property
+    def mean(self) -> float | None:
+        """Over the cycles."""
+
+
+class WalkPart(WithQuantities, Protocol):
+    """The part of `metrics.json` that is of a walk (`results.WalkResult`)."""
+
+    @property
+    def curves(self) -> Kinds[MeanCurve]:
+        """In the units of the file."""
+
+    @property
+    def spatiotemporal(self) -> Sequence[NamedMean]:
+        """Stride times among them, s."""
+
+
+def of_record(record: RecordResult, quantity: Quantity) -> Found | None:
+    """A `quantity` of the `record`; None where it does not follow from it."""
+    times = {side[0]: getattr(record.spatiotemporal, f"stride_time_{side}") for side in SIDES}
+    found = stored_quantity(record, quantity) or quantity.of_curves(
+        from_kinds(record.curves.items()), times
+    )
+    if found is None:
+        return None
+    return quantity.at_speed(quantity.again(found), record.spatiotemporal.walking_speed)
+
+
+def of_walk(walk: WalkPart, quantity: Quantity) -> Found | None:
+    """A `quantity` of the `walk`; None without a whole cycle of both sides."""
+    rows = {row.name: row.mean for row in walk.spatiotemporal}
+    times = {side[0]: rows.get(f"stride_time_{side}") for side in SIDES}
+    means = ((kind, name, each.mean) for kind, name, each in walk.curves.items())
+    found = stored_quantity(walk, quantity) or quantity.of_curves(
+        from_kinds((kind, name, mean) for kind, name, mean in means if mean is not None), times
+    )
+    if found is None:
+        return None
+    return quantity.at_speed(quantity.again(found), rows.get("walking_speed"))
+
+
+def quantities_of_record(record: RecordResult) -> dict[str, Found]:
+    """Every quantity of the `record` that it has, by name."""
+    found = {each.name: of_record(record, each) for each in QUANTITIES}
+    return {name: each for name, each in found.items() if each is not None}
+
+
+def quantities_of_walk(walk: WalkPart) -> dict[str, Found]:
+    """Every quantity of the `walk` that it has, by name."""
+    found = {each.name: of_walk(walk, each) for each in QUANTITIES}
     return {name: each for name, each in found.items() if each is not None}

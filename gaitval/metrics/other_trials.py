@@ -1,9 +1,13 @@
-"""How wrong gaitval's predictions of a gait at another speed are: recorded trials are held out.
+"""Other trials of this person: those that repeat the walk's own, and those at other speeds.
 
-A walk at an unrecorded speed can only be compared with the prediction that it follows. Recorded
-trials show how good such predictions are: each is held out, predicted from the person's other
-trials and compared with its record. That gives errors of groups of curves, and a band for every
-curve.
+A *repetition* is a trial at the same speed, such as the other half of a session's gait cycles. Its
+distance from the given trial is the person's own variation: the floor below which no model can be
+expected to go.
+
+A trial at another speed is *held out*: predicted from the person's other trials and compared with
+its record. A walk at an unrecorded speed can only be compared with the prediction that it follows;
+errors of held-out trials show how good such predictions are, for groups of curves, and as a band
+for every curve.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,22 +15,33 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject import Subject, Trial
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.record import GaitRecord
+from gaitval.metrics.baselines import GROUPS
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.groups import GROUPS
+from gaitval.metrics.curve_results import (
+    CURVE_UNITS,
+    KINDS,
+    Kind,
+    Kinds,
+    MeanCurve,
+    PredictedCurves,
+    PredictionBand,
+    PredictionErrors,
+    StatisticalCurves,
+    UnseenCorrelations,
+    UnseenErrors,
+    UnseenResult,
+    by_kind,
+)
 from gaitval.metrics.origin import curve_origin, record_origins
-from gaitval.metrics.predicted_results import PredictedCurves, PredictionBand, StatisticalCurves
-from gaitval.metrics.record_results import KINDS, Kind
-from gaitval.metrics.recorded import CURVE_UNITS, by_kind
-from gaitval.metrics.repetitions import SAME_SPEED
 from gaitval.metrics.results import (
     HeldOutError,
     HeldOutErrors,
@@ -34,21 +49,71 @@ from gaitval.metrics.results import (
     WalkResult,
     WalkResults,
 )
-from gaitval.metrics.typed import numbers, rounded, sided
+from gaitval.metrics.typed import array, number, numbers, rounded, sided
+from gaitval.metrics.verdict_rows import CONFIDENCE
+from gaitval.metrics.walk_statistics import multiple_correlation
 from gaitval.prediction.known import known_record
 from gaitval.prediction.speed import trials_known
+
+SAME_SPEED: Final = 0.03
+"""Relative difference of speed up to which two trials are repetitions of one another."""
+
+
+def repetitions(subject: Subject) -> list[Subject]:
+    """`subject` on each further trial with kinetics at the speed of its own."""
+    trials = [subject.on_trial(trial.name) for trial in subject.trials]
+    return [trial for trial in trials if trial.has_kinetics and repeats(trial, subject)]
+
+
+def repeats(trial: Subject | Trial, subject: Subject) -> bool:
+    """Whether a `trial` is at the speed of the own one of `subject`."""
+    return abs(trial.walking_speed_m_s / subject.walking_speed_m_s - 1.0) <= SAME_SPEED
+
+
+def unseen(subject: Subject, walked: Kinds[MeanCurve]) -> list[UnseenResult]:
+    """A row for every repetition of the subject's own trial, with the distances of the curves
+    `walked` in their units; None where a curve was not recorded.
+    """
+    again = repetitions(subject) if subject.has_kinetics else []
+    own = by_kind(recorded_curves(subject.record())) if again else {}
+    return [_row(subject, trial, own, walked) for trial in again]
+
+
+def _row(
+    subject: Subject,
+    trial: Subject,
+    own: Mapping[Kind, Mapping[str, Array]],
+    walked: Kinds[MeanCurve],
+) -> UnseenResult:
+    here, there = (record_origins(each, RecordSettings()) for each in (subject, trial))
+    errors: dict[Kind, dict[str, float | None]] = {kind: {} for kind in KINDS}
+    between: dict[Kind, dict[str, float | None]] = {kind: {} for kind in KINDS}
+    alike: dict[Kind, dict[str, float | None]] = {kind: {} for kind in KINDS}
+    for kind, curves in by_kind(recorded_curves(trial.record())).items():
+        for name, curve in curves.items():
+            shown = curve_origin(kind, name, there) == "recorded"
+            both = shown and curve_origin(kind, name, here) == "recorded"
+            mean, first = walked.of(kind)[name].mean, own[kind][name]
+            errors[kind][name] = number(rms(array(mean) - curve)) if mean and shown else None
+            between[kind][name] = number(rms(first - curve)) if both else None
+            alike[kind][name] = multiple_correlation((first, curve)) if both else None
+    return UnseenResult(
+        trial=trial.trial,
+        speed=trial.walking_speed_m_s,
+        rmse=UnseenErrors(**errors),
+        between=PredictionErrors(**between),
+        multiple_correlation=UnseenCorrelations(**alike),
+    )
+
 
 FEWEST_TRIALS: Final = 2
 """Trials that can be held out of a person; with fewer, other people's are. With fewer of those,
 nothing is said."""
 
-BAND: Final = 0.9
-"""Share of people whose curve the band around a prediction is to contain, at each percent."""
-
 FAR: Final = 0.09
 """Difference of dimensionless speed from the nearest known trial, 0.3 m/s on legs of 0.9 m, at
 which the square of a prediction's error has doubled. Of the ankles of 30 people it is 0.07 (angle)
-to 0.11 (moment); tests/metrics/test_held_out.py computes it."""
+to 0.11 (moment); tests/metrics/test_other_trials.py computes it."""
 
 _SMOOTH: Final = 3.0
 """Percent of the cycle, SD of the bell over which squared errors of a few trials are averaged."""
@@ -264,7 +329,7 @@ def _band(
         return None
     widths, unknown = half_widths(rows, away), np.full(101, np.nan)
     return PredictionBand(
-        share=BAND,
+        share=CONFIDENCE,
         trials=_independent(rows),
         people=len({row.independent.partition(" ")[0] for row in rows}),
         away=away,
@@ -284,7 +349,7 @@ def _stored(curves: Mapping[Kind, Mapping[str, Array]]) -> StatisticalCurves:
 
 
 def half_widths(rows: Sequence[HeldOut], away: float) -> dict[tuple[Kind, str], Array]:
-    """(101,) half width of the band of `BAND` by kind and curve without side, in the units of
+    """(101,) half width of the band of `CONFIDENCE` by kind and curve without side, in the units of
     `CURVE_UNITS`, of a prediction that is a dimensionless speed `away` from the nearest known
     trial, from trials that were held out: `rows`. A curve that none of them has is left out.
 
@@ -308,7 +373,7 @@ def half_widths(rows: Sequence[HeldOut], away: float) -> dict[tuple[Kind, str], 
         mean = weights @ np.array([square for _, square in each]) / weights.sum()
         # the last sample is the first of the next cycle
         smooth = gaussian_filter1d(mean[:-1], _SMOOTH, mode="wrap")
-        wide = student.ppf(0.5 + 0.5 * BAND, weights.sum())
+        wide = stdtrit(weights.sum(), 0.5 + 0.5 * CONFIDENCE)
         found[key] = wide * np.sqrt(np.append(smooth, smooth[0]) * _growth(away))
     return found
 

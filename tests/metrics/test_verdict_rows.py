@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gaitval.metrics.spread import (
+from gaitval.metrics.results import Repeat
+from gaitval.metrics.tolerances import evaluate, measured
+from gaitval.metrics.verdict_rows import (
     CONFIDENCE,
     prediction_interval,
     repeated_values,
@@ -15,8 +17,6 @@ from gaitval.metrics.spread import (
     spread_of_falls,
     spread_of_pushes,
 )
-from gaitval.metrics.tolerances import evaluate, measured
-from gaitval.metrics.walk_results import Repeat
 
 
 def verdict_of(measure, target, value, role="acceptance"):
