@@ -2,11 +2,10 @@
 
 A t-test at each of 101 points would call one point in twenty different where nothing is. Here the
 largest |t| of the whole cycle is compared with what it would be if the labels of the curves meant
-nothing: signs of differences are flipped (one sample, pairs) or curves change groups (two samples),
-and each time the largest |t| of the cycle is kept. The threshold is what it exceeds in a share
-alpha of the permutations, so the probability of calling even one point of the cycle different by
-chance is alpha at most, however the points depend on each other. Of two samples that holds however
-the values are distributed; of one, and of pairs, if positive and negative differences are alike.
+nothing: signs of differences are flipped, and each time the largest |t| of the cycle is kept. The
+threshold is what it exceeds in a share alpha of the permutations, so the probability of calling
+even one point of the cycle different by chance is alpha at most, however the points depend on each
+other, if positive and negative differences are alike.
 
 The threshold of random field theory is given beside it. It needs no permutations, but assumes
 smooth, normally distributed curves. The two agree where that holds; on very smooth curves it is a
@@ -20,7 +19,6 @@ Hum Brain Mapp 4:58 (random fields); Kiebel et al. 1999, NeuroImage 10:756 (thei
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -85,7 +83,7 @@ def one_sample_test(
     `PERMUTATIONS`; random ones are the same in every call. Raises ValueError for fewer than 2
     curves, values that are not finite, or shapes that do not fit.
     """
-    values, known = _checked(curves, "curves"), np.asarray(expected, dtype=float)
+    values, known = _checked(curves), np.asarray(expected, dtype=float)
     if known.shape not in ((), values.shape[1:]):
         raise ValueError(
             f"expected has shape {known.shape}, but the curves have {values.shape[1]} points: give "
@@ -104,80 +102,44 @@ def one_sample_test(
         variances = np.clip(squares / count - means**2, 0.0, None) * count / (count - 1)
         return _t(means, np.sqrt(variances / count), tiny)
 
-    # flipping all signs changes no |t|, so the first one is never flipped
+    tested = np.ones(values.shape[1], dtype=bool) if where is None else where
+    t = np.where(tested, statistic(np.ones((1, count)))[0], 0.0)
+    peak = float(np.abs(t).max())
+    exact = 2 ** (count - 1) <= permutations
+    signs = _every_sign(count) if exact else _random_signs(count, permutations - 1)
+    parts = [np.max(np.abs(statistic(each)) * tested, axis=1) for each in signs]
+    # the signs of the data are among all, and must be added to random ones, so that no p is 0
+    peaks = Peaks(np.sort(np.concatenate(parts if exact else [*parts, [peak]])))
+    threshold = peaks.threshold()
+    regions = regions_of(t, beyond(t, threshold), peaks.p)
+    normal = random_field_threshold(residuals, count - 1, where=tested)
+    return CurveTest(t, threshold, normal, peaks.p(peak), regions, len(peaks.ordered), exact)
+
+
+def _every_sign(count: int) -> Iterator[Array]:
+    """All signs of so many curves at once; flipping all changes no |t|, so the first is kept."""
     total = 2 ** (count - 1)
-
-    def every() -> Array:
-        # the binary digits of 0 to total - 1 are all combinations of signs
-        bits = np.arange(total)[:, None] >> np.arange(count - 1) & 1
-        return np.column_stack([np.ones(total), 1.0 - 2.0 * bits])
-
-    def drawn(random: np.random.Generator, size: int) -> Array:
-        return random.choice((-1.0, 1.0), (size, count))
-
-    labelled = _Labelled(statistic, np.ones((1, count)), every, drawn, total, residuals, count - 1)
-    return _tested(labelled, where, permutations)
+    # the binary digits of 0 to total - 1 are all combinations of signs
+    bits = np.arange(total)[:, None] >> np.arange(count - 1) & 1
+    yield np.column_stack([np.ones(total), 1.0 - 2.0 * bits])
 
 
-def two_sample_test(
-    first: Array,
-    second: Array,
-    *,
-    where: NDArray[np.bool_] | None = None,
-    permutations: int = PERMUTATIONS,
-) -> CurveTest:
-    """Where curves of two groups differ: Student's t with one variance, curves change groups.
-
-    The hypothesis tested is that both groups are from one distribution, spread included. `first`
-    (N1, n) and `second` (N2, n) have at least 2 curves each. Options (`where`, `permutations`) and
-    errors (ValueError) are those of `one_sample_test`.
-    """
-    one, other = _checked(first, "the first curves"), _checked(second, "the second curves")
-    if one.shape[1] != other.shape[1]:
-        raise ValueError(
-            f"the first curves have {one.shape[1]} points, the second {other.shape[1]}: bring them "
-            "to the same points of the cycle."
-        )
-    values = np.concatenate([one, other])
-    sizes = np.array([len(one), len(other)])
-    tiny = ROUNDING * float(np.abs(values).max())
-    values = values - values.mean(axis=0)  # keeps the sums of squares exact
-    squares, whole = np.sum(values**2, axis=0), np.sum(values, axis=0)
-
-    def statistic(members: Array) -> Array:
-        sums = members @ values
-        means = sums / sizes[0], (whole - sums) / sizes[1]
-        within = squares - sizes[0] * means[0] ** 2 - sizes[1] * means[1] ** 2
-        variances = np.clip(within, 0.0, None) / (sizes.sum() - 2)
-        return _t(means[0] - means[1], np.sqrt(variances * np.sum(1.0 / sizes)), tiny)
-
-    count = len(values)
-    own = (np.arange(count) < sizes[0]).astype(float)
-
-    def every() -> Array:
-        chosen = np.array(list(combinations(range(count), int(sizes[0]))))
-        members = np.zeros((len(chosen), count))
-        np.put_along_axis(members, chosen, 1.0, axis=1)
-        return members
-
-    def drawn(random: np.random.Generator, size: int) -> Array:
-        return random.permuted(np.tile(own, (size, 1)), axis=1)
-
-    total = math.comb(count, int(sizes[0]))
-    residuals = np.concatenate([_residuals(one, tiny), _residuals(other, tiny)])
-    labelled = _Labelled(statistic, own[None], every, drawn, total, residuals, count - 2)
-    return _tested(labelled, where, permutations)
+def _random_signs(count: int, draws: int) -> Iterator[Array]:
+    """So many draws of signs of `count` curves, `TOGETHER` at a time; the same in every call."""
+    random = np.random.default_rng(0)
+    for begun in range(0, draws, TOGETHER):
+        yield random.choice((-1.0, 1.0), (min(TOGETHER, draws - begun), count))
 
 
-def _checked(curves: Array, name: str) -> Array:
+def _checked(curves: Array) -> Array:
     values = np.asarray(curves, dtype=float)
     if values.ndim != 2 or len(values) < 2:
         raise ValueError(
-            f"{name} have the shape {values.shape}: give at least 2 curves, one in each row."
+            f"curves have the shape {values.shape}: give at least 2 curves, one in each row."
         )
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
-        raise ValueError(f"{name}: curve {row} is {values[row, column]} at point {column}.")
+        raise ValueError(f"curve {row} is {values[row, column]} at point {column}.")
     return values
 
 
@@ -191,36 +153,6 @@ def _residuals(curves: Array, tiny: float) -> Array:
     """Of curves from their mean; 0 where they are no more than rounding."""
     found = curves - curves.mean(axis=0)
     return np.where(np.abs(found) > tiny, found, 0.0)
-
-
-def _batches(count: int) -> Iterator[int]:
-    while count > 0:
-        yield min(TOGETHER, count)
-        count -= TOGETHER
-
-
-@dataclass(frozen=True)
-class _Labelled:
-    """Curves with their labels, and how these may be changed.
-
-    Attributes
-    ----------
-    statistic : t (k, n) of k labellings.
-    own : (1, ...) labelling of the data.
-    every : all labellings, the own one among them.
-    drawn : so many random ones.
-    total : how many there are.
-    residuals : (N, n) of the curves from the means that are compared.
-    freedom : degrees of freedom of t.
-    """
-
-    statistic: Callable[[Array], Array]
-    own: Array
-    every: Callable[[], Array]
-    drawn: Callable[[np.random.Generator, int], Array]
-    total: int
-    residuals: Array
-    freedom: int
 
 
 @dataclass(frozen=True)
@@ -255,24 +187,6 @@ def regions_of(t: Array, above: Flags, p: Callable[[float], float]) -> tuple[Reg
         Region(first=int(first), last=int(end) - 1, p=p(float(np.abs(t[first:end]).max())))
         for first, end in zip(*runs(above), strict=True)
     )
-
-
-def _tested(data: _Labelled, where: NDArray[np.bool_] | None, permutations: int) -> CurveTest:
-    """The largest |t| of the data as labelled, among those of the other labellings."""
-    t = data.statistic(data.own)[0]
-    tested = np.ones(len(t), dtype=bool) if where is None else np.asarray(where, dtype=bool)
-    t = np.where(tested, t, 0.0)
-    peak = float(np.abs(t).max())
-    exact = data.total <= permutations
-    random, sizes = np.random.default_rng(0), _batches(permutations - 1)
-    relabelled = [data.every()] if exact else (data.drawn(random, size) for size in sizes)
-    parts = [np.max(np.abs(data.statistic(each)) * tested, axis=1) for each in relabelled]
-    # the own labelling is one of all, and must be added to random ones, so that no p is 0
-    peaks = Peaks(np.sort(np.concatenate(parts if exact else [*parts, [peak]])))
-    threshold = peaks.threshold()
-    regions = regions_of(t, beyond(t, threshold), peaks.p)
-    normal = random_field_threshold(data.residuals, data.freedom, where=tested)
-    return CurveTest(t, threshold, normal, peaks.p(peak), regions, len(peaks.ordered), exact)
 
 
 def random_field_threshold(
