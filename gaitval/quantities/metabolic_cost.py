@@ -75,7 +75,7 @@ class MetabolicCost(Displayed):
         """W/kg, gross, low and high of 90 % of a person who walks like this: around the middle, by
         what a model is off for people, and what people differ.
         """
-        reach = _NORMAL_90 * float(np.hypot(*SPREAD.values()))
+        reach = _NORMAL_90 * float(np.hypot(SPREAD["people"], SPREAD["model"]))
         return (1.0 - reach) * self.middle, (1.0 + reach) * self.middle
 
     def net(self, model: str) -> float:
