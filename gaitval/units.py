@@ -266,6 +266,8 @@ _PER_MASS: Final = (
 _SHARES: Final = (Unit("of the whole", 1.0, ("1",)), Unit("per cent", 1e-2, ("%", "percent")))
 
 LENGTH: Final = Quantity("a length", _length())
+MILLIMETRE: Final = _length("millimetres")[0].factor
+"""m."""
 FORCE: Final = Quantity("a force", _FORCES)
 MOMENT: Final = Quantity("a moment", _MOMENTS)
 TIME: Final = Quantity("a time", _TIMES)

@@ -12,29 +12,35 @@ from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 
-STEP_M: Final = 0.08
-"""Feet that rest at heights further apart are on steps; the lowest stairs rise by 0.1 m a step."""
-STEEPEST: Final = 4.0
-"""Degrees. Floors and treadmills that are called level, and cameras, are off by less than half."""
-STAIRS: Final = 17.0
-"""Degrees between two steps; ramps for walking are less steep, stairs have 20 to 40."""
-RESTS: Final = 0.12
-"""m/s. A foot on the ground, or on a belt relative to it, moves more slowly."""
-SHORTEST_REST_S: Final = 0.15
-"""A foot rests for longer in every stance of a walk."""
-RISES_M: Final = 0.15
-"""The pelvis of a walker rises and falls by 0.02 to 0.08 m."""
-RAISED_M: Final = 0.08
-"""A foot that is held so much above the other one does not stand on the ground."""
-JUMPS: Final = 0.02
-"""Share of the time in which both heels are raised: a jump of 0.1 m in 10 s."""
-OFF_GROUND_M: Final = 0.06
-"""m. The lowest marker of the feet of walkers, also of children who turn, is within 0.034 m of
-where it is lowest in a stride; runners and jumpers raise it by 0.1 to 0.46 m."""
-WHILE_S: Final = 1.4
-"""s, more than a stride, in which one of the feet is on the ground."""
-STEPS: Final = 0.1
-"""Share of the time for which each foot of somebody who steps on the spot is raised."""
+LIMITS: Final[Mapping[str, float]] = {
+    # Feet that rest at heights further apart are on steps; the lowest stairs rise by 0.1 m a
+    # step.
+    "step_m": 0.08,
+    # Degrees. Floors and treadmills that are called level, and cameras, are off by less than
+    # half.
+    "steepest": 4.0,
+    # Degrees between two steps; ramps for walking are less steep, stairs have 20 to 40.
+    "stairs": 17.0,
+    # m/s. A foot on the ground, or on a belt relative to it, moves more slowly.
+    "rests": 0.12,
+    # A foot rests for longer in every stance of a walk.
+    "shortest_rest_s": 0.15,
+    # The pelvis of a walker rises and falls by 0.02 to 0.08 m.
+    "rises_m": 0.15,
+    # A foot that is held so much above the other one does not stand on the ground.
+    "raised_m": 0.08,
+    # Share of the time in which both heels are raised: a jump of 0.1 m in 10 s.
+    "jumps": 0.02,
+    # m. The lowest marker of the feet of walkers, also of children who turn, is within 0.034
+    # m of where it is lowest in a stride; runners and jumpers raise it by 0.1 to 0.46 m.
+    "off_ground_m": 0.06,
+    # s, more than a stride, in which one of the feet is on the ground.
+    "while_s": 1.4,
+    # Share of the time for which each foot of somebody who steps on the spot is raised.
+    "steps": 0.1,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
+
 FEET: Final = ("Heel", "MT1", "MT2", "MT5", "Toe")
 
 
@@ -57,10 +63,10 @@ def resting_feet(recording: Recording, landmarks: Mapping[str, str]) -> Array:
         each = np.stack([np.gradient(path, 1.0 / recording.marker_rate, axis=0) for path in paths])
         apart = np.linalg.norm(each - each.mean(axis=0), axis=2).max(axis=0)
         level = np.linalg.norm(velocity[:, :2], axis=1)
-        still = known & (apart < RESTS) & (np.abs(velocity[:, 2]) < 3 * RESTS)
+        still = known & (apart < LIMITS["rests"]) & (np.abs(velocity[:, 2]) < 3 * LIMITS["rests"])
         still &= level < np.nanpercentile(level, 60.0)
         for begin, end in zip(*runs(still), strict=True):
-            if end - begin >= SHORTEST_REST_S * recording.marker_rate:
+            if end - begin >= LIMITS["shortest_rest_s"] * recording.marker_rate:
                 during = slice(begin, end)
                 place = np.median(middle[during], axis=0), np.median(velocity[during], axis=0)
                 found.append((int(begin), np.stack(place)))
@@ -81,25 +87,28 @@ def check_level(recording: Recording, landmarks: Mapping[str, str], pelvis: Arra
     steps = np.abs(np.diff(heights))
     apart = np.linalg.norm(np.diff(places[:, :2], axis=0), axis=1)
     # Stairs are steeper than ramps; a foot beside the other one has no distance to it.
-    steep = np.degrees(np.arctan2(steps, np.maximum(apart, 0.1))) > STAIRS
+    steep = np.degrees(np.arctan2(steps, np.maximum(apart, 0.1))) > LIMITS["stairs"]
     # Two feet that land side by side on one step do not differ.
     if (
-        np.ptp(heights) > 2 * STEP_M
-        and (steep & (steps > STEP_M)).sum() >= 2
-        and abs(climbed) > STEP_M
+        np.ptp(heights) > 2 * LIMITS["step_m"]
+        and (steep & (steps > LIMITS["step_m"])).sum() >= 2
+        and abs(climbed) > LIMITS["step_m"]
     ):
         raise RecordError(
             f"{recording.source}: the feet rest at heights that differ by up to "
-            f"{np.ptp(heights):.2f} m, {np.median(steps[steps > STEP_M]):.2f} m from one to the "
-            f"next, and the pelvis {'rises' if climbed > 0 else 'sinks'} by {abs(climbed):.2f} m: "
-            "these are stairs. Only walking on level ground can be analysed; give such a trial, or "
-            "a part of this one on the level with --trial-time."
+            f"{np.ptp(heights):.2f} m, {np.median(steps[steps > LIMITS['step_m']]):.2f} m from one "
+            f"to the next, and the pelvis {'rises' if climbed > 0 else 'sinks'} by "
+            f"{abs(climbed):.2f} m: these are stairs. Only walking on level ground can "
+            "be analysed; give such a trial, or a part of this one on the level with --trial-time."
         )
     levels = np.sort(heights)
     above = int(np.argmax(np.diff(levels))) + 1
     between = float(levels[above] - levels[above - 1])
     what = "gets onto" if climbed > 0 else "steps or jumps down from"
-    if between > 2 * STEP_M and max(np.ptp(levels[:above]), np.ptp(levels[above:])) < STEP_M:
+    if (
+        between > 2 * LIMITS["step_m"]
+        and max(np.ptp(levels[:above]), np.ptp(levels[above:])) < LIMITS["step_m"]
+    ):
         raise RecordError(
             f"{recording.source}: the feet rest on two levels that are {between:.2f} m apart, and "
             f"on each of them the ground is level: the person {what} a box or a step. Only "
@@ -111,12 +120,12 @@ def check_level(recording: Recording, landmarks: Mapping[str, str], pelvis: Arra
         slope = float(np.degrees(np.arctan(np.polyfit(along, heights, 1)[0])))
     else:
         level = np.linalg.norm(velocities[:, :2], axis=1)
-        moved = level > 3 * RESTS
+        moved = level > 3 * LIMITS["rests"]
         if moved.sum() < 3:
             return
         # A belt takes the foot backwards, so it sinks on the way up.
         slope = float(np.degrees(np.arctan(np.median(-velocities[moved, 2] / level[moved]))))
-    if abs(slope) > STEEPEST:
+    if abs(slope) > LIMITS["steepest"]:
         raise RecordError(
             f"{recording.source}: the ground under the feet goes {'up' if slope > 0 else 'down'} "
             f"by {abs(slope):.0f}°: this is a slope. Only walking on level ground can be analysed; "
@@ -138,12 +147,12 @@ def check_on_ground(recording: Recording, landmarks: Mapping[str, str]) -> None:
         low.append(np.min(heights, axis=0))  # NaN where one is not seen
     lowest = np.min(low, axis=0)
     known = np.asarray(np.isfinite(lowest))
-    half = round(0.5 * WHILE_S * recording.marker_rate)
+    half = round(0.5 * LIMITS["while_s"] * recording.marker_rate)
     ground = np.where(known, lowest, np.inf)
     padded = np.pad(ground, half, constant_values=np.inf)
     ground = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).min(axis=1)
-    off = (lowest[known] - ground[known]) > OFF_GROUND_M
-    if off.sum() > JUMPS * len(lowest):
+    off = (lowest[known] - ground[known]) > LIMITS["off_ground_m"]
+    if off.sum() > LIMITS["jumps"] * len(lowest):
         raise RecordError(
             f"{recording.source}: both feet are off the ground at once, {100 * off.mean():.0f} % "
             "of the time: the person runs, hops or jumps. Only walking can be analysed; give a "
@@ -163,14 +172,16 @@ def what_instead(recording: Recording, landmarks: Mapping[str, str], pelvis: Arr
         if landmarks.get(f"{side}.Heel") in recording.names
     }
     if len(heels) == 2:
-        up = np.stack([each - np.nanpercentile(each, 20.0) > RAISED_M for each in heels.values()])
+        up = np.stack(
+            [each - np.nanpercentile(each, 20.0) > LIMITS["raised_m"] for each in heels.values()]
+        )
         together, either = float(up.all(axis=0).mean()), float(up.any(axis=0).mean())
         # Who stands on the toes raises both heels, and the pelvis by less.
-        if together > JUMPS and rise > RISES_M:
+        if together > LIMITS["jumps"] and rise > LIMITS["rises_m"]:
             return "both feet leave the ground at once: the person jumps"
-        if together < 0.1 * either and min(up.mean(axis=1)) > STEPS:
+        if together < 0.1 * either and min(up.mean(axis=1)) > LIMITS["steps"]:
             return "the feet are raised in turn where they are: the person steps on the spot"
-    if rise > RISES_M:
+    if rise > LIMITS["rises_m"]:
         return (
             f"the pelvis rises and falls by {rise:.2f} m over feet that stay where they are: the "
             "person sits down, stands up or squats"
@@ -179,7 +190,7 @@ def what_instead(recording: Recording, landmarks: Mapping[str, str], pelvis: Arr
         apart = heels["R"] - heels["L"]
         apart = apart[np.isfinite(apart)]
         shares = {
-            side: float(np.mean(sign * apart > RAISED_M)) if len(apart) else 0.0
+            side: float(np.mean(sign * apart > LIMITS["raised_m"])) if len(apart) else 0.0
             for side, sign in (("right", 1.0), ("left", -1.0))
         }
         raised, share = max(shares.items(), key=lambda each: each[1])

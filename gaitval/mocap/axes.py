@@ -31,12 +31,22 @@ OPPOSITE: Final = float(np.cos(np.radians(130.0)))
 LARGEST_TURN: Final = float(np.radians(30.0))
 """A person who faces along an axis of the laboratory does so to within this angle, rad."""
 
-FARTHEST_LEAN: Final = 45.0
-"""Degrees. In the median frame a walking person's pelvis is above the middle of the ankles to
-within this angle; exchanged axes put it 90 or 180 degrees off."""
+LIMITS: Final[Mapping[str, float]] = {
+    # Degrees. In the median frame a walking person's pelvis is above the middle of the
+    # ankles to within this angle; exchanged axes put it 90 or 180 degrees off.
+    "farthest_lean": 45.0,
+    # Walking is faster than this, m/s; standing sway is slower.
+    "slowest_walk": 0.1,
+    # s. A shorter part of a trial has no gait cycle of both feet.
+    "least_part": 1.6,
+    # s, about a stride, over which the pelvis' own rotation is averaged.
+    "stride_s": 1.0,
+    # m/s, of one foot against the other, mean of a stride. Who is slower stands, or steps
+    # about.
+    "slowest_part": 0.3,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
 
-SLOWEST_WALK: Final = 0.1
-"""Walking is faster than this, m/s; standing sway is slower."""
 
 TURNED: Final = (float(np.cos(np.radians(45.0))), 0.25)
 """Who faces 45° off the usual direction in a quarter of the frames does not walk straight; pelvises
@@ -47,16 +57,10 @@ DIRECTIONS: Final = 100
 
 ACROSS: Final = ("ASIS", "PSIS", "Knee", "Ankle", "Heel")
 """Landmarks of which the line from right to left shows where the person faces, the best first."""
-LEAST_PART: Final = 1.6
-"""s. A shorter part of a trial has no gait cycle of both feet."""
-STRIDE_S: Final = 1.0
-"""s, about a stride, over which the pelvis' own rotation is averaged."""
 STRAIGHT: Final = float(np.radians(20.0))
 """rad/s. Who turns does so by 45 to 180 degrees a second."""
 LARGEST_BEND: Final = float(np.radians(20.0))
 """rad. In a straight part the pelvis, averaged over strides, faces one way to within this angle."""
-SLOWEST_PART: Final = 0.3
-"""m/s, of one foot against the other, mean of a stride. Who is slower stands, or steps about."""
 
 RUNS: Final = (0.3, 0.25)
 """Least correlation of the pelvis' height with the distance between the heels, and least speed
@@ -351,7 +355,7 @@ def _check_same_axes(recording: Recording, landmarks: Mapping[str, str], pelvis:
         if names != ("Knee",):
             _check_height(where, float(np.linalg.norm(middle)))
         off = float(np.degrees(np.arccos(np.clip(unit_vector(middle)[2], -1, 1))))
-        if off > FARTHEST_LEAN:
+        if off > LIMITS["farthest_lean"]:
             raise RecordError(
                 f"{where}: in the axes of the standing trial the direction from {what} to the "
                 f"pelvis is {off:.0f}° off the vertical: this trial has other axes than the "
@@ -377,7 +381,7 @@ def _walking_velocity(
     else:
         velocity, how = drift - ground, "on a treadmill"
     speed = float(np.linalg.norm(velocity))
-    if speed < SLOWEST_WALK:
+    if speed < LIMITS["slowest_walk"]:
         if message := what_instead(recording, landmarks, pelvis):
             raise RecordError(
                 f"{where}: {message}. Only walking can be analysed; give a walking trial, or the "
@@ -423,14 +427,14 @@ def _parts(recording: Recording, landmarks: Mapping[str, str], across: Array, se
         for first, last in _straight(line[begin:end], feet[0][begin:end] - feet[1][begin:end],
                                      recording.marker_rate):  # fmt: skip
             times = recording.time[begin + first], recording.time[begin + last - 1]
-            if times[1] - times[0] >= LEAST_PART:
+            if times[1] - times[0] >= LIMITS["least_part"]:
                 parts.append(
                     f"{np.floor(1e3 * times[0]) / 1e3:.3f}:{np.ceil(1e3 * times[1]) / 1e3:.3f}"
                 )
     if not parts:
         return (
-            f"There is no part of {LEAST_PART:g} s or more in which the person walks straight. "
-            "Give a trial of straight walking."
+            f"There is no part of {LIMITS['least_part']:g} s or more in which the person walks "
+            "straight. Give a trial of straight walking."
         )
     if len(parts) < 2:
         return (
@@ -445,7 +449,7 @@ def _straight(across: Array, apart: Array, rate: float) -> Iterator[tuple[int, i
     """First frame and the one after the last of each part in which somebody walks straight: by the
     line (T, 3) from right to left, and the places of the feet `apart` (T, 3) m.
     """
-    if len(across) < LEAST_PART * rate:
+    if len(across) < LIMITS["least_part"] * rate:
         return
     up = unit_vector(np.cross(*_spanning(across)))
     east = unit_vector(across[0] - (across[0] @ up) * up)
@@ -459,7 +463,7 @@ def _straight(across: Array, apart: Array, rate: float) -> Iterator[tuple[int, i
         frames = np.arange(len(apart))
         path = np.stack([np.interp(frames, frames[known], apart[known, i]) for i in range(3)], 1)
         swinging = np.linalg.norm(np.gradient(path, 1.0 / rate, axis=0), axis=1)
-        walks = _over_a_stride(swinging, rate)[0] > SLOWEST_PART
+        walks = _over_a_stride(swinging, rate)[0] > LIMITS["slowest_part"]
     for begin, end in zip(*runs(walks & (np.abs(turning) < STRAIGHT)), strict=True):
         # What is left must be straight as a whole, too.
         bent = np.abs(yaw[begin:end] - np.median(yaw[begin:end])) > LARGEST_BEND
@@ -475,7 +479,7 @@ def _spanning(lines: Array) -> tuple[Array, Array]:
 
 def _over_a_stride(values: Array, rate: float) -> tuple[Array, Array]:
     """Means of `values` (T,) over a stride, and their rate of change, per s."""
-    half = max(1, round(0.5 * STRIDE_S * rate))
+    half = max(1, round(0.5 * LIMITS["stride_s"] * rate))
     padded = (
         np.pad(values, half, mode="reflect", reflect_type="odd") if len(values) > half else values
     )

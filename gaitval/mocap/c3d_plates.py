@@ -1,6 +1,6 @@
 """Force plates of a C3D file, of types 1 to 7."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -30,11 +30,15 @@ CHANGING: Final = (
     "TRANSLATION", "ROTATION", "OFFSET", "OFFSETS", "GAIN", "GAINS", "NEGATE", "POLARITY",
 )  # fmt: skip
 """Parameters of some programs that would change forces, and that the format does not have."""
-LONGEST_MISSING: Final = 0.02
-"""s. A force changes little in that time: a plate is low-passed at 20 Hz."""
-LARGEST_ZERO_N: Final = 50.0
-"""An unloaded plate's offset is below this, N. More in the frames of FORCE_PLATFORM:ZERO is a
-person: many programs write the default frames 1 to 10 even if someone is standing there."""
+LIMITS: Final[Mapping[str, float]] = {
+    # s. A force changes little in that time: a plate is low-passed at 20 Hz.
+    "longest_missing": 0.02,
+    # An unloaded plate's offset is below this, N. More in the frames of FORCE_PLATFORM:ZERO
+    # is a person: many programs write the default frames 1 to 10 even if someone is standing
+    # there.
+    "largest_zero_n": 50.0,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
 
 
 def read_plates(
@@ -106,7 +110,7 @@ def _plate(
     force, moment = _wrench(where, kind, channels, origin / unit, corners / unit, calibration)
     moment = moment * unit
     first, last = _zero_samples(contents, per_frame, len(force))
-    if last > first and abs(force[first:last, 2].mean()) < LARGEST_ZERO_N:
+    if last > first and abs(force[first:last, 2].mean()) < LIMITS["largest_zero_n"]:
         force = force - force[first:last].mean(axis=0)
         moment = moment - moment[first:last].mean(axis=0)
     normal = force[:, 2] * side
@@ -183,7 +187,7 @@ def _numbers_only(
         return channels
     missing = np.asarray(~np.isfinite(channels).all(axis=1))
     longest = max(end - begin for begin, end in zip(*runs(missing), strict=True))
-    short = longest <= LONGEST_MISSING * per_frame * contents.number("POINT", "RATE")
+    short = longest <= LIMITS["longest_missing"] * per_frame * contents.number("POINT", "RATE")
     passed_over(
         f"{where}: {np.count_nonzero(~np.isfinite(channels))} values in its channels are not "
         f"numbers; {'they are put between those around them' if short else 'it is left out'}. "

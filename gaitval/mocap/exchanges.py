@@ -17,16 +17,19 @@ from gaitval.mocap.spikes import jump_tolerance, surprise_of
 
 _Exchange = tuple[int, int, int]
 """First frame of an exchange, and the columns of the two markers."""
-AMBIGUOUS_SHARE: Final = 0.25
-"""Share of a trial. Two markers that change places once are corrected if the shorter part is less
-than this; otherwise it is unclear which part is right."""
-
-LONGEST_HIDDEN_SWAP: Final = 0.2
-"""s. In this time the line between two markers of a segment turns far less than the half turn that
-an exchange causes (the shank turns at up to 400 deg/s)."""
-ON_ONE_LINE_M: Final = 0.02
-"""m by which a left marker may be on the right of its partner in the median frame: runners' toes
-are by 8 mm (Hamner et al. 2010). Exchanged labels are by the width of a step or a joint."""
+LIMITS: Final[Mapping[str, float]] = {
+    # Share of a trial. Two markers that change places once are corrected if the shorter part
+    # is less than this; otherwise it is unclear which part is right.
+    "ambiguous_share": 0.25,
+    # s. In this time the line between two markers of a segment turns far less than the half
+    # turn that an exchange causes (the shank turns at up to 400 deg/s).
+    "longest_hidden_swap": 0.2,
+    # m by which a left marker may be on the right of its partner in the median frame:
+    # runners' toes are by 8 mm (Hamner et al. 2010). Exchanged labels are by the width of a
+    # step or a joint.
+    "on_one_line_m": 0.02,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
 
 
 def exchange_back(
@@ -82,7 +85,7 @@ def _change_over_gap(
     reverses it.
     """
     names, rate = recording.names, recording.marker_rate
-    longest = round(LONGEST_HIDDEN_SWAP * rate)
+    longest = round(LIMITS["longest_hidden_swap"] * rate)
     seen = seen_frames(markers)
     for first, second in combinations(range(len(names)), 2):
         segment = segments.get(names[first])
@@ -157,7 +160,7 @@ def mirrored_arms(
         apart = apart[np.isfinite(apart)]
         # Legs may cross for a moment, but not in the median of all frames; runners and people whose
         # legs scissor land on one line, where markers are a little across it.
-        if len(apart) and np.median(apart) < -ON_ONE_LINE_M:
+        if len(apart) and np.median(apart) < -LIMITS["on_one_line_m"]:
             wrong.append((name, partner))
     if "pelvis" not in {segments.get(left) for left, _ in wrong}:
         wrong = [pair for pair in wrong if not _rigid(recording, pair, segments, wrong)]
@@ -234,7 +237,7 @@ def undo_exchanges(
             opened = frames.pop()
             tail = len(markers) - opened
             head = opened - (frames[-1] if frames else 0)
-            if min(head, tail) > AMBIGUOUS_SHARE * len(markers):
+            if min(head, tail) > LIMITS["ambiguous_share"] * len(markers):
                 time = recording.start + opened / recording.marker_rate
                 raise RecordError(
                     f"{recording.source}: markers {pair[0]} and {pair[1]} change places at frame "

@@ -10,14 +10,17 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.repairs import Repair, repair, seen_frames
 
-RIGID_GAP_FACTOR: Final = 5.0
-"""Rebuilding from the segment bridges gaps this many times longer than a spline does."""
-SPLINE_FIRST: Final = 0.5
-"""Fraction of `largest_gap_s` up to which a spline is more accurate than the segment's markers,
-because skin moves. Mean of the largest error in gaps cut into the walk of Rajagopal et al. 2016
-(shank, thigh, foot, pelvis): at 0.05 s 1.0, 0.9, 1.3, 0.7 mm by spline and 1.0, 1.1, 1.6, 1.1 mm by
-the segment; at 0.1 s 2.3, 2.5, 3.8, 1.6 and 1.5, 2.2, 3.0, 2.3 mm; at 0.2 s 9, 9, 16, 5 and 3, 4,
-7, 4 mm."""
+LIMITS: Final[Mapping[str, float]] = {
+    # Rebuilding from the segment bridges gaps this many times longer than a spline does.
+    "rigid_gap_factor": 5.0,
+    # Fraction of `largest_gap_s` up to which a spline is more accurate than the segment's
+    # markers, because skin moves. Mean of the largest error in gaps cut into the walk of
+    # Rajagopal et al. 2016 (shank, thigh, foot, pelvis): at 0.05 s 1.0, 0.9, 1.3, 0.7 mm by
+    # spline and 1.0, 1.1, 1.6, 1.1 mm by the segment; at 0.1 s 2.3, 2.5, 3.8, 1.6 and 1.5,
+    # 2.2, 3.0, 2.3 mm; at 0.2 s 9, 9, 16, 5 and 3, 4, 7, 4 mm.
+    "spline_first": 0.5,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
 
 
 def fill_gaps(
@@ -63,9 +66,9 @@ def fill_gaps(
 
             duration = (end - begin) / rate
             filled, action = None, "filled with a spline"
-            if duration <= SPLINE_FIRST * processing.largest_gap_s:
+            if duration <= LIMITS["spline_first"] * processing.largest_gap_s:
                 filled = bridge(measured[:, column], begin, end, rate)
-            if filled is None and duration <= RIGID_GAP_FACTOR * processing.largest_gap_s:
+            if filled is None and duration <= LIMITS["rigid_gap_factor"] * processing.largest_gap_s:
                 from_others = rebuilt(measured, seen, column, others, begin, end)
                 if from_others is not None:
                     filled, used, deformation = from_others

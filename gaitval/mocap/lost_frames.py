@@ -1,5 +1,6 @@
 """Where frames of a recording were lost, or are there twice: all markers show it together."""
 
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -10,11 +11,16 @@ from gaitval.mocap.repairs import seen_frames
 
 BESIDE: Final = 3
 """Steps before and after one whose median is the step that a marker usually makes there."""
-LEAST_STEP: Final = 5e-4
-"""m. Of a marker that moves less from frame to frame, noise (0.2 mm) decides how far it steps."""
+LIMITS: Final[Mapping[str, float]] = {
+    # m. Of a marker that moves less from frame to frame, noise (0.2 mm) decides how far it
+    # steps.
+    "least_step": 0.0005,
+    # Share of the moving markers that step by half a frame or more too far, or too short.
+    "agreeing": 0.9,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
+
 FEWEST_MARKERS: Final = 6
-AGREEING: Final = 0.9
-"""Share of the moving markers that step by half a frame or more too far, or too short."""
 
 
 class Lost(NamedTuple):
@@ -41,7 +47,7 @@ def lost_frames(markers: Array) -> tuple[Lost, ...]:
         usual = np.median(steps[around], axis=0)
         square = (usual**2).sum(axis=1)
         # NaN is no moving marker
-        moving = seen_frames(steps[at]) & (square > LEAST_STEP**2)
+        moving = seen_frames(steps[at]) & (square > LIMITS["least_step"] ** 2)
         if np.count_nonzero(moving) < FEWEST_MARKERS:
             continue
         ratio = (steps[at, moving] * usual[moving]).sum(axis=1) / square[moving]
@@ -49,7 +55,7 @@ def lost_frames(markers: Array) -> tuple[Lost, ...]:
         missing = ratio - stored
         # Only a frame that is there twice is one too many; markers that rest for a moment are not.
         sign = -1.0 if stored > 1 and np.median(missing) < 0.0 else 1.0
-        if np.mean(sign * missing > 0.5) >= AGREEING:
+        if np.mean(sign * missing > 0.5) >= LIMITS["agreeing"]:
             weight = square[moving]
             found.append(Lost(int(kept[at + 1]), round(float(weight @ missing / weight.sum()))))
     return tuple(found)

@@ -17,42 +17,47 @@ from gaitval.model.body import PARENTS
 FILLED: Final = 2
 """Frames at one exact place whose three coordinates are equal, as 9999 or -1: no camera measures
 that twice."""
-LEAP_M: Final = 3.0
-"""m. No marker moves so far from one frame to the next, and none on a body is so far from where it
-usually is in one coordinate alone."""
-DENSE: Final = 0.3
-"""Share of the frames in which a marker must be on the body: the distance from another marker is
-that of the narrowest range with so many of them."""
-RIGID_M: Final = 0.03
-"""m. A distance that varies by more in these frames is not one of a segment."""
-AWAY_M: Final = 0.2
-"""m. No skin, and no belt of the pelvis, lets a distance within a segment change by so much."""
-FOOT_AWAY_M: Final = 0.06
-"""m, likewise, of a foot, whose skin hardly moves: 0.02 m at most in eleven recordings of seven
-laboratories (running and jumping, too)."""
-JOINT_AWAY_M: Final = 0.6
-"""m, likewise, between segments: a leg that bends nears its ankle to the pelvis by 0.4 m."""
-HELD_AWAY_M: Final = 0.08
-"""m, likewise, of a marker that rests: feet bend by 0.03 m."""
-SAME_AWAY_M: Final = 0.015
-"""m, likewise, of one that is exactly where it was."""
-ONE_AWAY_M: Final = 0.04
-"""m, likewise, of such a one, from one other marker of its segment that moves: a foot bends by
-0.03 m."""
-LEAVES_M: Final = 0.03
-"""m. On its way from the body and back it is left out from this on."""
-RESTS: Final = 0.05
-"""m/s. A marker that lies on the floor, or whose last place is held, is slower."""
-SHORTEST_S: Final = 0.06
-"""s. For a shorter time it is a spike."""
-TOGETHER_S: Final = 1.0
-"""s, about a stride, in which the foot may pass by the place where its marker lies."""
+LIMITS: Final[Mapping[str, float]] = {
+    # m. No marker moves so far from one frame to the next, and none on a body is so far from
+    # where it usually is in one coordinate alone.
+    "leap_m": 3.0,
+    # Share of the frames in which a marker must be on the body: the distance from another
+    # marker is that of the narrowest range with so many of them.
+    "dense": 0.3,
+    # m. A distance that varies by more in these frames is not one of a segment.
+    "rigid_m": 0.03,
+    # m. No skin, and no belt of the pelvis, lets a distance within a segment change by so
+    # much.
+    "away_m": 0.2,
+    # m, likewise, of a foot, whose skin hardly moves: 0.02 m at most in eleven recordings of
+    # seven laboratories (running and jumping, too).
+    "foot_away_m": 0.06,
+    # m, likewise, between segments: a leg that bends nears its ankle to the pelvis by 0.4 m.
+    "joint_away_m": 0.6,
+    # m, likewise, of a marker that rests: feet bend by 0.03 m.
+    "held_away_m": 0.08,
+    # m, likewise, of one that is exactly where it was.
+    "same_away_m": 0.015,
+    # m, likewise, of such a one, from one other marker of its segment that moves: a foot
+    # bends by 0.03 m.
+    "one_away_m": 0.04,
+    # m. On its way from the body and back it is left out from this on.
+    "leaves_m": 0.03,
+    # m/s. A marker that lies on the floor, or whose last place is held, is slower.
+    "rests": 0.05,
+    # s. For a shorter time it is a spike.
+    "shortest_s": 0.06,
+    # s, about a stride, in which the foot may pass by the place where its marker lies.
+    "together_s": 1.0,
+    # Share of the frames in which a distance must be that of the standing trial for this to
+    # be right; else the marker was put elsewhere between the trials.
+    "as_standing": 0.1,
+    # m. No two markers are nearer to each other.
+    "one_place_m": 0.005,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
+
 PARTNERS: Final = 6
-AS_STANDING: Final = 0.1
-"""Share of the frames in which a distance must be that of the standing trial for this to be right;
-else the marker was put elsewhere between the trials."""
-ONE_PLACE_M: Final = 0.005
-"""m. No two markers are nearer to each other."""
 
 
 def without_fill_values(recording: Recording) -> Recording:
@@ -91,11 +96,11 @@ def _one_filled(markers: Array) -> Flags:
     """
     filled = np.zeros(markers.shape, dtype=bool)
     with np.errstate(invalid="ignore"):
-        leaps = np.abs(np.diff(markers, axis=0)) > LEAP_M
+        leaps = np.abs(np.diff(markers, axis=0)) > LIMITS["leap_m"]
         for number, axis in np.argwhere(leaps.any(axis=0)):
             path = markers[:, number, axis]
             values, counts = np.unique(path[np.isfinite(path)], return_counts=True)
-            far = np.abs(path - np.nanmedian(path)) > LEAP_M
+            far = np.abs(path - np.nanmedian(path)) > LIMITS["leap_m"]
             filled[:, number, axis] = far & np.isin(path, values[counts >= FILLED])
     # A marker that rests where nobody is, is lost in another way.
     same = np.zeros(markers.shape[:2], dtype=bool)
@@ -149,7 +154,7 @@ def leave_out_lost(
         if distances is None:
             continue
         furthest = np.maximum(distances.most, distances.own)
-        if not (furthest > SAME_AWAY_M).any():
+        if not (furthest > LIMITS["same_away_m"]).any():
             continue
         path = markers[:, number]
         lost = _lost(path, distances, rate, _elsewhere(number, markers, names, segments))
@@ -197,7 +202,7 @@ def _elsewhere(
     others = [i for i, name in enumerate(names) if segments.get(name) != segments[names[number]]]
     with np.errstate(invalid="ignore"):
         apart = np.linalg.norm(markers[:, others] - markers[:, number, None], axis=2)
-        return np.asarray((apart < ONE_PLACE_M).any(axis=1))
+        return np.asarray((apart < LIMITS["one_place_m"]).any(axis=1))
 
 
 def _away(
@@ -244,7 +249,9 @@ def _away(
     place = np.clip(known // 2, 0, len(stacked) - 1)
     middle = np.take_along_axis(ordered, place[None], axis=0)[0]
     largest = np.nan_to_num(np.stack(within or [0.0 * stacked[0]])).max(axis=0)
-    furthest = FOOT_AWAY_M if segment.startswith("foot") and len(own) > 1 else AWAY_M
+    furthest = (
+        LIMITS["foot_away_m"] if segment.startswith("foot") and len(own) > 1 else LIMITS["away_m"]
+    )
     return _Away(np.where(known >= 2, np.maximum(middle, 0.0), 0.0), largest, furthest, not own)
 
 
@@ -255,20 +262,20 @@ def _joined(one: str, other: str) -> bool:
 
 def _usual(distance: Array, stands: float | None) -> tuple[float, float] | None:
     """That of standing, `stands`, if it is met; else the distance, m, in the middle of the
-    narrowest range with `DENSE` of all frames. With the width of this range; None if that is no
+    narrowest range with `LIMITS` of all frames. With the width of this range; None if that is no
     rigid one.
     """
     known = np.sort(distance[np.isfinite(distance)])
     if stands is not None and len(known):
-        near = known[np.abs(known - stands) < LEAVES_M]
-        if len(near) >= AS_STANDING * len(known):
+        near = known[np.abs(known - stands) < LIMITS["leaves_m"]]
+        if len(near) >= LIMITS["as_standing"] * len(known):
             return float(np.median(near)), float(np.ptp(near))
-    count = int(np.ceil(DENSE * len(known)))
+    count = int(np.ceil(LIMITS["dense"] * len(known)))
     if count < 3:
         return None
     widths = known[count - 1 :] - known[: len(known) - count + 1]
     first = int(np.argmin(widths))
-    if widths[first] > RIGID_M:
+    if widths[first] > LIMITS["rigid_m"]:
         return None
     return float(known[first : first + count].mean()), float(widths[first])
 
@@ -281,13 +288,15 @@ def _lost(path: Array, away: _Away, rate: float, elsewhere: Flags) -> Flags:
     step = np.linalg.norm(np.diff(path, axis=0), axis=1)
     step = np.nan_to_num(np.r_[step[:1], step], nan=np.inf)
     same = _held(path, rate)
-    rests = _long(step < RESTS / rate, rate)
+    rests = _long(step < LIMITS["rests"] / rate, rate)
     # One coordinate that is cut off is told as such; the others are the marker's own.
-    furthest = np.where(_cut_off(path, rate), AWAY_M, away.furthest)
-    lost = (off > furthest) | ((rests | elsewhere) & (off > HELD_AWAY_M))
+    furthest = np.where(_cut_off(path, rate), LIMITS["away_m"], away.furthest)
+    lost = (off > furthest) | ((rests | elsewhere) & (off > LIMITS["held_away_m"]))
     if away.alone:  # a joint moves it so far, but does not hold it there
-        lost = (off > JOINT_AWAY_M) | ((rests | elsewhere) & (off > AWAY_M))
-    odd = (off > (AWAY_M if away.alone else SAME_AWAY_M)) | (away.own > ONE_AWAY_M)
+        lost = (off > LIMITS["joint_away_m"]) | ((rests | elsewhere) & (off > LIMITS["away_m"]))
+    odd = (off > (LIMITS["away_m"] if away.alone else LIMITS["same_away_m"])) | (
+        away.own > LIMITS["one_away_m"]
+    )
     for begin, end in zip(*runs(same), strict=True):
         # It is held all the while, also where its distances pass through what they were.
         if odd[begin:end].any():
@@ -314,7 +323,7 @@ def _long(flags: Flags, rate: float) -> Flags:
     """Only what lasts."""
     kept = flags.copy()
     for begin, end in zip(*runs(flags), strict=True):
-        if end - begin < max(2, SHORTEST_S * rate):
+        if end - begin < max(2, LIMITS["shortest_s"] * rate):
             kept[begin:end] = False
     return kept
 
@@ -325,28 +334,30 @@ def _merged(lost: Flags, away: _Away, path: Array, rate: float) -> list[tuple[in
     """
     found: list[tuple[int, int]] = []
     off, leaves = away.most, np.maximum(away.most, away.own)
-    margin = int(np.ceil(SHORTEST_S * rate))
+    margin = int(np.ceil(LIMITS["shortest_s"] * rate))
     for begin, end in zip(*runs(lost), strict=True):
         first, last = int(begin), int(end)
-        while first > 0 and leaves[first - 1] > LEAVES_M:
+        while first > 0 and leaves[first - 1] > LIMITS["leaves_m"]:
             first -= 1
-        while last < len(off) and leaves[last] > LEAVES_M:
+        while last < len(off) and leaves[last] > LIMITS["leaves_m"]:
             last += 1
         # Who does not leave in a jump was on its way already.
-        if first < begin and _step(path, first) < LEAVES_M:
+        if first < begin and _step(path, first) < LIMITS["leaves_m"]:
             first = max(first - margin, 0)
-        if end < last < len(off) and _step(path, last) < LEAVES_M:
+        if end < last < len(off) and _step(path, last) < LIMITS["leaves_m"]:
             last = min(last + margin, len(off))
         # The foot passes by the place where its marker stays.
-        while last < len(off) and np.linalg.norm(path[last] - path[last - 1]) < RESTS / rate:
+        while (
+            last < len(off) and np.linalg.norm(path[last] - path[last - 1]) < LIMITS["rests"] / rate
+        ):
             last += 1
-        if found and first - found[-1][1] < TOGETHER_S * rate:
+        if found and first - found[-1][1] < LIMITS["together_s"] * rate:
             first = found.pop()[0]
         found.append((first, last))
     # Who is lost shortly before the end does not come back.
-    if found and len(found) and len(off) - found[-1][1] < TOGETHER_S * rate:
+    if found and len(found) and len(off) - found[-1][1] < LIMITS["together_s"] * rate:
         begin, end = found[-1]
-        if end - begin > TOGETHER_S * rate:
+        if end - begin > LIMITS["together_s"] * rate:
             found[-1] = begin, len(off)
     return found
 
@@ -361,9 +372,9 @@ def _how(path: Array, markers: Array, number: int, rate: float) -> str:
     step = np.linalg.norm(np.diff(path, axis=0), axis=1)
     if len(step) and np.mean(step == 0.0) > 0.5:
         return "stays exactly where it was last seen"
-    if len(step) and np.nanmedian(step) < RESTS / rate:
+    if len(step) and np.nanmedian(step) < LIMITS["rests"] / rate:
         low = np.nanpercentile(markers[..., 2], 5.0)
-        on_floor = np.nanmedian(path[:, 2]) < low + LEAVES_M
+        on_floor = np.nanmedian(path[:, 2]) < low + LIMITS["leaves_m"]
         return "lies still" + (" on the floor" if on_floor else "") + " while its segment moves on"
     others = np.delete(markers, number, axis=1)
     with np.errstate(invalid="ignore"):

@@ -340,10 +340,16 @@ def _short_names(columns: Sequence[str]) -> dict[str, dict[str, str]]:
     return {name: parts for name, parts in plates.items() if len(parts) == 9}
 
 
-NO_FORCE_N: Final = 1.0
-"""N. A group of columns that never has more is no plate that somebody stands on."""
-SOME_TORQUE: Final = 0.5
-"""Nm. Without a force a plate shows less."""
+LIMITS: Final[Mapping[str, float]] = {
+    # N. A group of columns that never has more is no plate that somebody stands on.
+    "no_force_n": 1.0,
+    # Nm. Without a force a plate shows less.
+    "some_torque": 0.5,
+    # m. No plate of a laboratory is farther from its origin.
+    "farthest_m": 20.0,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
+
 NAMED: Final = 6
 """Columns that are named in a message."""
 
@@ -360,9 +366,9 @@ def _devices(table: StorageTable, found: Mapping[str, Mapping[str, str]]) -> dic
             for kind in "vm"
         )
         # NaN is not small: a plate says itself what it lacks.
-        if force <= NO_FORCE_N and torque >= SOME_TORQUE:
+        if force <= LIMITS["no_force_n"] and torque >= LIMITS["some_torque"]:
             devices[name] = torque
-        plates += force > NO_FORCE_N
+        plates += force > LIMITS["no_force_n"]
     return devices if plates else {}  # in another unit than N all plates are weak
 
 
@@ -402,17 +408,16 @@ def _in_metres(
 ) -> tuple[Array, Array]:
     """Points and torques of OpenSim's reader of C3D in m and Nm; it leaves them in mm and Nmm."""
     loaded = np.linalg.norm(force, axis=1) > UNLOADED_N
-    if not loaded.any() or not np.nanmedian(np.abs(point[loaded]).max(axis=1)) > FARTHEST_M:
+    if (
+        not loaded.any()
+        or not np.nanmedian(np.abs(point[loaded]).max(axis=1)) > LIMITS["farthest_m"]
+    ):
         return point, torque
     passed_over(
         f"{path}: plate {name}: its points are too far away for m, as OpenSim writes them from C3D "
         "files in mm; points are read in mm, torques in Nmm"
     )
     return point / 1000.0, torque / 1000.0
-
-
-FARTHEST_M: Final = 20.0
-"""m. No plate of a laboratory is farther from its origin."""
 
 
 def _part(column: str) -> tuple[str, str] | None:

@@ -1,5 +1,6 @@
 """Force plates from centres of pressure, which files may have instead of moments, or wrenches."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -17,15 +18,19 @@ from gaitval.mocap.force_plates import (
 from gaitval.mocap.recording import Plate
 from gaitval.mocap.repairs import passed_over
 
-LARGEST_LEVEL_M: Final = 0.005
-"""m times the force, of the level parts of a torque about the centre of pressure."""
-FAINT_N: Final = 100.0
-"""Programs write no centre of pressure below a vertical force of their own, of 20 to 50 N, and a
-force that is low-passed later is larger there."""
-ASTRAY_M: Final = 0.02
-"""m. What an unloaded plate shows may also be a place, where those measured are this near."""
-LONGEST_PLATE_M: Final = 1.0
-"""A moment about the middle or a corner of a plate is at most this times the force, m."""
+LIMITS: Final[Mapping[str, float]] = {
+    # m times the force, of the level parts of a torque about the centre of pressure.
+    "largest_level_m": 0.005,
+    # Programs write no centre of pressure below a vertical force of their own, of 20 to 50
+    # N, and a force that is low-passed later is larger there.
+    "faint_n": 100.0,
+    # m. What an unloaded plate shows may also be a place, where those measured are this
+    # near.
+    "astray_m": 0.02,
+    # A moment about the middle or a corner of a plate is at most this times the force, m.
+    "longest_plate_m": 1.0,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
 
 
 def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Array) -> Plate:
@@ -42,7 +47,7 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
 
     Raises
     ------
-    RecordError : a force is missing, point or torque from `FAINT_N` on; no foot exerts the torque.
+    RecordError : a force is missing, point or torque from `LIMITS` on; no foot exerts the torque.
     """
     if not np.isfinite(force).all():
         raise RecordError(
@@ -51,7 +56,7 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
         )
     size = np.linalg.norm(force, axis=1)
     loaded, point = size >= UNLOADED_N, measured_points(path, name, force, point)
-    torque = np.where(np.isnan(torque) & (size < FAINT_N)[:, None], 0.0, torque)
+    torque = np.where(np.isnan(torque) & (size < LIMITS["faint_n"])[:, None], 0.0, torque)
     gap = loaded & ~np.isfinite(point + torque).all(axis=1)
     if gap.any():
         worst = int(np.argmax(size * gap))
@@ -72,7 +77,7 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
 def measured_points(path: Path, name: str, force: Array, point: Array) -> Array:
     """Centres of pressure (T, 3) m from `point` of plate `name` in the file `path`: the nearest in
     time where a program wrote none: NaN, or what it writes without a load, 0 or another constant.
-    Under a `force` (T, 3) N from `FAINT_N` on they stay as they are.
+    Under a `force` (T, 3) N from `LIMITS` on they stay as they are.
     """
     size, there = np.linalg.norm(force, axis=1), np.isfinite(point).all(axis=1)
     loaded = size >= UNLOADED_N
@@ -84,8 +89,10 @@ def measured_points(path: Path, name: str, force: Array, point: Array) -> Array:
         return point
     order = np.interp(np.arange(len(point)), known, np.arange(len(known)))
     nearest = point[known[np.rint(order).astype(int)]]
-    faint = loaded & (size < FAINT_N)
-    lost = faint & (~there | (rest & (np.linalg.norm(point - nearest, axis=1) > ASTRAY_M)))
+    faint = loaded & (size < LIMITS["faint_n"])
+    lost = faint & (
+        ~there | (rest & (np.linalg.norm(point - nearest, axis=1) > LIMITS["astray_m"]))
+    )
     if lost.any():
         passed_over(
             f"{path}: plate {name}: {np.count_nonzero(lost)} samples under up to "
@@ -104,7 +111,7 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
     level = np.arange(3) != up
     across = _lever(force, torque * level, strong)
     # About the middle of a plate the torque is no larger, if the foot is near it, but not vertical.
-    if lever <= LONGEST_LEVER_M and across <= LARGEST_LEVEL_M:
+    if lever <= LONGEST_LEVER_M and across <= LIMITS["largest_level_m"]:
         return torque
     # Of a moment about o, M = (p - o) × F + (0, 0, Tz), only the vertical part is of the foot; the
     # level ones say where o is: o × F = p × F - M.
@@ -116,7 +123,7 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
     upright = np.where(level, 0.0, free)
     # About the right point only the vertical torque is left, and a foot can exert it.
     if (
-        _lever(force, free - upright, strong) <= LARGEST_LEVEL_M
+        _lever(force, free - upright, strong) <= LIMITS["largest_level_m"]
         and _lever(force, upright, strong) <= LONGEST_LEVER_M
     ):
         passed_over(
@@ -131,7 +138,7 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
         return torque
     why = (
         "It looks like Nmm: divide the torques by 1000"
-        if lever > LONGEST_PLATE_M
+        if lever > LIMITS["longest_plate_m"]
         else "It looks like the moment about the plate's middle or origin: export the free moment "
         "about the centre of pressure"
     )

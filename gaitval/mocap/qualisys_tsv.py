@@ -25,8 +25,8 @@ from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.separate_forces import with_plates
 from gaitval.mocap.text_cells import cells_of, markers_named, numbers, positive, whole_rows
 from gaitval.mocap.text_table import text_lines, with_gaps
+from gaitval.units import MILLIMETRE
 
-_MILLIMETRES: Final = 1e-3
 _QUADRANTS: Final = ("POSX_POSY", "NEGX_POSY", "NEGX_NEGY", "POSX_NEGY")
 _MOMENTS: Final = {"Nm": 1.0, "Nmm": 1e-3}
 _FORCE_COLUMNS: Final = 9
@@ -66,7 +66,7 @@ def read_qualisys_tsv(path: Path) -> Recording:
         source=str(path),
         axes="laboratory",
         names=tuple(names[i] for i in kept),
-        markers=with_gaps(_MILLIMETRES * values.reshape(len(values), -1, 3)[:, kept]),
+        markers=with_gaps(MILLIMETRE * values.reshape(len(values), -1, 3)[:, kept]),
         marker_rate=rate,
         start=start or 0.0,
     )
@@ -130,9 +130,9 @@ def _plate(path: Path, recording: Recording) -> tuple[float, float, Plate]:
     rate = positive(path, _first(table, "FREQUENCY"), "FREQUENCY (Hz)")
     values, begin = _without_clock(path, table, _FORCE_COLUMNS, rate)
     _check_count(path, table, "NO_OF_SAMPLES", len(values))
-    force, moment, pressure = values[:, :3], values[:, 3:6], _MILLIMETRES * values[:, 6:]
+    force, moment, pressure = values[:, :3], values[:, 3:6], MILLIMETRE * values[:, 6:]
     corners = np.array([[_corner(path, table, q, axis) for axis in "XYZ"] for q in _QUADRANTS])
-    corners = corners * _MILLIMETRES
+    corners = corners * MILLIMETRE
     area = np.cross(corners[0] - corners[1], corners[0] - corners[3])
     if not np.linalg.norm(area) > 1e-4:
         raise RecordError(

@@ -4,6 +4,7 @@ The only entry point is `read_recording`. The checks here are for every format; 
 what is specific to its format.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -19,15 +20,18 @@ from gaitval.mocap.recording import Recording
 from gaitval.mocap.repairs import passed_over
 from gaitval.units import looks_like
 
-SMALLEST_SPREAD_M: Final = 0.05
-LARGEST_SPREAD_M: Final = 20.0
-"""m. The markers of a person, and of objects nearby, spread over at least and at most this."""
+LIMITS: Final[Mapping[str, float]] = {
+    # m. The markers of a person, and of objects nearby, spread over at least and at most
+    # this.
+    "smallest_spread_m": 0.05,
+    "largest_spread_m": 20.0,
+    # Hz. Cameras of motion laboratories record at 50 to 1,000 Hz, the fastest at 10,000.
+    "fastest_hz": 20000.0,
+    # m. Two markers of one name that are never farther apart are one marker, stored twice.
+    "same_place_m": 0.001,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
 
-FASTEST_HZ: Final = 20_000.0
-"""Hz. Cameras of motion laboratories record at 50 to 1,000 Hz, the fastest at 10,000."""
-
-SAME_PLACE_M: Final = 0.001
-"""m. Two markers of one name that are never farther apart are one marker, stored twice."""
 
 SAME_NAMES: Final = 10
 """Markers that two people have in common; objects beside a person have other names."""
@@ -100,7 +104,7 @@ def _each_once(recording: Recording) -> Recording:
         if first == same[0] and len(same) > 1:
             twice[name] = None
             own = recording.markers[:, same]
-            if np.nanmax(np.abs(own - own[:, :1]), initial=0.0) < SAME_PLACE_M:
+            if np.nanmax(np.abs(own - own[:, :1]), initial=0.0) < LIMITS["same_place_m"]:
                 same = same[:1]
             for number, column in enumerate(same if len(same) > 1 else (), start=1):
                 names[column] = f"{name}#{number}"
@@ -131,14 +135,14 @@ def _check_markers(recording: Recording) -> None:
             "Label the trial and export it again."
         )
     _check_one_person(recording)
-    if recording.marker_rate > FASTEST_HZ:
+    if recording.marker_rate > LIMITS["fastest_hz"]:
         raise RecordError(
             f"{recording.source}: the markers are at {recording.marker_rate:g} Hz, but cameras "
             "record at 50 to 1000 Hz: the rate that the file states is wrong. Correct it (TRC: "
             "line 3 and the times; C3D: POINT:RATE), or export the trial again."
         )
     spread = _spread(recording.markers)
-    if not SMALLEST_SPREAD_M <= spread <= LARGEST_SPREAD_M:
+    if not LIMITS["smallest_spread_m"] <= spread <= LIMITS["largest_spread_m"]:
         raise RecordError(
             f"{recording.source}: the markers of a frame spread over {spread:.3g} m, but a "
             "person's spread over 1 to 2 m: the unit that the file states is "

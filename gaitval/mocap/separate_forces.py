@@ -1,5 +1,6 @@
 """Forces of another file than the markers': put together, if they can be of the same trial."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,21 +15,21 @@ from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.repairs import passed_over, seen_frames
 from gaitval.units import POINT_FROM_FOOT, SPREAD, Unit, from_middle, looks_like, unit_of
 
-LARGEST_MISMATCH_S: Final = 0.1
-"""Markers and forces of one trial end within this time of each other, s; exports differ by a
-frame."""
-
-LEAST_RATIO: Final = 0.5
-"""Forces at less than half of the markers' rate are not those that were recorded."""
-SHORTEST_S: Final = 0.6
-"""s. A shorter time that markers and forces share has no gait cycle."""
-
-LARGEST_DISTANCE_M: Final = 1.0
-"""The centre of pressure is at most this far outside the volume that the markers fill, m."""
-
-SMALLEST_COSINE: Final = 0.7
-"""Mean cosine, under load, of the angle between the force and the line from its point to the middle
-of the markers. In walking it is above 0.9."""
+LIMITS: Final[Mapping[str, float]] = {
+    # Markers and forces of one trial end within this time of each other, s; exports differ
+    # by a frame.
+    "largest_mismatch_s": 0.1,
+    # Forces at less than half of the markers' rate are not those that were recorded.
+    "least_ratio": 0.5,
+    # s. A shorter time that markers and forces share has no gait cycle.
+    "shortest_s": 0.6,
+    # The centre of pressure is at most this far outside the volume that the markers fill, m.
+    "largest_distance_m": 1.0,
+    # Mean cosine, under load, of the angle between the force and the line from its point to
+    # the middle of the markers. In walking it is above 0.9.
+    "smallest_cosine": 0.7,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
 
 
 def during(
@@ -65,7 +66,7 @@ def with_plates(
     ratio = rate / recording.marker_rate
     per_frame = round(ratio)
     if per_frame < 1 or abs(ratio - per_frame) > 0.002 * ratio:
-        if ratio < LEAST_RATIO:
+        if ratio < LIMITS["least_ratio"]:
             raise RecordError(
                 f"{path}: forces at {rate:.6g} Hz and markers at {recording.marker_rate:.6g} Hz "
                 f"({recording.source}): forces are recorded at the rate of the markers, or at a "
@@ -82,11 +83,11 @@ def with_plates(
     rate = per_frame * recording.marker_rate
     frames, samples = len(recording.markers), len(plates[0].force)
     ends = (recording.start + frames / recording.marker_rate, start + samples / rate)
-    if max(abs(recording.start - start), abs(ends[1] - ends[0])) > LARGEST_MISMATCH_S:
+    if max(abs(recording.start - start), abs(ends[1] - ends[0])) > LIMITS["largest_mismatch_s"]:
         shared = max(recording.start, start), min(ends)
         hint = (
             ""
-            if shared[1] - shared[0] < SHORTEST_S
+            if shared[1] - shared[0] < LIMITS["shortest_s"]
             else " If both are of one trial and on one clock, give the time that both cover: "
             f"--trial-time {np.ceil(1e3 * shared[0]) / 1e3:g}:{np.floor(1e3 * shared[1]) / 1e3:g}."
         )
@@ -211,7 +212,7 @@ def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
     pressure = plate.centre_of_pressure[strong]
     where = np.median(pressure, axis=0)
     outside = np.maximum(low - where, where - high).max()
-    if outside > LARGEST_DISTANCE_M:
+    if outside > LIMITS["largest_distance_m"]:
         unit = _unit_of_points(pressure, markers[_frames(strong, len(markers))])
         why = (
             f"it looks like {unit.name}: divide the points (px, py, pz) by {1.0 / unit.factor:.4g}"
@@ -232,13 +233,13 @@ def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
         / np.linalg.norm(towards, axis=1)
     )
     mean = np.round(plate.force[strong].mean(axis=0), 1).tolist()
-    if cosine < -SMALLEST_COSINE:
+    if cosine < -LIMITS["smallest_cosine"]:
         raise RecordError(
             f"{path}: plate {plate.name}: the force (mean {mean} N) points from the person "
             "into the plate: these are forces on the plate, but those on the person are "
             "needed. Reverse the signs of the forces and torques."
         )
-    if cosine < SMALLEST_COSINE:
+    if cosine < LIMITS["smallest_cosine"]:
         raise RecordError(
             f"{path}: plate {plate.name}: the force (mean {mean} N) does not point to the "
             f"person, but {np.degrees(np.arccos(cosine)):.0f}° away: the forces are in other "

@@ -1,6 +1,6 @@
 """Whether a marker leaves its path; frames in which it does so for a moment are cut."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -11,22 +11,25 @@ from gaitval.mocap.lost_frames import lost_frames, lost_text
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.repairs import Repair, repair, seen_frames
 
-LONGEST_SPIKE: Final = 0.05
-"""s. A marker that returns later than this is not a spike; it was somewhere else."""
-RETURNED: Final = 0.4
-"""After a spike the marker returns to where its earlier velocity would have taken it, to within
-this fraction of the spike's size. Velocity changes during a spike, so much less cannot be
-required."""
-
-LARGEST_ACCELERATION: Final = 150.0
-"""m/s². No marker of a walking person exceeds this between neighbouring frames: the largest is 153
-in the walks of Rajagopal et al. 2016 (toe, 100 Hz) and 128 in WBDS at 1.26 m/s, both mostly noise,
-for which `JUMP_NOISE` is added."""
-JUMP_NOISE: Final = 0.006
-"""m. What camera noise may add to a second difference (2.4 times the noise itself)."""
-NOISE_MULTIPLE: Final = 4.0
-"""In a noisy trial its own noise is used instead: this many medians of a marker's second
-differences, which is 6 standard deviations of noise in three directions and so never exceeded."""
+LIMITS: Final[Mapping[str, float]] = {
+    # s. A marker that returns later than this is not a spike; it was somewhere else.
+    "longest_spike": 0.05,
+    # After a spike the marker returns to where its earlier velocity would have taken it, to
+    # within this fraction of the spike's size. Velocity changes during a spike, so much less
+    # cannot be required.
+    "returned": 0.4,
+    # m/s². No marker of a walking person exceeds this between neighbouring frames: the
+    # largest is 153 in the walks of Rajagopal et al. 2016 (toe, 100 Hz) and 128 in WBDS at
+    # 1.26 m/s, both mostly noise, for which `jump_noise` is added.
+    "largest_acceleration": 150.0,
+    # m. What camera noise may add to a second difference (2.4 times the noise itself).
+    "jump_noise": 0.006,
+    # In a noisy trial its own noise is used instead: this many medians of a marker's second
+    # differences, which is 6 standard deviations of noise in three directions and so never
+    # exceeded.
+    "noise_multiple": 4.0,
+}
+"""What decides in this module: each in the unit and for the reason that is said before it."""
 
 
 def jump_tolerance(path: Array, rate: float, frames: int = 1) -> float:
@@ -36,9 +39,9 @@ def jump_tolerance(path: Array, rate: float, frames: int = 1) -> float:
     usual = surprise_of(path)
     # 0 stands for unknown.
     usual = usual[usual > 0.0]
-    noise = NOISE_MULTIPLE * float(np.median(usual)) if len(usual) else 0.0
+    noise = LIMITS["noise_multiple"] * float(np.median(usual)) if len(usual) else 0.0
     # Over a time step dt an acceleration a makes a second difference of a dt².
-    return max(JUMP_NOISE, noise) + LARGEST_ACCELERATION * (frames / rate) ** 2
+    return max(LIMITS["jump_noise"], noise) + LIMITS["largest_acceleration"] * (frames / rate) ** 2
 
 
 def surprise_of(path: Array) -> Array:
@@ -111,7 +114,7 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Repair], Flag
 
 def _spikes(path: Array, rate: float) -> list[tuple[int, int, float]]:
     """First frame, frame after the last, and largest distance from the path (m) of each spike."""
-    longest = max(1, round(LONGEST_SPIKE * rate))
+    longest = max(1, round(LIMITS["longest_spike"] * rate))
     # by the number of frames over which a velocity is extrapolated
     allowed = [jump_tolerance(path, rate, frames) for frames in range(longest + 2)]
     path = path.copy()
@@ -145,6 +148,6 @@ def _spike_at(path: Array, frame: int, allowed: Sequence[float]) -> tuple[int, i
             return frame, back, away
         # From the base frame to the return there are length + 1 steps.
         miss = float(np.linalg.norm(path[back] - base - (length + 1) * velocity))
-        if miss < min(RETURNED * away, allowed[length + 1]):
+        if miss < min(LIMITS["returned"] * away, allowed[length + 1]):
             return frame, back, away
     return None
