@@ -14,11 +14,7 @@ from typer.main import get_command
 
 from gaitval import plugins
 from gaitval.cli.commands import TABLE
-from gaitval.configuration import ContactSettings
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
-from gaitval.opensim.osim import write_osim
-from gaitval.scaling.scaling import scale_subject
 from gaitval.terminal.app import app
 
 ROOT = Path(__file__).parents[1]
@@ -165,21 +161,6 @@ def test_a_training_without_its_libraries_says_so_before_any_work(tmp_path: Path
     assert done.returncode == 2
     assert "pip install 'gaitval[study]'" in done.stderr
     assert not (tmp_path / "reports" / "S05" / "model.urdf").exists()
-
-
-@pytest.mark.slow
-def test_a_judgement_needs_no_library_of_an_extra(tmp_path: Path) -> None:
-    body = scale_subject(load_subject("S05")).model
-    write_osim(tmp_path / "model.osim", body, (), ContactSettings(), 0.8)
-    done = without(tmp_path, "judge", "model.osim")
-    assert done.returncode in (0, 1), done.stderr
-    assert {path.name for path in (tmp_path / "judged").iterdir()} >= {"judge.json", "judge.html"}
-
-
-@pytest.mark.slow  # a minute of walking
-def test_a_stored_walk_is_checked_without_any_extra(tmp_path: Path) -> None:
-    done = without(tmp_path, "check", "--baseline", "S05", "--quick")
-    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.slow

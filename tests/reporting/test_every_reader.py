@@ -3,23 +3,17 @@
 import csv
 import io
 import re
-from itertools import combinations
 from pathlib import Path
 
 import pikepdf
 import pytest
-from colour_vision import DEFICIENCIES, contrast, difference
 from html_page import only_html
 from page_in_browser import chromium, opened, overflow, violations
 from recording_summary import sample
 
 from gaitval.configuration import ReportSettings
-from gaitval.reporting import figures
-from gaitval.reporting.page import _resource
 from gaitval.reporting.recording_report import write_recording_report
 
-JUST_SEEN = 2.3
-"""CIE 1976 difference that is just noticeable (Mahy et al. 1994)."""
 SMALLEST_PRINT = 7.0
 """Points."""
 
@@ -35,56 +29,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def pdf(folder: Path):
     with pikepdf.open(folder / "recording.pdf") as document:
         yield document
-
-
-LINES = [figures.RECORD_COLOUR, *figures.COLOURS.values()]
-
-
-@pytest.mark.parametrize("deficiency", DEFICIENCIES)
-@pytest.mark.parametrize("colours", [LINES, figures.phase_colours(4)], ids=["sides", "phases"])
-def test_lines_differ_for_every_reader_and_in_grey(colours: list[str], deficiency: str) -> None:
-    """Five just noticeable differences; the dashes come on top of it."""
-    for one, other in combinations(colours, 2):
-        assert difference(one, other, deficiency) > 5 * JUST_SEEN, (one, other)
-
-
-@pytest.mark.parametrize("colour", [*LINES, *figures.phase_colours(4)])
-def test_lines_have_the_contrast_of_graphics_on_paper(colour: str) -> None:
-    """WCAG 2.2, criterion 1.4.11: at least 3."""
-    assert contrast(colour, "#ffffff") >= 3.0
-
-
-def _shown_when_dark(page: str) -> set[str]:
-    """Colours of the lines and texts of a page's figures on a dark page."""
-    css = _resource("report.css")
-    known = dict(re.findall(r"--c([0-9a-f]{6}): (#[0-9a-f]{6})", css))
-    lines = re.findall(r"stroke: var\(--c([0-9a-f]{6}), light-dark\(#\w{6}, (#\w{6})\)\)", page)
-    return {known.get(light, other) for light, other in lines}
-
-
-def test_figures_have_light_lines_on_a_dark_page(folder: Path) -> None:
-    page = (folder / "recording.html").read_text(encoding="utf-8")
-    shown = _shown_when_dark(page)
-    assert len(shown) >= 4
-    grids = {"#5f656d", "#8d9299"}  # zero lines and shades, which recede on paper, too
-    assert all(contrast(colour, "#16181c") >= 4.5 for colour in shown - grids)
-
-
-def test_light_bands_are_dark_on_a_dark_page() -> None:
-    """A colour that the style sheet does not know is never made darker, and the points on it are
-    made light: they would not be seen."""
-    known = set(re.findall(r"--c([0-9a-f]{6}): ", _resource("report.css")))
-    root = Path(figures.__file__).parents[2]
-    sources = [path.read_text("utf-8") for path in root.glob("[ge]*/**/*.py")]
-    draws = re.compile("reporting.drawing import")
-    drawn = "".join(each for each in sources if draws.search(each))
-    light = {
-        each
-        for each in re.findall(r'"#([0-9a-f]{6})"', drawn)
-        if contrast(f"#{each}", "#ffffff") < 1.7
-    }
-    assert light
-    assert light <= known
 
 
 def test_no_figure_has_text_below_seven_points(folder: Path) -> None:

@@ -3,8 +3,6 @@ that is not there.
 """
 
 import importlib
-import json
-import re
 from pathlib import Path
 
 import docs_links
@@ -54,27 +52,6 @@ def test_the_reference_shows_docstrings(site):
     assert "The model with its leg lengths and joint positions changed by mu." in page
 
 
-@BUILT
-def test_the_search_needs_no_server_and_no_network(site):
-    """The index is a script, and the stand-in for workers is ours (`docs_links` forbids others)."""
-    index = (site / "search" / "search_index.js").read_text(encoding="utf-8")
-    assert index.startswith("var __index = {")
-    for page in ("index.html", "how-to/predict.html"):
-        text = (site / page).read_text(encoding="utf-8")
-        assert re.search(r'<script src="(?:\.\./)*assets/iframe-worker\.js"', text), page
-
-
-@BUILT
-def test_guides_come_before_code_in_the_search(site):
-    text = (site / "search" / "search_index.json").read_text(encoding="utf-8")
-    found = {entry["location"]: entry.get("boost", 1.0) for entry in json.loads(text)["docs"]}
-    assert found["how-to/predict.html"] == docs_pages.GUIDES
-    assert found["reference/model.html"] == docs_pages.CODE
-    assert found["reference/limits.html"] == found["changelog.html"] == 1.0
-    code = [place for place in found if found[place] == docs_pages.CODE]
-    assert len(code) > 0.5 * len(found)  # the reason: most of the index is code
-
-
 def test_every_folder_of_the_package_has_a_page():
     folders = {path.parent.name for path in (ROOT / "gaitval").glob("[!_]*/__init__.py")}
     assert set(docs_pages.FOLDERS) == folders
@@ -105,15 +82,6 @@ def test_every_limit_is_in_the_limits_page_with_its_source():
     for entry in load_registry().tolerance:
         assert entry.title in page
         assert entry.citation in page
-
-
-def test_a_docstring_says_what_a_parameter_is_not_its_type():
-    pytest.importorskip("griffe", reason=NO_EXTRA)
-    described = importlib.import_module("docs_docstrings").described
-    head, tail = "Do it.\n\nParameters\n----------\n", "    More.\n\nNotes\n-----\na : b\n"
-    assert described(f"{head}q, qd : (n, 31) rad.\n{tail}") == (
-        f"{head}q, qd\n    (n, 31) rad.\n{tail}"
-    )
 
 
 def test_links_into_the_repository_lead_to_the_page_that_shows_the_file(hooks):

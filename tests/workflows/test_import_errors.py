@@ -282,21 +282,6 @@ def test_a_missing_file(laboratory: Laboratory, role: str) -> None:
     refuse(laboratory.request(**{role: path}), str(path), "no such file", "Check the name")
 
 
-@pytest.mark.parametrize("name", ["empty.trc", "empty.c3d", "empty.mot"])
-def test_an_empty_file(laboratory: Laboratory, name: str) -> None:
-    path = laboratory.folder / name
-    path.write_bytes(b"")
-    role = "forces" if name.endswith("mot") else "walking"
-    refuse(laboratory.request(**{role: path}), name, "the file is empty", "export it again")
-
-
-@pytest.mark.parametrize("name", ["folder", "folder.c3d", "folder.trc"])
-def test_a_folder(laboratory: Laboratory, name: str) -> None:
-    path = laboratory.folder / name
-    path.mkdir()
-    refuse(laboratory.request(standing=path), name, "is a folder")
-
-
 @pytest.mark.parametrize("name", ["walk.trc", "forces.mot"])
 def test_a_truncated_text_file(laboratory: Laboratory, name: str) -> None:
     request = laboratory.text(name, lambda text: text[: len(text) // 2])
@@ -338,11 +323,6 @@ def test_a_text_file_from_another_program(
     laboratory: Laboratory, name: str, change: Callable[[str], str], words: str
 ) -> None:
     refuse(laboratory.text(name, change), name, words)
-
-
-def test_a_time_in_milliseconds(laboratory: Laboratory, walked: Recording) -> None:
-    slow = laboratory.trc("slow.trc", replace(walked, marker_rate=0.15))
-    refuse(laboratory.request(walking=slow), "slow.trc", "milliseconds", "in seconds")
 
 
 def test_files_of_another_kind(raw: Path, laboratory: Laboratory) -> None:

@@ -100,33 +100,6 @@ def test_takes_the_first_python_that_fits(commands, tmp_path, version):
     assert done.stdout == f"{commands}/python3.12 -m venv --clear {tmp_path}/venv\n"
 
 
-def test_a_python_that_is_named_is_the_only_one_looked_at(commands, tmp_path):
-    add(commands, "python3", python("3.13"))
-    add(commands, "python3.10", python("3.10"))
-    done = set_up(commands, tmp_path, PYTHON="python3.10")
-    assert done.returncode == 2
-    assert "looked for: python3.10)" in done.stderr
-
-
-def test_asks_uv_before_the_system(commands, tmp_path):
-    add(commands, "apt-get", "echo must not be called; exit 9")
-    add(tmp_path, "managed", python("3.13"))
-    uv = f'[ "$2" = install ] || echo {tmp_path}/managed'
-    add(commands, "uv", uv)
-    done = set_up(commands, tmp_path)
-    assert f"{tmp_path}/managed -m venv --clear" in done.stdout
-    assert "must not be called" not in done.stdout
-
-
-def test_says_what_to_do_where_uv_cannot_bring_a_python(commands, tmp_path):
-    add(commands, "uv", "echo no network >&2; exit 1")
-    add(commands, "dnf", "")
-    done = set_up(commands, tmp_path)
-    assert done.returncode == 2
-    assert "no network" in done.stderr
-    assert "sudo dnf install" in done.stderr
-
-
 def test_root_gets_the_packages_of_debian(commands, tmp_path):
     add(commands, "id", "echo 0")
     add(commands, "env", 'shift; "$@"')
@@ -197,15 +170,6 @@ def test_an_extra_that_is_not_there_is_named_before_any_work(commands, tmp_path,
     assert "'cohrt'" in done.stderr
     assert "cohort" in done.stderr
     assert installed(environment) is None
-
-
-def test_what_was_interrupted_is_made_anew(commands, tmp_path, environment):
-    (tmp_path / "broken").touch()
-    done = set_up(commands, tmp_path)
-    assert done.returncode == 2
-    assert "pip failed" in done.stderr
-    again = set_up(commands, tmp_path)
-    assert f"-m venv --clear {tmp_path}/venv" in again.stdout
 
 
 def test_files_of_another_hash_end_it(commands, tmp_path, environment):
