@@ -199,20 +199,6 @@ def test_targets_of_make_are_there():
     assert [pair for pair in sorted(named) if pair[1] not in targets] == []
 
 
-def test_reasons_are_said_where_they_are_needed():
-    """The number of an issue, or a page that is not here, says nothing to who has the sources."""
-    assert [*found(r"\b([Ii]ssue #?\d+|[Tt]he issue\b|FACTS\b)", OURS)] == []
-
-
-def test_the_lookups_can_fail():
-    assert not is_file("gaitval/no_such.py")
-    assert not is_file("no_such.py")
-    assert not is_code("scaling.joint_centres.Measurements.to_dict")
-    assert not is_setting("training.no_such")
-    assert command(["no_such"]) is None
-    assert command(["data", "no_such"]) is None
-
-
 def test_pages_tell_the_faults_of_the_plates_that_the_subjects_have():
     """The shifts of docs/paper.md, and their distance on other pages, are those of the subjects."""
     page = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
