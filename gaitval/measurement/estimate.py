@@ -21,7 +21,7 @@ from gaitval.arrays import Array, Flags
 from gaitval.consistency import OTHER, SOUND, Change, Verdict, verdict_of
 from gaitval.gait.plate_contacts import CONTACTS
 from gaitval.measurement.balance import PRESSURE, Data, PlateTrial, data_of
-from gaitval.measurement.kinds import KINDS, Fault, faults
+from gaitval.measurement.kinds import KINDS, Fault, faults, kind_of
 from gaitval.measurement.likelihood import (
     LEAST_SCALE,
     Balance,
@@ -39,6 +39,9 @@ MOST: Final = 3
 """Faults of a session that are looked for together."""
 BEAM: Final = 10
 """Most probable sets to which one more fault is added."""
+
+FARTHEST: Final = 4.0
+"""Standard deviations of real faults, beyond which a size is none of them."""
 
 _Set = frozenset[Fault]
 _NOTHING: Final = _Set()
@@ -204,7 +207,24 @@ class Search:
             if each.shifts:
                 wrong_way = {"late": self.lag.value < 0.0, "early": self.lag.value > 0.0}
                 odds += -np.inf if wrong_way.get(each.shifts) else self.lag.log_odds
-        return float(odds) + _of_set(self.model(some), some)
+        found = float(odds) + _of_set(self.model(some), some)
+        return found if found < 0.0 or self._plausible(some) else -np.inf
+
+    def _plausible(self, some: _Set) -> bool:
+        """Whether all sizes are those of real faults, and what is there whole or not at all is
+        there by more than a half.
+        """
+        parts = _parts(some)
+        if not parts:
+            return True
+        values, _ = _sizes(self.model(some), parts)
+        for part, value in zip(parts, values, strict=True):
+            kind = KINDS[kind_of(part)]
+            if abs(value - kind.mean) > FARTHEST * np.hypot(kind.faulty, kind.sound):
+                return False
+            if kind.mean and value < kind.matters:
+                return False
+        return True
 
     def apart(self, some: _Set) -> bool:
         """Whether none says what others say together: a plate has one wrong channel, what all

@@ -122,7 +122,8 @@ KINDS: Final[Mapping[str, Kind]] = {
     "moment gain": Kind(
         0.0, 0.12, 0.05, RARE,
         "it shows moments {size} too {large}, so that the centre of pressure lies too {far} the "
-        "plate's middle", CALIBRATION, whose="each plate or all", channel=True,
+        "plate's middle", CALIBRATION, whose="each plate or all",
+        common="moment gain all", channel=True,
     ),
     "cross-talk": Kind(
         0.006, 0.045, 0.02, COMMON,

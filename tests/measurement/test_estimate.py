@@ -153,9 +153,21 @@ def test_what_no_fault_explains_is_something_else(model):
     assert log_sound(replace(calm, left=2.5)) < log_sound(calm) - 4.0
 
 
+@pytest.mark.parametrize(("size", "named"), [(1.0, True), (0.4, False)])
+def test_what_is_there_whole_is_not_there_by_less_than_a_half(model, size, named):
+    whole = Fault("mirrored moment", "1", 0.01)
+    seen = model[0]({"gain 1": size})
+    seen = replace(
+        seen, order={whole.name: 0}, mean=np.array([1.0, 0.0, 0.0, 0.0, 0.0]),
+        prior=np.array([0.15, *seen.prior[1:]]),
+    )  # fmt: skip
+    (only,) = found(seen, (whole,))
+    assert (only.fault == whole) is named
+
+
 def test_delays_are_weighed_by_their_grid_and_direction(model):
     of = model[0]
-    late = of({})
+    late = of({"gain 1": 1.0})  # the spectrum of a filter, whole
     among = (
         DELAY,
         *(Fault(f"one-way filter of the {of_}", "", 0.01) for of_ in ("markers", "forces")),
