@@ -187,7 +187,7 @@ def find_doubts(
     ]
 
 
-SPREAD: Final = {"strike": 0.06, "sole": 3.0, "held": 0.08, "floor": 0.015}
+SPREAD: Final = {"strike": 0.06, "sole": 3.0, "held": 0.08, "floor": 0.012}
 """Of the right cycle, deg, of the plates' impulse: standard deviation of the left foot's
 strike from the middle, of a sole from the level, of what acts beside the feet; and m, of a loaded
 foot from the floor."""
