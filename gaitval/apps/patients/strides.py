@@ -9,7 +9,7 @@ Angles have the names of `gait.record.GaitRecord`, or those of Visual3D with the
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -36,30 +36,39 @@ AXES: Final[Mapping[str, str]] = {
 }
 """Names by the number of Visual3D's axis; the signs are the project's (`turned` looks)."""
 
-TURNED: Final = 1.6
-"""How many times nearer to healthy people's both sides of all people together must be with the sign
-changed, for the sign to be wrong: as of one person in `gaitval.identification.unusual`. So much
-nearer must one side be to the other with its sign changed, too."""
 
-FEW: Final = 3
-"""People of whom a sign that is wrong by their shape is refused. Of 104 people, five alone are
-nearer to healthy people with a sign changed (a pelvis that tilts back, hips that turn in), and of
-400 drawn threes of each group none."""
+class SignLimits(NamedTuple):
+    """From which on a sign is wrong and not somebody's gait.
 
-SOME: Final = 20
-"""People of whom a sign that is wrong on one side is refused. Of 400 drawn twenties of healthy
-people or of people with Parkinson's disease none has sides so unequal; of 400 tens 13 have."""
+    Attributes
+    ----------
+    nearer : how many times nearer to healthy people's both sides of all people together must be
+        with the sign changed, as of one person in `gaitval.identification.unusual`; so much nearer
+        must one side be to the other with its sign changed, too.
+    few : people of whom a sign that is wrong by their shape is refused. Of 104 people, five alone
+        are nearer to healthy people with a sign changed (a pelvis that tilts back, hips that turn
+        in), and of 400 drawn threes of each group none.
+    some : people of whom a sign that is wrong on one side is refused. Of 400 drawn twenties of
+        healthy people or of people with Parkinson's disease none has sides so unequal; of 400 tens
+        13 have.
+    one_pelvis : deg, median of all people: by more than this right and left do not differ about
+        one pelvis. 104 people have a median of 0.7 and a maximum of 1.65; with left list, rotation
+        or both turned the median is 3.7, 6.1 and 5.8.
+    """
+
+    nearer: float
+    few: int
+    some: int
+    one_pelvis: float
+
+
+LIMITS: Final = SignLimits(nearer=1.6, few=3, some=20, one_pelvis=2.0)
 
 SIDED: Final = ("hip_adduction", "hip_rotation", "foot_progression")
 """Angles whose sign may be wrong on one side without two pelves that differ."""
 
 NOBODY: Final = ("hip_flexion", "knee_angle")
 """Angles that not even one person has with the sign changed."""
-
-ONE_PELVIS: Final = 2.0
-"""deg, median of all people: by more than this right and left do not differ about one pelvis. 104
-people have a median of 0.7 and a maximum of 1.65; with left list, rotation or both turned the
-median is 3.7, 6.1 and 5.8."""
 
 POSITIVE: Final = (
     "Flexion, adduction, internal rotation, anterior tilt, own side up and own side forward, and "
@@ -92,8 +101,8 @@ class PersonStrides:
 def read_strides(path: Path) -> tuple[PersonStrides, ...]:
     """All people of a table `path`, in its order. Raises RecordError if it is no such table, an
     angle of a person is missing, is there twice or is not a number, or an angle has its sign
-    changed in all people, on both sides or on one. Of fewer than `FEW` people it may be their gait,
-    which `turned` says. Lists up to ten problems.
+    changed in all people, on both sides or on one. Of fewer than `LIMITS.few` people it may be
+    their gait, which `turned` says. Lists up to ten problems.
     """
     rows: dict[tuple[str, str], dict[str, Array]] = {}
     trials: dict[tuple[str, str], dict[str, str]] = {}
@@ -143,7 +152,7 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
             f"{name}: nearer to healthy people's with its sign changed, in all people together. "
             f"{POSITIVE}"
             for name in turned(people)
-            if len(people) >= FEW or name in NOBODY
+            if len(people) >= LIMITS.few or name in NOBODY
         ]
         problems += [
             f"{name}: right is nearer to left with the sign of one side changed, in all people "
@@ -152,7 +161,7 @@ def read_strides(path: Path) -> tuple[PersonStrides, ...]:
         ]
     if not problems:
         problems = [problem for each in people for problem in _causes(each)]
-    if not problems and people and (apart := pelves_apart(people)) > ONE_PELVIS:
+    if not problems and people and (apart := pelves_apart(people)) > LIMITS.one_pelvis:
         problems = [
             f"pelvis: right and left differ by {apart:.1f}° (median of all people) however they "
             "are shifted, which is impossible for one pelvis. Own side up and own side forward are "
@@ -192,14 +201,14 @@ def pelves_apart(people: tuple[PersonStrides, ...]) -> float:
 def one_side_turned(people: tuple[PersonStrides, ...]) -> list[str]:
     """Angles of `SIDED` of which the means of right and left have opposite signs.
 
-    None of fewer than `SOME` people, who may really be so unequal.
+    None of fewer than `LIMITS.some` people, who may really be so unequal.
     """
     found = []
-    for name in SIDED if len(people) >= SOME else ():
+    for name in SIDED if len(people) >= LIMITS.some else ():
         right, left = (
             np.mean([each.angles[f"{name}_{side}"] for each in people], axis=0) for side in "rl"
         )
-        if np.linalg.norm(right - left) > TURNED * np.linalg.norm(right + left):
+        if np.linalg.norm(right - left) > LIMITS.nearer * np.linalg.norm(right + left):
             found.append(name)
     return found
 
@@ -215,6 +224,6 @@ def turned(people: tuple[PersonStrides, ...]) -> list[str]:
     for name in PROFILE_ANGLES if people else ():
         own = np.array([each.angles[f"{name}_{side}"] for each in people for side in "rl"])
         far, near = (np.sum((sign * own - controls[name]) ** 2) for sign in (1.0, -1.0))
-        if np.sqrt(far / near) > TURNED:
+        if np.sqrt(far / near) > LIMITS.nearer:
             found.append(name)
     return found
