@@ -18,9 +18,10 @@ ACCURACY: Final[Accuracies] = {
     "moments": dict.fromkeys(JOINT_MOMENTS, 0.04),
     "forces": {"vertical": 1.0, "forward": 0.4, "medial": 0.3},
 }
-"""Errors that weigh the same, in the units of `metrics.curve_results.CURVE_UNITS`: of forces and moments
-a fifth to a third of the error of a prediction from other people, of angles less than what they
-differ between sessions of a laboratory. Chosen by the walks of four people (docs/learning.md)."""
+"""Errors that weigh the same, in the units of `metrics.curve_results.CURVE_UNITS`: of forces and
+moments a fifth to a third of the error of a prediction from other people, of angles less than what
+they differ between sessions of a laboratory. Chosen by the walks of four people
+(docs/learning.md)."""
 
 PREDICTED: Final[Accuracies] = {
     "angles": {
@@ -44,9 +45,9 @@ class Walked:
     Attributes
     ----------
     deviations : (n,) of the mean fitted curves, over `accuracies`; their sum of squares counts
-        `correct.INDEPENDENT` for a curve that is off by its accuracy throughout.
-    rmse : by (kind, curve), in the units of `metrics.curve_results.CURVE_UNITS`; also of curves that are
-        not fitted, the pelvis's angles.
+        `CORRECTION.independent` for a curve that is off by its accuracy throughout.
+    rmse : by (kind, curve), in the units of `metrics.curve_results.CURVE_UNITS`; also of curves
+        that are not fitted, the pelvis's angles.
     """
 
     deviations: Array

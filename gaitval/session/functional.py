@@ -43,8 +43,9 @@ CT images (Mantovani et al. 2016, Gait Posture 44:48-54), √((12.3² + 5.9²)/3
 
 LARGEST_ERROR: Final = 0.008
 """m. A functional hip centre is used only if its standard error and half the distance of its two
-images together are smaller: two thirds of the 12 mm by which the regression is wrong, because
-the real error is up to twice as large as this shows (`gaitval.scaling.functional.BLOCKS`)."""
+images together are smaller: two thirds of the 12 mm by which the regression is wrong, because the
+real error is up to twice as large as this shows
+(`gaitval.scaling.functional.FUNCTIONAL_TRIAL.blocks`)."""
 
 
 @dataclass(frozen=True)
