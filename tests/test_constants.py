@@ -9,12 +9,12 @@ import scipy.special
 import scipy.stats
 
 from gaitval.apps.patients import estimates
-from gaitval.checks.marker_checks import DIFFERENCES, DIFFERENCES_NOISE, MEDIAN_TO_SD
-from gaitval.checks.motion_checks import LEG_SHARE
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY, POUND, STANDARD_GRAVITY
 from gaitval.contact import hunt_crossley
 from gaitval.datasets.subject_file import BUILTIN, load_subject
+from gaitval.findings.markers import DIFFERENCES, DIFFERENCES_NOISE, MEDIAN_TO_SD
+from gaitval.findings.motion import LEG_SHARE
 from gaitval.identification import legs
 from gaitval.measurement import sources
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE

@@ -170,9 +170,10 @@ def trial_parts(trials: Sequence[WalkingTrial]) -> str:
 
 
 LIKELY: Final = (
-    "lost frames", "lost marker", "straight line", "filled gap", "loose marker",
+    "lost frames", "lost marker", "filled gap", "loose marker",
     "stuck coordinate", "displaced marker", "unloaded plate",
-    "noise", "poses", "vertical force and motion", "dead channel", "stuck channel",
+    "noise", "poses", "vertical force and motion", "dead channel",
+    "dead channel: point", "dead channel: moment", "dead channel: vertical", "stuck channel",
 )  # fmt: skip
 """Checks of warnings about what may be why a mean gait cannot be that of a walk."""
 

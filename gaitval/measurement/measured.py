@@ -10,21 +10,19 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.checks.event_checks import CLOCKS, STRAY_EVENTS
-from gaitval.checks.force_checks import (
+from gaitval.coordinates import Side, split_side
+from gaitval.findings.clocks import CLOCKS, STRAY_EVENTS
+from gaitval.findings.laboratory import FLOOR_TILTED
+from gaitval.findings.markers import SMOOTHED
+from gaitval.findings.motion import WEIGHT
+from gaitval.findings.plates import OUTSIDE_FOOT, SATURATED, UNLOADED
+from gaitval.findings.stances import (
     BRAKING,
     EXCHANGED_AXES,
     FREE_MOMENT,
     FREE_MOMENT_TURNED,
     INWARD,
-    OUTSIDE,
-    SATURATED,
 )
-from gaitval.checks.laboratory_checks import FLOOR_TILTED
-from gaitval.checks.motion_checks import WEIGHT
-from gaitval.checks.smoothed_markers import SMOOTHED
-from gaitval.checks.unloaded_plates import UNLOADED_PLATE
-from gaitval.coordinates import Side, split_side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.measurement.balance import trials_of
@@ -66,21 +64,21 @@ _OF_WEIGHT: Final = frozenset(("gain", "vertical gain", "offset", "mass"))
 _OF_A_PLATE: Final = frozenset(name for name, kind in KINDS.items() if "plate" in kind.whose)
 _OF_A_FOOT: Final = frozenset(("foot", "foot turned"))
 TOLD: Final[Mapping[str, Set[str]]] = {
-    FLOOR_TILTED: {"place", "cross-talk", "offset", "tilt", "camera tilt"},
+    FLOOR_TILTED.name: {"place", "cross-talk", "offset", "tilt", "camera tilt"},
     # with a wrong mass or unit, a plate with the right forces looks wrong by as much
-    WEIGHT: _OF_WEIGHT,
-    SATURATED: _OF_WEIGHT,
-    UNLOADED_PLATE: _OF_WEIGHT | {"moment gain", "place"},
-    BRAKING: {"fore-aft sign"},
-    INWARD: {"sideways sign"},
-    FREE_MOMENT: {"free moment sign"},
-    FREE_MOMENT_TURNED: {"free moment sign"},
+    WEIGHT.name: _OF_WEIGHT,
+    SATURATED.name: _OF_WEIGHT,
+    UNLOADED.name: _OF_WEIGHT | {"moment gain", "place"},
+    BRAKING.name: {"fore-aft sign"},
+    INWARD.name: {"sideways sign"},
+    FREE_MOMENT.name: {"free moment sign"},
+    FREE_MOMENT_TURNED.name: {"free moment sign"},
     # a horizontal force that is another's looks like each of these on every plate
-    EXCHANGED_AXES: _OF_A_PLATE,
-    OUTSIDE: _OF_A_PLATE | _OF_A_FOOT,
-    CLOCKS: {"clock", "delay"},
-    STRAY_EVENTS: frozenset(),
-    SMOOTHED: {"markers low-passed", "one-way filter of the markers"},
+    EXCHANGED_AXES.name: _OF_A_PLATE,
+    OUTSIDE_FOOT.name: _OF_A_PLATE | _OF_A_FOOT,
+    CLOCKS.name: {"clock", "delay"},
+    STRAY_EVENTS.name: frozenset(),
+    SMOOTHED.name: {"markers low-passed", "one-way filter of the markers"},
 }
 """Checks whose warnings say better what looks like faults of these kinds, or like something else.
 """

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.checks.checks import marker_warnings
-from gaitval.checks.smoothed_markers import smoothed, smoothed_warnings
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
+from gaitval.findings import Looked, Result, look
+from gaitval.findings.feet import Beside
+from gaitval.findings.markers import AsRead, Walking, smoothed
 from gaitval.gait.cycles import CYCLES
 from gaitval.gait.events import EVENTS
 from gaitval.gait.quality_flags import QualityFlag
@@ -49,6 +50,7 @@ class SessionRecordings:
     axes : of the laboratory.
     standing, walking : in the project's axes, walking along +x.
     warnings : the trial, and a warning about its markers.
+    looked : the trial, and what was looked for in its markers.
     placement_sd : m, each way, of landmarks that no marker is on, by name.
     points : joint centres that the standing trial has as points, or the first walk that has any.
     """
@@ -58,6 +60,7 @@ class SessionRecordings:
     standing: Recording
     walking: tuple[Recording, ...]
     warnings: tuple[tuple[str, QualityFlag], ...] = ()
+    looked: tuple[tuple[str, Looked], ...] = ()
     placement_sd: Mapping[str, float] = field(default_factory=dict)
     points: "tuple[GivenCentre, ...]" = ()
 
@@ -115,11 +118,13 @@ def read_session(
     flags = [(request.called(0), warning) for warning in (*whole.flags, *of_walk)]
     for warning in whole.flags:
         notify("warnings", str(warning))
-    turned = []
+    turned, looked = list[Recording](), list[tuple[str, Looked]]()
     for number, named_walk in enumerate(walking):
         with of_trial(number):
             recording = walked(number) if first is None or number > 0 else first
-            for warning in _doubts_beside(request, marker_set, standing, recording, named_walk):
+            doubts = _doubts_beside(request, marker_set, standing, recording, named_walk)
+            looked += [(request.called(number), row) for row in doubts.looked]
+            for warning in doubts.flags:
                 notify("warnings", f"{request.called(number)}: {warning}")
                 flags.append((request.called(number), warning))
             if recording.plates and not request.kinematics_only:
@@ -135,6 +140,7 @@ def read_session(
         standing=standing,
         walking=tuple(turned),
         warnings=tuple(flags),
+        looked=tuple(looked),
         placement_sd=whole.placement_sd,
         points=points,
     )
@@ -184,8 +190,8 @@ def _doubts_beside(
     standing: Recording,
     walk: Recording,
     as_recorded: Recording,
-) -> Iterator[QualityFlag]:
-    """Warnings about the markers of a `walk` beside those in standing; RecordError if they are of
+) -> Result:
+    """Findings of the markers of a `walk` beside those in standing; RecordError if they are of
     another person. `as_recorded` is the walk before it was cleaned.
     """
     # What is left out, and said to be, is not doubted once more.
@@ -208,10 +214,11 @@ def _doubts_beside(
         ) from error
     moved = displaced(distances, marker_set)
     segments = {name: marker.segment for name, marker in marker_set.markers.items()}
-    stood = not request.stands_in_walk
-    marks = marker_set.landmarks, moved, segments
-    yield from smoothed_warnings(as_recorded)
-    yield from marker_warnings(as_recorded, standing, walk, *marks, stood=stood)
+    return look(
+        AsRead(as_recorded, segments),
+        Walking(walk, segments, marker_set.landmarks),
+        Beside(standing, walk, marker_set.landmarks, moved, stood=not request.stands_in_walk),
+    )
 
 
 def _check_plates(request: Request, recording: Recording) -> None:

@@ -15,6 +15,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import unusual_build
 from gaitval.errors import NoCycleError, RecordError
+from gaitval.findings import Looked
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.foot_forces import LIGHTEST, of_weight
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain, told_once
@@ -105,6 +106,12 @@ class Import:
         of_trials = ((walk.name, warning) for walk in self.trials for warning in walk.warnings)
         of_means = (("all trials", warning) for warning in self.of_means)
         return told_once((*self.session.warnings, *of_trials, *of_means))
+
+    @property
+    def looked(self) -> tuple[tuple[str, Looked], ...]:
+        """What was looked for in each trial, with value and limits, also where these are kept."""
+        of_trials = ((walk.name, row) for walk in self.trials for row in walk.looked)
+        return (*self.session.looked, *of_trials)
 
 
 @dataclass

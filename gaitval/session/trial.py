@@ -8,12 +8,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Flags, runs
-from gaitval.checks.checks import trial_warnings
-from gaitval.checks.laboratory_checks import floor_slope, level_warnings, odd_rate_warnings
-from gaitval.checks.motion_checks import belt_warnings
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side, split_side
 from gaitval.errors import NoCycleError, RecordError
+from gaitval.findings import Looked
+from gaitval.findings.laboratory import Laboratory, floor_slope
+from gaitval.findings.trial import findings_of_trial
 from gaitval.gait.cycle_checks import without_gaps, without_odd_support
 from gaitval.gait.cycles import GaitCycle, SpatioTemporal, belt_speed, cut_cycles, spatiotemporal
 from gaitval.gait.events import find_events
@@ -76,7 +76,8 @@ class WalkingTrial:
     gait : spatiotemporal parameters of each side.
     findings : about forces and plates.
     stored_events : the events of the file, beside `events`.
-    warnings : warnings: what physics or everybody's walking contradicts.
+    warnings : what physics or everybody's walking contradicts.
+    looked : what was looked for, with value and limits.
     """
 
     name: str
@@ -96,6 +97,7 @@ class WalkingTrial:
     findings: tuple[Repair, ...]
     stored_events: "tuple[StoredEvents, ...]"
     warnings: tuple[QualityFlag, ...]
+    looked: tuple[Looked, ...] = ()
 
     @property
     def moments(self) -> InverseDynamics | None:
@@ -154,19 +156,20 @@ def work_out_trial(
     stored, of_file = _stored_events(notify, name, recording, events)
     feet = _belt(recording, events, landmarks, cycles)
     belt = feet if request.belt is None else request.belt
+    slope = floor_slope(recording, events, landmarks, belt)
+    found = findings_of_trial(
+        recording, landmarks, events, ground.findings, ground.measured,
+        height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
+        laboratory=Laboratory(recording.marker_rate, slope, belt, feet),
+        before={warning.check for trial, warning in session.warnings if trial == name},
+    )  # fmt: skip
     warnings = (
         *of_file,
         *of_knees,
         *unsolved(kinematics, recording),
         *held_angles(kinematics, body.markers),
-        *odd_rate_warnings(recording.marker_rate),
-        *level_warnings(floor_slope(recording, events, landmarks, belt), belt),
-        *belt_warnings(belt, feet),
-        *trial_warnings(
-            recording, landmarks, events, ground.findings, ground.measured,
-            height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
-        ),
-    )  # fmt: skip
+        *found.flags,
+    )
     for warning in warnings:
         notify("warnings", f"{name}: {warning}")
     return WalkingTrial(
@@ -192,6 +195,7 @@ def work_out_trial(
         findings=ground.findings,
         stored_events=stored,
         warnings=warnings,
+        looked=found.looked,
     )
 
 

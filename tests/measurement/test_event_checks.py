@@ -3,9 +3,15 @@
 import numpy as np
 import pytest
 
-from gaitval.checks.event_checks import contact_warnings, while_seen
+from gaitval.findings import look
+from gaitval.findings.clocks import Contacts, while_seen
 from gaitval.gait.stored_events import event_warnings, stored_events
 from gaitval.mocap.recording import Event, FootForces, Recording
+
+
+def contacts(forces, shown):
+    return look(Contacts(forces, shown)).flags
+
 
 OTHER = {"right": "left", "left": "right"}
 
@@ -68,11 +74,11 @@ def carried(late=0.0, known=True):
 @pytest.mark.parametrize("usual", [0.0, -0.03])
 def test_a_strike_that_strays(usual):
     shown = [Event(e.time - usual, e.side, e.kind) for e in walk()]
-    assert not list(contact_warnings(carried(0.03), shown))
-    (warning,) = contact_warnings(carried(0.06), shown)
+    assert not list(contacts(carried(0.03), shown))
+    (warning,) = contacts(carried(0.06), shown)
     assert (warning.where, warning.value) == ("left foot", pytest.approx(0.06, abs=0.002))
     assert "heel strikes is at 2.01 s, 60 ms later" in warning.message
-    assert not list(contact_warnings(carried(0.06, known=False), shown))
+    assert not list(contacts(carried(0.06, known=False), shown))
 
 
 @pytest.mark.parametrize(
@@ -81,18 +87,18 @@ def test_a_strike_that_strays(usual):
 def test_clocks_that_drift(slower, says):
     # over the 4.95 s from the first strike to the last
     shown = [Event(e.time * (1.0 - slower), e.side, e.kind) for e in walk()]
-    (warning,) = contact_warnings(carried(), shown)
+    (warning,) = contacts(carried(), shown)
     assert warning.check == "clocks"
     assert warning.value == pytest.approx(4.95 * abs(slower), abs=0.002)
     assert says in warning.message
     shown = [Event(e.time * (1.0 - 0.3 * slower), e.side, e.kind) for e in walk()]
-    assert not list(contact_warnings(carried(), shown))
+    assert not list(contacts(carried(), shown))
 
 
 def test_strikes_that_scatter_do_not_drift():
     scatter = np.random.default_rng(39).normal(0.0, 0.012, 10)
     shown = [Event(e.time + by, e.side, e.kind) for e, by in zip(walk(), scatter, strict=True)]
-    assert not list(contact_warnings(carried(), shown))
+    assert not list(contacts(carried(), shown))
 
 
 def test_an_event_beside_a_hidden_marker_is_none_of_the_markers():

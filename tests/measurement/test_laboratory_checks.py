@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gaitval.checks.laboratory_checks import floor_slope, level_warnings, odd_rate_warnings
 from gaitval.coordinates import Side
+from gaitval.findings import look
+from gaitval.findings.laboratory import Laboratory, floor_slope
 from gaitval.mocap.recording import Event, Recording
 
 RATE = 100.0
@@ -51,7 +52,7 @@ def test_cameras_that_are_not_level_are_named(belt, degrees):
     slope = floor_slope(tilted, events, LANDMARKS, belt)
     assert slope is not None
     assert np.degrees(slope.value) == pytest.approx(-degrees, abs=0.05)
-    flags = [*level_warnings(slope, belt)]
+    flags = look(Laboratory(100.0, slope, belt, belt)).flags
     assert len(flags) == (degrees != 0.0)
     for flag in flags:
         assert flag.value == pytest.approx(1.6, abs=0.05)
@@ -71,7 +72,7 @@ def test_a_stance_that_was_cut_off_hides_no_tilt():
     slope = floor_slope(tilted, events, LANDMARKS, belt)
     assert slope is not None
     assert np.degrees(slope.value) == pytest.approx(-1.6, abs=0.1)
-    assert [*level_warnings(slope, belt)]
+    assert look(Laboratory(100.0, slope, belt, belt)).flags
 
 
 def test_one_place_shows_no_slope():
@@ -85,7 +86,7 @@ def test_one_place_shows_no_slope():
      (75.0, False), (99.98, False), (104.6, True), (157.0, True), (94.2, True), (208.0, True)],
 )  # fmt: skip
 def test_a_rate_that_no_camera_is_set_to_is_said(rate, odd):
-    flags = [*odd_rate_warnings(rate)]
+    flags = look(Laboratory(rate, None, 0.0, 0.0)).flags
     assert len(flags) == odd
     for flag in flags:
         assert f"{rate:g} Hz" in flag.message

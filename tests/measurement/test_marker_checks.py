@@ -7,19 +7,23 @@ import pytest
 from synthetic_recording import LANDMARKS as SYNTHETIC
 from synthetic_recording import walk as synthetic
 
-from gaitval.checks.checks import marker_warnings
-from gaitval.checks.marker_checks import (
-    foot_marker_warnings,
-    pelvis_marker_warnings,
-    scale_warnings,
-    trajectory_warnings,
-)
+from gaitval.findings import look
+from gaitval.findings.feet import Beside
+from gaitval.findings.markers import AsRead
 from gaitval.mocap.recording import Recording
 
 RATE = 100.0
 NAMES = tuple(f"{side}.{part}" for side in "RL" for part in ("Heel", "Ankle", "MT1", "MT5"))
 LANDMARKS = {name: name for name in NAMES}
 HEIGHTS = 0.03 + 0.01 * np.arange(len(NAMES))
+
+
+def trajectory_warnings(recording):
+    return look(AsRead(recording, {})).flags
+
+
+def foot_marker_warnings(standing, walking, landmarks, stood=True):
+    return look(Beside(standing, walking, landmarks, stood=stood)).flags
 
 
 def walked(noise: float = 0.0, step: float = 0.0) -> Recording:
@@ -95,7 +99,7 @@ def test_a_marker_that_is_lower_in_standing_than_its_other_side():
     (warning,) = foot_marker_warnings(stood(R_MT1=-0.016), walked(), LANDMARKS)
     assert warning.where == "R.MT1 and L.MT1"
     assert warning.value == pytest.approx(0.016, abs=1e-4)
-    assert "rise by 16 and 0 mm" in warning.message
+    assert "rise by 16 mm and 0 mm" in warning.message
 
 
 def test_of_two_markers_of_a_foot_neither_hides_the_other():
@@ -192,7 +196,7 @@ def pelvis(name: str, frames: int, **up: float) -> Recording:
 def test_a_spine_that_was_put_up_or_down_between_the_trials(moved, words):
     """It changes the distances of the spines by a millimetre."""
     names = {name: name for name in SPINES}
-    flags = list(pelvis_marker_warnings(pelvis("stand", 50), pelvis("walk", 400, **moved), names))
+    flags = list(foot_marker_warnings(pelvis("stand", 50), pelvis("walk", 400, **moved), names))
     assert [flag.check for flag in flags] == (["twist of the pelvis"] if words else [])
     for flag in flags:
         assert words in flag.message
@@ -201,7 +205,7 @@ def test_a_spine_that_was_put_up_or_down_between_the_trials(moved, words):
 
 def test_a_pelvis_without_four_spines_has_no_twist():
     names = {name: name for name in SPINES if name != "L.PSIS"}
-    assert not list(pelvis_marker_warnings(pelvis("s", 50), pelvis("w", 50, RPSIS=0.03), names))
+    assert not list(foot_marker_warnings(pelvis("s", 50), pelvis("w", 50, RPSIS=0.03), names))
 
 
 @pytest.mark.parametrize(
@@ -226,7 +230,7 @@ def test_legs_of_another_length_than_in_standing_are_of_another_scale(right, lef
         markers += np.random.default_rng(frames).normal(0.0, 0.001, markers.shape)
         return Recording("walk", "project", tuple(names), markers, RATE)
 
-    flags = list(scale_warnings(legs(40, 1.0, 1.0), legs(400, right, left), names))
+    flags = list(foot_marker_warnings(legs(40, 1.0, 1.0), legs(400, right, left), names))
     assert len(flags) == bool(words)
     for flag in flags:
         assert words in flag.message
@@ -236,9 +240,8 @@ def test_legs_of_another_length_than_in_standing_are_of_another_scale(right, lef
 def test_a_pose_put_together_from_the_walk_says_nothing_of_the_height_of_feet():
     """Its feet are where the walk has them, but for how the pose is put together."""
     raised = stood(R_MT1=-0.03)
-    marks = LANDMARKS, (), dict.fromkeys(NAMES, "torso")
     checks = [
-        {each.check for each in marker_warnings(walked(), raised, walked(), *marks, stood=s)}
+        {each.check for each in foot_marker_warnings(raised, walked(), LANDMARKS, s)}
         for s in (True, False)
     ]
     assert "height of a foot's marker" in checks[0]

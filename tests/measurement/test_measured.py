@@ -7,14 +7,14 @@ import pytest
 from planted_faults import faults
 from scipy.spatial.transform import Rotation
 
-from gaitval.checks.checks import trial_warnings
-from gaitval.checks.force_checks import EXCHANGED_AXES, INWARD
-from gaitval.checks.laboratory_checks import FLOOR_TILTED
-from gaitval.checks.motion_checks import ALONG, WEIGHT
-from gaitval.checks.smoothed_markers import SMOOTHED
 from gaitval.configuration import ProcessingSettings
 from gaitval.consistency import Verdict
 from gaitval.errors import ConfigurationError
+from gaitval.findings.laboratory import FLOOR_TILTED
+from gaitval.findings.markers import SMOOTHED
+from gaitval.findings.motion import ALONG, WEIGHT
+from gaitval.findings.stances import EXCHANGED_AXES, INWARD
+from gaitval.findings.trial import findings_of_trial
 from gaitval.importing.importing import work_out
 from gaitval.importing.write import _record
 from gaitval.measurement import correct
@@ -90,17 +90,23 @@ def test_what_something_found_before_explains_is_no_fault_of_a_plate():
 
     assert told() == set()
     assert told("weight") == told("saturated channel") == {"gain", "offset"}
-    assert told("unloaded plate") == told(FLOOR_TILTED) | {"gain"} == {"gain", "offset", "place"}
-    assert told(INWARD) == {"sideways sign"}
-    assert told(EXCHANGED_AXES) == {"gain", "offset", "place", "sideways sign"}
-    assert told(SMOOTHED) == {"markers low-passed"}
+    assert (
+        told("unloaded plate") == told(FLOOR_TILTED.name) | {"gain"} == {"gain", "offset", "place"}
+    )
+    assert told(INWARD.name) == {"sideways sign"}
+    assert told(EXCHANGED_AXES.name) == {"gain", "offset", "place", "sideways sign"}
+    assert told(SMOOTHED.name) == {"markers low-passed"}
     assert untold([other], {"build"}) == (other,)
     assert untold([other], {"clocks"}) == ()
 
 
 @pytest.mark.parametrize(
     ("along", "weight", "told"),
-    [(1.0, 1.0, {INWARD}), (0.4, 1.0, {INWARD, ALONG}), (1.0, 0.7, {INWARD, WEIGHT})],
+    [
+        (1.0, 1.0, {INWARD.name}),
+        (0.4, 1.0, {INWARD.name, ALONG.name}),
+        (1.0, 0.7, {INWARD.name, WEIGHT.name}),
+    ],
 )
 def test_a_sideways_sign_is_told_beside_what_it_does_not_explain(imported, along, weight, told):
     found = imported(None)
@@ -109,15 +115,15 @@ def test_a_sideways_sign_is_told_beside_what_it_does_not_explain(imported, along
     needed = walk.loads.force.sum(axis=1) + walk.dynamics.residual_force
     loads = replace(walk.loads, force=walk.loads.force * right)
     left = needed * weight - loads.force.sum(axis=1)
-    flags = trial_warnings(
+    flags = findings_of_trial(
         walk.recording, found.session.marker_set.landmarks, walk.events, (),
         (
             replace(walk.forces, force=walk.forces.force * right), loads,
             replace(walk.dynamics, residual_force=left),
         ),
         height_m=found.request.height_m, mass_kg=weight * found.request.mass_kg,
-    )  # fmt: skip
-    assert {flag.check for flag in flags} & {INWARD, ALONG, WEIGHT} == told
+    ).flags  # fmt: skip
+    assert {flag.check for flag in flags} & {INWARD.name, ALONG.name, WEIGHT.name} == told
 
 
 @pytest.mark.parametrize(

@@ -5,16 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from gaitval.checks.force_checks import Stance
-from gaitval.checks.motion_checks import (
-    LEG_SHARE,
-    aid_warnings,
-    belt_warnings,
-    motion_warnings,
-    swing_warnings,
-    weight_warnings,
-)
 from gaitval.constants import STANDARD_GRAVITY
+from gaitval.findings import look
+from gaitval.findings.laboratory import Laboratory
+from gaitval.findings.motion import LEG_SHARE, Balance, Swings
+from gaitval.findings.stances import Stance
 from gaitval.mocap.recording import Event, FootForces
 
 MASS = 70.0
@@ -27,6 +22,16 @@ STANCES = tuple(
     for side, plate, first in (("right", "A", 0.0), ("left", "B", STEP))
     for at in np.arange(0.0, 4.0, 2 * STEP)
 )
+
+
+def motion_warnings(needed, loads, stances, rate, mass):
+    flags = look(Balance(needed, loads, stances, rate, mass)).flags
+    return [each for each in flags if each.check != "weight"]
+
+
+def weight_warnings(needed, loads, aid=None):
+    flags = look(Balance(needed, loads, (), PLATE_RATE, MASS, aid)).flags
+    return [each for each in flags if each.check in ("weight", "aid")]
 
 
 def walked(seconds=4.0):
@@ -77,7 +82,7 @@ def test_plates_that_carry_another_weight(carried, limit):
 
 def test_with_an_aid_the_feet_carry_less():
     loads = walked()
-    (warning,) = aid_warnings("crutches", needs(loads) / 0.9, loads)
+    (warning,) = weight_warnings(needs(loads) / 0.9, loads, "crutches")
     assert (warning.check, warning.value) == ("aid", pytest.approx(0.9))
     assert "with crutches the feet carry 0.90 times" in warning.message
 
@@ -90,7 +95,7 @@ def test_of_less_than_0_3_s_nothing_is_concluded(shown, judged):
     loads.valid[100 : 120 + round(shown * RATE)] = True
     twice = 0.5 * needs(loads)
     assert len(list(weight_warnings(twice, loads))) == judged
-    assert len(list(aid_warnings("a cane", twice, loads))) == judged
+    assert len(list(weight_warnings(twice, loads, "a cane"))) == judged
     wrong = needs(loads) - [0.1 * WEIGHT, 0.0, 0.0]
     assert bool(found(wrong, loads)) == judged
     loads.valid[:] = False
@@ -260,25 +265,25 @@ def test_a_swing_of_a_pendulum(relative, words):
     """A leg of 0.53 of the stature swings in 1 to 2.2 times the root of its length over g."""
     height = 1.75
     swing = relative * np.sqrt(LEG_SHARE * height / STANDARD_GRAVITY)
-    warnings = list(swing_warnings(swings(swing), height))
+    warnings = list(look(Swings(swings(swing), height)).flags)
     assert len(warnings) == (words is not None)
     for each in warnings:
         assert each.value == pytest.approx(relative)
         assert each.limit == (1.0 if relative < 1.0 else 2.2)
         assert f"a swing takes {swing:.2f} s" in each.message
         assert words in each.message
-    with_forces = list(swing_warnings(swings(swing), height, forces=True))
+    with_forces = list(look(Swings(swings(swing), height, forces=True)).flags)
     assert len(with_forces) == (relative < 1.0)
 
 
 def test_the_median_swing_of_both_feet_counts():
     usual, short = 0.4, 0.1
-    assert not list(swing_warnings(swings(usual, short, usual), 1.75))
-    assert list(swing_warnings(swings(short, usual, short), 1.75))
+    assert not list(look(Swings(swings(usual, short, usual), 1.75)).flags)
+    assert list(look(Swings(swings(short, usual, short), 1.75)).flags)
     both = sorted(swings(usual) + swings(usual, short, side="left"), key=lambda event: event.time)
-    assert not list(swing_warnings(both, 1.75))
+    assert not list(look(Swings(both, 1.75)).flags)
     stance = [Event(0.0, "right", "heel_strike"), Event(0.1, "right", "toe_off")]
-    assert not list(swing_warnings(stance, 1.75))
+    assert not list(look(Swings(stance, 1.75)).flags)
 
 
 @pytest.mark.parametrize(
@@ -296,7 +301,7 @@ def test_the_median_swing_of_both_feet_counts():
     ],
 )
 def test_a_belt_at_another_speed_than_the_feet(belt: float, feet: float, warned: bool) -> None:
-    warnings = list(belt_warnings(belt, feet))
+    warnings = list(look(Laboratory(100.0, None, belt, feet)).flags)
     assert len(warnings) == warned
     for warning in warnings:
         assert f"move back at {feet:.3f} m/s" in str(warning)

@@ -6,10 +6,23 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from gaitval.checks.filled_markers import filled_warnings
-from gaitval.checks.loose_markers import loose_warnings
-from gaitval.checks.pelvis_checks import pelvis_level_warnings
+from gaitval.findings import look
+from gaitval.findings.feet import Beside
+from gaitval.findings.markers import AsRead, Walking
 from gaitval.mocap.recording import Recording
+
+
+def filled_warnings(recording, segments):
+    return [each for each in look(AsRead(recording, segments)).flags if each.check == "filled gap"]
+
+
+def loose_warnings(recording, segments, landmarks):
+    return look(Walking(recording, segments, landmarks)).flags
+
+
+def pelvis_level_warnings(standing, walking, landmarks):
+    return look(Beside(standing, walking, landmarks)).flags
+
 
 SPINES = {
     "R.ASIS": (0.1, -0.125, 0.95), "L.ASIS": (0.1, 0.125, 0.95),

@@ -6,13 +6,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitval.checks.force_checks import channel_warnings
-from gaitval.checks.marker_checks import trajectory_warnings
-from gaitval.checks.smoothed_markers import fall_of_markers, smoothed_warnings
-from gaitval.checks.unloaded_plates import unloaded_warnings
+from gaitval.findings import look
+from gaitval.findings.markers import AsRead, fall_of_markers
+from gaitval.findings.plates import Plates
 from gaitval.gait.filters import low_pass
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.scale import _odd_stature, _odd_widths
+
+
+def channel_warnings(plate, rate):
+    return look(Plates((plate,), rate, {}, {})).flags
+
+
+def unloaded_warnings(plate, rate):
+    flags = look(Plates((plate,), rate, {plate.name: 1}, {})).flags
+    return [each for each in flags if each.check == "unloaded plate"]
+
+
+def smoothed_warnings(walk):
+    return [each for each in look(AsRead(walk, {})).flags if each.check == "smoothed markers"]
 
 
 def checks(warnings):
@@ -106,7 +118,7 @@ def test_a_gap_that_was_filled_by_a_straight_line_is_said(seconds):
     ends = markers[100, 2], markers[101 + count, 2]
     markers[100 : 102 + count, 2] = ends[0] + line * (ends[1] - ends[0])
     recording = Recording("a", "laboratory", tuple("abcde"), markers, 100.0)
-    warnings = [each for each in trajectory_warnings(recording) if each.check == "straight line"]
+    warnings = [each for each in look(AsRead(recording, {})).flags if each.check == "filled gap"]
     assert [each.where for each in warnings] == (["c"] if seconds > 0.1 else [])
 
 

@@ -1,0 +1,62 @@
+"""What is wrong with a recording: a file for each family, and the table that all loops run over.
+
+`look` evaluates what is there of a recording; `import.json` and its page show what was looked for,
+with value and limits, and nothing else has to know a new finding. See docs/how-to/extend.md.
+"""
+
+from collections.abc import Collection
+from typing import Final
+
+from gaitval.findings import clocks, feet, laboratory, markers, motion, pelvis, plates, stances
+from gaitval.findings.finding import Finding, Looked, Result, Seen, look_for
+
+FINDINGS: Final[tuple[Finding, ...]] = (
+    markers.LOST,
+    markers.NOISE,
+    markers.STUCK,
+    markers.FILLED,
+    markers.SMOOTHED,
+    markers.LOOSE,
+    feet.MOVED,
+    feet.HEIGHT,
+    feet.UNLIKE_HEIGHTS,
+    feet.SCALE,
+    pelvis.TWIST,
+    pelvis.LEVEL,
+    pelvis.SACRAL_SIDES,
+    laboratory.ODD_RATE,
+    laboratory.FLOOR_TILTED,
+    laboratory.BELT,
+    motion.SWING,
+    motion.AID,
+    motion.WEIGHT,
+    plates.DEAD_VERTICAL,
+    plates.DEAD_FORCE,
+    plates.DEAD_POINT,
+    plates.DEAD_MOMENT,
+    plates.SATURATED,
+    plates.STUCK,
+    plates.CUT_OFF,
+    plates.OUTSIDE_FOOT,
+    plates.UNLOADED,
+    stances.EXCHANGED_AXES,
+    stances.BRAKING,
+    stances.INWARD,
+    stances.FREE_MOMENT,
+    stances.FREE_MOMENT_TURNED,
+    motion.FRAME_RATE,
+    motion.ALONG,
+    motion.DRIFT,
+    motion.MISMATCH,
+    clocks.CLOCKS,
+    clocks.STRAY_EVENTS,
+)
+"""A finding comes after those that explain it."""
+
+
+def look(*parts: object, before: Collection[str] = ()) -> Result:
+    """Look for all findings in these `parts` of a recording; see `look_for`."""
+    return look_for(FINDINGS, parts, before)
+
+
+__all__ = ["FINDINGS", "Finding", "Looked", "Result", "Seen", "look"]

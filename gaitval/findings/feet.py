@@ -1,0 +1,182 @@
+"""Whether markers are on the segments of a walk where they are in standing, by distances and by the
+heights of flat feet.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gaitval.findings.finding import Finding, Seen
+from gaitval.mocap.recording import Recording
+from gaitval.scaling.same_person import MarkerDistance
+
+ON_FEET: Final = ("Heel", "Ankle", "MT1", "MT2", "MT5", "Toe")
+FLAT_PERCENTILE: Final = 15.0
+"""Of a marker's height over the trial: a foot is flat for a quarter of the stride or more."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A walk beside the standing trial, both cleaned and in the project's axes.
+
+    Attributes
+    ----------
+    landmarks : the marker on each.
+    moved : distances on a segment that differ between the two (`same_person.displaced`).
+    stood : False for a pose that was put together from the walk; the heights of its feet say
+        nothing.
+    """
+
+    standing: Recording
+    walking: Recording
+    landmarks: Mapping[str, str]
+    moved: Sequence[MarkerDistance] = ()
+    stood: bool = True
+
+
+def _moved(beside: Beside) -> Iterator[Seen]:
+    for one in beside.moved:
+        words = {"stood": one.standing, "walked": one.walking}
+        limits = -np.inf, one.limit
+        yield Seen(abs(one.change), " to ".join(one.markers), words, limits=limits)
+
+
+def _heights(beside: Beside, *, fewest: int) -> Iterator[Seen]:
+    """m, by which a marker is higher in the walk's flat foot than in standing. Another height of
+    the floor moves all alike, so the median change is taken out.
+    """
+    changes = _height_changes(beside)
+    if len(changes) < fewest:
+        return
+    floor = float(np.median(list(changes.values())))
+    for mark, change in changes.items():
+        way = "higher" if change > floor else "lower"
+        yield Seen(abs(change - floor), beside.landmarks[mark], {"way": way})
+
+
+def _unlike_heights(beside: Beside, *, fewest: int) -> Iterator[Seen]:
+    """m, by which such a change of one foot's marker, beside the foot's other markers, differs most
+    from that of the other foot. With the marker itself among these, one of two would hide half of
+    its change.
+    """
+    changes = _height_changes(beside)
+    apart: dict[str, dict[str, float]] = {"R": {}, "L": {}}
+    for side, found in apart.items():
+        own = {mark[2:]: change for mark, change in changes.items() if mark[0] == side}
+        for part, change in own.items() if len(own) > 1 else ():
+            found[part] = change - float(np.median([own[other] for other in own if other != part]))
+    both = sorted(apart["R"].keys() & apart["L"].keys())
+    if not both or len(changes) < fewest:
+        return
+    part = max(both, key=lambda part: abs(apart["R"][part] - apart["L"][part]))
+    right, left = (apart[side][part] for side in "RL")
+    # Of two markers each is beside the other, and either may have moved.
+    either = both if len(both) == 2 else [part]
+    where = [" and ".join(beside.landmarks[f"{side}.{part}"] for side in "RL") for part in either]
+    yield Seen(abs(right - left), ", or ".join(where), {"right": right, "left": left})
+
+
+def _height_changes(beside: Beside) -> dict[str, float]:
+    """How much higher each landmark of the feet is in the walk's flat foot than in standing, m;
+    none where the person did not stand.
+    """
+    changes: dict[str, float] = {}
+    for landmark, name in beside.landmarks.items() if beside.stood else ():
+        there = name in beside.standing.names and name in beside.walking.names
+        if not there or landmark.rpartition(".")[2] not in ON_FEET:
+            continue
+        stood, walked = (trial.marker(name)[:, 2] for trial in (beside.standing, beside.walking))
+        stood, walked = stood[np.isfinite(stood)], walked[np.isfinite(walked)]
+        if len(stood) and len(walked):
+            flat = np.percentile(walked, FLAT_PERCENTILE)
+            changes[landmark] = float(flat - np.median(stood))
+    return changes
+
+
+def _scale(beside: Beside) -> Iterator[Seen]:
+    """Change of the distance from a knee's to an ankle's lateral marker, of the leg in which it
+    changes less; nothing where one leg becomes longer and the other shorter, as where a marker
+    moves.
+    """
+    changes = []
+    for side in "RL":
+        names = [beside.landmarks.get(f"{side}.{part}", "") for part in ("Knee", "Ankle")]
+        lengths = []
+        for trial in (beside.standing, beside.walking):
+            if not all(name in trial.names for name in names):
+                return
+            apart = np.linalg.norm(trial.marker(names[0]) - trial.marker(names[1]), axis=1)
+            apart = apart[np.isfinite(apart)]
+            if not len(apart):
+                return
+            lengths.append(float(np.median(apart)))
+        changes.append(lengths[1] / lengths[0] - 1.0)
+    if changes[0] * changes[1] > 0.0:
+        mean = float(np.mean(changes))
+        words = {"mean": abs(mean), "way": "longer" if mean > 0 else "shorter"}
+        yield Seen(abs(min(changes, key=abs)), "both legs", words)
+
+
+MOVED: Final[Finding] = Finding(
+    name="displaced marker",
+    needs=Beside,
+    values=_moved,
+    limits=0.0,
+    unit="m",
+    sentence=(
+        "{stood:.0f mm} in standing, {walked:.0f mm} in walking: one of the two has moved, or is "
+        "not the same marker; left as it is"
+    ),
+    remedy="Check the labels",
+)
+HEIGHT: Final[Finding] = Finding(
+    name="height of a foot's marker",
+    needs=Beside,
+    values=_heights,
+    numbers={"fewest": 4},
+    limits=0.02,
+    unit="m",
+    sentence=(
+        "with the foot flat it is {value:.0f mm} {way} in walking than in standing (elsewhere "
+        "within {limit:.0f mm}): it has moved or is mislabelled in one of the trials, or the foot "
+        "is never put down flat"
+    ),
+    source="within 8 mm",
+)
+UNLIKE_HEIGHTS: Final[Finding] = Finding(
+    name="unlike heights of feet",
+    needs=Beside,
+    values=_unlike_heights,
+    numbers={"fewest": 4},
+    limits=0.014,
+    unit="m",
+    sentence=(
+        "from standing to the flat foot of the walk they rise by {right:.0f mm} and {left:.0f mm} "
+        "beside the rest of their feet (elsewhere within {limit:.0f mm} of each other): one of "
+        "them has moved or is mislabelled in one of the trials, or one foot is never put down flat"
+    ),
+    source=(
+        "at most 5 mm in 21 public recordings, 11 mm in the walk of Rajagopal et al. 2016 and 8 mm "
+        "in a walk of the OpenCap validation. A head of a metatarsal that is 12 mm lower in "
+        "standing turns the subtalar joint by 3 degrees"
+    ),
+    hidden_by=("height of a foot's marker",),
+)
+SCALE: Final[Finding] = Finding(
+    name="scale of the trials",
+    needs=Beside,
+    values=_scale,
+    limits=0.01,
+    unit="1",
+    sentence=(
+        "from knee to ankle they are {mean:.1f %} {way} in walking than in standing (elsewhere "
+        "within {limit:.0f %}): the two trials have another scale, at least along the vertical"
+    ),
+    remedy=(
+        "Look at the calibration of the cameras and the length of its wand, and that both trials "
+        "are of one session and one person"
+    ),
+    source="at most 0.4 % in nine walks of seven people",
+)

@@ -1,0 +1,382 @@
+"""Whether trajectories are those of markers that cameras saw, on a person who moves."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array, Flags, runs
+from gaitval.findings.finding import Finding, Seen
+from gaitval.gait.filters import low_pass, octave
+from gaitval.mocap.lost_frames import lost_frames, lost_text
+from gaitval.mocap.recording import Recording
+
+DIFFERENCES: Final = 4
+"""Order of the differences of frames that leave noise and little motion: what moves at 5 Hz is an
+eighth of itself at 50 Hz, and a hundredth at 100 Hz."""
+DIFFERENCES_NOISE: Final = 70.0**0.5
+"""By what they enlarge noise: the root of the sum of the squares of 1, 4, 6, 4 and 1."""
+MEDIAN_TO_SD: Final = 1.4826
+"""Standard deviation of a normal distribution over the median of its absolute values."""
+
+
+@dataclass(frozen=True)
+class AsRead:
+    """The markers of a walk as its file has them.
+
+    Attributes
+    ----------
+    recording : in the axes of its file, along which coordinates are cut off or repeated.
+    segments : that of each marker.
+    """
+
+    recording: Recording
+    segments: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Walking:
+    """The markers of a walk, cleaned, in the project's axes, with the landmarks' markers."""
+
+    recording: Recording
+    segments: Mapping[str, str]
+    landmarks: Mapping[str, str]
+
+
+def _lost(read: AsRead, *, named: int) -> Iterator[Seen]:
+    """All places where frames are missing or too many."""
+    recording, rate = read.recording, read.recording.marker_rate
+    lost = lost_frames(recording.markers)
+    parts = [
+        f"before frame {at} ({recording.start + at / rate:.3f} s) {lost_text(frames)}"
+        for at, frames in lost[:named]
+    ]
+    if len(lost) > named:
+        parts.append(f"and so {len(lost) - named} × more")
+    late = sum(frames for _, frames in lost) / rate
+    words = {
+        "parts": "; ".join(parts),
+        "late": abs(late),
+        "way": "later" if late > 0 else "earlier",
+    }
+    yield Seen(sum(abs(frames) for _, frames in lost) / rate, "all markers", words)
+
+
+def _noise(read: AsRead, *, named: int) -> Iterator[Seen]:
+    """Standard deviation of a coordinate of the noisiest marker, m.
+
+    The median is that of most frames, so a heel that strikes the ground is not taken for noise.
+    """
+    recording = read.recording
+    if len(recording.markers) <= DIFFERENCES:
+        return
+    wander = np.abs(np.diff(recording.markers, n=DIFFERENCES, axis=0)) / DIFFERENCES_NOISE
+    found = {}
+    for number, name in enumerate(recording.names):
+        own = wander[:, number][np.isfinite(wander[:, number]).all(axis=1)]
+        if len(own):
+            # Root mean square over the three coordinates.
+            found[name] = float(MEDIAN_TO_SD * np.sqrt((np.median(own, axis=0) ** 2).mean()))
+    if found:
+        worst = max(found, key=lambda name: found[name])
+        limit = NOISE.high
+        noisy = [name for name, size in found.items() if size > limit]
+        few = ", ".join(noisy) if noisy else worst
+        where = few if len(noisy) <= named else f"{len(noisy)} of {len(found)} markers"
+        yield Seen(found[worst], where, {"worst": worst})
+
+
+def _stuck(read: AsRead, *, frames: int, travel_m: float, coarse_m: float) -> Iterator[Seen]:
+    """How long a coordinate repeats itself while the marker moves on, s."""
+    rate = read.recording.marker_rate
+    for number, name in enumerate(read.recording.names):
+        path, longest = read.recording.markers[:, number], 0
+        for column in range(3):
+            # NaN in front keeps the length: change t is that from frame t − 1 to t.
+            changes = np.abs(np.diff(path[:, column], prepend=np.nan))
+            if coarse_m < changes[changes > 0.0].min(initial=np.inf) < np.inf:
+                continue
+            for begin, end in zip(*runs(changes == 0.0), strict=True):
+                if end - begin > frames and np.ptp(path[begin:end], axis=0).max() > travel_m:
+                    longest = max(longest, int(end - begin))
+        yield Seen(longest / rate, name)
+
+
+def _filled(
+    read: AsRead, *, away_m: float, alone_s: float, straight_s: float, **of_paths: float
+) -> Iterator[Seen]:
+    """How long markers have a path in which a gap was filled wrongly, s."""
+    recording, segments = read.recording, read.segments
+    rate, parts = recording.marker_rate, dict[str, tuple[float, str]]()
+    # Something that moves as one, without a person's accelerations, is no person.
+    straight = [*_polynomials(recording, 2, straight_s, **of_paths)]
+    person = np.mean([each.mean() for each in straight]) < 0.5
+    splines = zip(*(_polynomials(recording, order, **of_paths) for order in (4, 6)), strict=True)
+    for name, line, (third, fifth) in zip(recording.names, straight, splines, strict=True):
+        filled = third | fifth
+        seconds = float(filled.sum() / rate)
+        others = [
+            other
+            for other in recording.names
+            if other != name and segments.get(other) == segments.get(name, "torso") != "torso"
+        ]
+        away = max((_away(recording, name, other, filled) for other in others), default=np.nan)
+        if person and line.any():
+            parts[name] = float(line.sum() / rate), "along an exact straight line"
+        elif away > away_m:
+            parts[name] = seconds, f"by up to {1000 * away:.0f} mm"
+        elif len(others) < 2 and seconds > alone_s:
+            parts[name] = seconds, "where too few other markers show its segment"
+    each = "; ".join(f"{name} for {seconds:.2f} s, {off}" for name, (seconds, off) in parts.items())
+    longest = max((seconds for seconds, _ in parts.values()), default=0.0)
+    yield Seen(longest, ", ".join(parts) or "all markers", {"each": each})
+
+
+def _polynomials(
+    recording: Recording, order: int, least_s: float | None = None,
+    *, share: float, spline_s: float, frames: float, travel_m: float, bend: float,
+    rounding_m: float,
+) -> Iterator[Flags]:  # fmt: skip
+    """(T,) for each marker, whether its path is an exact polynomial around a frame: of degree 1, 3
+    or 5, whose differences of an `order` 2, 4 or 6 vanish.
+
+    Rounding to a thousandth of a millimetre leaves some of them; noise of cameras is twenty times
+    that, and markers that were smoothed and move have ten times as much.
+    """
+    rate = recording.marker_rate
+    rounding = bend / rate**2 if order == 2 else rounding_m * 4.0 ** (order / 2 - 2)
+    for name in recording.names:
+        path = recording.marker(name)
+        found: Flags = np.zeros(len(path), dtype=bool)
+        size = np.linalg.norm(np.diff(path, n=order, axis=0), axis=1)
+        known = size[np.isfinite(size)]
+        limit = min(rounding, share * np.median(known)) if len(known) else 0.0
+        for begin, end in zip(*runs(size < limit), strict=True):
+            last = end - 1 + order
+            long = (last + 1 - begin) / rate >= (spline_s if least_s is None else least_s)
+            # A marker that rests has no differences either, and no gap.
+            moved = np.linalg.norm(path[last] - path[begin]) > travel_m
+            if end - begin >= frames and long and moved:
+                found[begin : last + 1] = True
+        yield found
+
+
+def _away(recording: Recording, name: str, other: str, filled: Flags) -> float:
+    """m; NaN where the two are not seen together."""
+    apart: Array = np.linalg.norm(recording.marker(name) - recording.marker(other), axis=1)
+    seen = np.isfinite(apart)
+    inside, outside = apart[seen & filled], apart[seen & ~filled]
+    if not len(inside) or not len(outside):
+        return float("nan")
+    middle = np.median(outside)
+    return float(np.abs(inside - middle).max() - np.abs(outside - middle).max())
+
+
+def fall_of_markers(walk: Recording, *, least_hz: float = 50.0) -> float:
+    """Octaves by which the rate of the markers of a `walk` changes from 4 to 8 Hz; NaN where none
+    is seen in all frames, or it is too short, or recorded at less than `least_hz`.
+    """
+    if walk.marker_rate < least_hz or len(walk.markers) < walk.marker_rate:
+        return float("nan")
+    seen = np.isfinite(walk.markers).all(axis=(0, 2))
+    if not seen.any():
+        return float("nan")
+    return octave(walk.markers[:, seen].reshape(len(walk.markers), -1), walk.marker_rate, 4.0)
+
+
+def smoothed(walk: Recording) -> bool:
+    """Whether hardly anything is fast in the markers of a `walk`, as after a low-pass."""
+    return SMOOTHED.flag(Seen(fall_of_markers(walk), "")) is not None
+
+
+def _smoothed(read: AsRead) -> Iterator[Seen]:
+    fall = fall_of_markers(read.recording)
+    yield Seen(fall, "all markers", {"fall": -fall})
+
+
+def _loose(
+    walk: Walking, *, shakes_hz: float, path_m: float, times: float, frames: int
+) -> Iterator[Seen]:
+    """By what shakes against the other markers of its segment, m; where none does, by what shakes
+    more than the same landmark of the other side. The trunk, in which shoulder blades move, is left
+    out. Of two that only each other shows, either may be it.
+    """
+    limit, any_loose = LOOSE.high, False
+    of: dict[str, list[str]] = {}
+    for name in walk.recording.names:
+        if walk.segments.get(name, "torso") != "torso":
+            of.setdefault(walk.segments[name], []).append(name)
+    for names in of.values():
+        shakes = {
+            pair: _shake(walk.recording, *pair, frames=frames, shakes_hz=shakes_hz)
+            for pair in combinations(names, 2)
+        }
+        own = {
+            name: [s for pair, s in shakes.items() if name in pair and np.isfinite(s)]
+            for name in names
+        }
+        found = {name: float(np.median(own[name])) for name in names if own[name]}
+        if not found:
+            continue
+        worst = max(found, key=lambda name: found[name])
+        # What shakes moves its distances to all others; theirs to each other stay.
+        every = [name for name in found if min(own[name]) > limit]
+        any_loose |= found[worst] > limit
+        yield Seen(
+            found[worst], " or ".join(every if worst in every else [worst]),
+            {"what": f"its distance to the other markers of its segment changes by "
+                     f"{1000 * found[worst]:.1f} mm (SD; elsewhere below 1 mm)"},
+        )  # fmt: skip
+    if not any_loose:
+        yield from _loose_paths(walk, shakes_hz, path_m, times, frames)
+
+
+def _loose_paths(
+    walk: Walking, shakes_hz: float, path_m: float, times: float, frames: int
+) -> Iterator[Seen]:
+    for landmark, right in walk.landmarks.items():
+        left = walk.landmarks.get(f"L.{landmark[2:]}", "") if landmark.startswith("R.") else ""
+        known = [name for name in (right, left) if walk.segments.get(name, "torso") != "torso"]
+        if len(known) < 2 or not all(name in walk.recording.names for name in known):
+            continue
+        paths = (walk.recording.marker(name) for name in known)
+        own = [_fast(path, walk.recording.marker_rate, frames, shakes_hz) for path in paths]
+        sizes = [
+            0.0 if each is None else float(np.median(np.linalg.norm(each, axis=1))) for each in own
+        ]
+        yield Seen(
+            max(sizes), known[int(np.argmax(sizes))],
+            {"what": f"its path has {1000 * max(sizes):.1f} mm in the median, that of the other "
+                     f"side {1000 * min(sizes):.1f} mm (elsewhere at most 2.7 mm, and twice the "
+                     "other side's)"},
+            limits=(-np.inf, max(path_m, times * min(sizes))),
+        )  # fmt: skip
+
+
+def _fast(path: Array, rate: float, frames: int, shakes_hz: float) -> Array | None:
+    """What of a `path` (T, n) is faster, where it is seen; None where it hardly is."""
+    seen = np.isfinite(path).all(axis=1)
+    if seen.sum() < frames:
+        return None
+    every = np.arange(len(path))
+    whole = np.stack([np.interp(every, every[seen], each[seen]) for each in path.T], axis=1)
+    fast: Array = (whole - low_pass(whole, rate=rate, cutoff_hz=shakes_hz))[seen]
+    return fast
+
+
+def _shake(recording: Recording, one: str, other: str, *, frames: int, shakes_hz: float) -> float:
+    """m; NaN where the two are hardly seen together, or one scatters from frame to frame."""
+    apart: Array = np.linalg.norm(recording.marker(one) - recording.marker(other), axis=1)
+    fast = _fast(apart[:, None], recording.marker_rate, frames, shakes_hz)
+    return float("nan") if fast is None else float(MEDIAN_TO_SD * np.median(np.abs(fast)))
+
+
+LOST: Final[Finding] = Finding(
+    name="lost frames",
+    needs=AsRead,
+    values=_lost,
+    numbers={"named": 3},
+    limits=0.0,
+    unit="s",
+    sentence=(
+        "{parts}: the times after it are wrong, and forces that lost nothing come {late:.0f ms} "
+        "{way} than the markers from there to the end"
+    ),
+    remedy="Export the trial again, or use a part of it (--trial-time)",
+)
+NOISE: Final[Finding] = Finding(
+    name="noise",
+    needs=AsRead,
+    values=_noise,
+    numbers={"named": 3},
+    limits=0.004,
+    unit="m",
+    sentence=(
+        "from frame to frame {worst} scatters by {value:.1f mm} (cameras: below 1 mm; at most "
+        "{limit:.0f mm}): angles and moments of single cycles are off"
+    ),
+    remedy="Look at the calibration of the cameras, or the reconstruction",
+    source=(
+        "at most 0.2 mm in each coordinate of public recordings; in the single cycles of a made-up "
+        "walk 4 mm move angles by 1.3 degrees and moments by 0.06 Nm/kg, in proportion"
+    ),
+)
+STUCK: Final[Finding] = Finding(
+    name="stuck coordinate",
+    needs=AsRead,
+    values=_stuck,
+    numbers={"frames": 5, "travel_m": 0.02, "coarse_m": 1e-4},
+    limits=0.05,
+    unit="s",
+    sentence=(
+        "one of its coordinates stays exactly the same for {value:.2f} s while the marker moves "
+        "on: the trajectory was cut off at the edge of the volume, or filled"
+    ),
+    remedy="Look at the trajectory in the recording program",
+    source=(
+        "at most 0.01 s (a single frame); coarsely rounded files are not checked: a coordinate "
+        "that swings by 2 cm once a second is within half a millimetre for 0.07 s"
+    ),
+)
+FILLED: Final[Finding] = Finding(
+    name="filled gap",
+    needs=AsRead,
+    values=_filled,
+    numbers={
+        "away_m": 0.006, "alone_s": 0.3, "straight_s": 0.08, "spline_s": 0.15, "frames": 6,
+        "travel_m": 0.02, "share": 0.1, "bend": 0.05, "rounding_m": 4e-6,
+    },
+    limits=0.0,
+    unit="s",
+    sentence=(
+        "paths that are exact polynomials, without the noise of cameras, and farther from the "
+        "other markers of their segments than in the rest of the trial, or not held by them: "
+        "{each}. Gaps were filled before the file was written, and the angles of these segments "
+        "are wrong there"
+    ),
+    remedy=(
+        "Export the trial with the gaps left open, or fill them by the other markers of the segment"
+    ),
+    source=(
+        "of 25 public trials three have longer ones, all splines: a child's (HC040A, 0.4 s) and "
+        "two of the instrumented knee (0.25 s); skin moves by less than 6 mm more"
+    ),
+)  # fmt: skip
+SMOOTHED: Final[Finding] = Finding(
+    name="smoothed markers",
+    needs=AsRead,
+    values=_smoothed,
+    limits=(-4.5, np.inf),
+    unit="octaves",
+    sentence=(
+        "hardly anything in them is faster than 4 Hz (from there to 8 Hz their rate falls by "
+        "{fall:.1f} octaves, elsewhere by at most 3.5): they were low-passed at a few Hz before "
+        "the file was written. Angles are flattened, distances between markers of a segment and "
+        "accelerations change"
+    ),
+    remedy="Export them as they were recorded",
+    source=(
+        "-2.4 ± 0.6 in 23 public recordings (-3.5 at least), -3.8 to -6.5 after a zero-lag "
+        "low-pass at 4 to 2 Hz"
+    ),
+)
+LOOSE: Final[Finding] = Finding(
+    name="loose marker",
+    needs=Walking,
+    values=_loose,
+    numbers={"shakes_hz": 5.0, "path_m": 0.004, "times": 2.5, "frames": 60},
+    limits=0.002,
+    unit="m",
+    sentence=(
+        "above 5 Hz {what}: it is loose and shakes, or the cameras lose it. Moments, and angles of "
+        "its segment, shake with it"
+    ),
+    remedy="Fix it, or leave it out of the file",
+    source=(
+        "SD above 5 Hz of the distances to the other markers of a segment: at most 0.9 mm in 22 "
+        "recordings of 20 people; a landmark's own path 2.7 mm, and 2.0 times the other side's"
+    ),
+    hidden_by=("noise",),
+)

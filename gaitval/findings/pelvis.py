@@ -1,0 +1,183 @@
+"""Whether the markers of the pelvis are where they were put.
+
+A spine's marker that is put too high or too low leaves the distances between the four nearly as
+they are. It tilts the line through its pair: beside the other pair's line, and, of the front pair,
+beside the horizontal, on which the pelvis is level on average over a walk. Who really leans, or has
+a shorter leg, tilts both lines alike; so the two are added, and neither is asked alone.
+
+Axes: the project's (REP-103, z up). Angles are positive with the right side up.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.findings.feet import Beside
+from gaitval.findings.finding import Finding, Seen
+from gaitval.mocap.recording import Recording
+
+FRONT: Final = ("R.ASIS", "L.ASIS")
+REAR: Final = ("R.PSIS", "L.PSIS")
+
+
+def _twist(beside: Beside) -> Iterator[Seen]:
+    """Change of the right rear spine's distance from the plane of the other three, m. A spine's
+    marker that is put up or down leaves all distances as they are: they lie nearly in a plane.
+    """
+    names = [beside.landmarks.get(mark, "") for mark in (*FRONT, *REAR)]
+    trials = beside.standing, beside.walking
+    if not all(name in trial.names for name in names for trial in trials):
+        return
+    stood, walked = (_off_plane(*(trial.marker(name) for name in names)) for trial in trials)
+    if not len(stood) or not len(walked):
+        return
+    size = float(abs(np.median(walked) - np.median(stood)))
+    front, rear = (
+        float(np.nanmedian(np.linalg.norm(trials[0].marker(a) - trials[0].marker(b), axis=1)))
+        for a, b in (names[:2], names[2:])
+    )
+    words = {"rear": names[2], "front_m": size * front / rear}
+    yield Seen(size, ", ".join(names), words)
+
+
+def _off_plane(right: Array, left: Array, rear: Array, other_rear: Array) -> Array:
+    """m, signed distance of the right rear spine (T, 3) from the plane of the three others, in the
+    frames in which they are seen together.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normal = np.cross(left - right, other_rear - right)
+        off: Array = ((rear - right) * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)
+    return off[np.isfinite(off)]
+
+
+def _level(
+    beside: Beside, *, twist: float, both: float, share: float, alone: float, change: float
+) -> Iterator[Seen]:
+    """Degrees by which a line through two spines is tilted as only a misplaced marker tilts it."""
+    front, rear = ([beside.landmarks.get(mark, "") for mark in pair] for pair in (FRONT, REAR))
+    if not all(_shown(trial, front) for trial in (beside.standing, beside.walking)):
+        return
+    stood, walked = (_list_of(trial, front) for trial in (beside.standing, beside.walking))
+    lists = {"stood": stood, "walked": walked}
+    if _shown(beside.standing, rear):
+        turned = stood - _list_of(beside.standing, rear)
+        # a marker of the front line makes both
+        if (
+            turned * walked > 0.0
+            and abs(walked) > share * abs(turned)
+            and (abs(turned + walked) > both)
+        ):
+            yield _line(
+                front, abs(turned + walked), both,
+                f"is turned by {turned:+.1f}° against that of the rear spines in standing, and "
+                f"lists by {walked:+.1f}° on average in walking (right side up is positive): one "
+                "of the two is put on too high or too low, in all trials alike",
+            )  # fmt: skip
+        else:
+            yield _line(
+                rear, abs(turned), twist,
+                f"is turned by {-turned:+.1f}° against that of {' and '.join(front)} in standing "
+                "(right side up is positive; elsewhere within 4°): one of the four is put on too "
+                "high or too low, most likely one of the rear ones, which are close together",
+            )  # fmt: skip
+    elif stood * walked > 0.0:
+        yield _line(
+            front, min(abs(stood), abs(walked)), alone,
+            "lists by {stood:+.1f}° in standing and {walked:+.1f}° on average in walking (right "
+            "side up is positive; at most 4° in healthy walking): one of them is put on too high "
+            "or too low, or the person leans".format(**lists),
+        )  # fmt: skip
+    if walked * (walked - stood) > 0.0:
+        yield _line(
+            front, abs(2.0 * walked - stood), change,
+            "lists by {stood:+.1f}° in standing and by {walked:+.1f}° on average in walking (right "
+            "side up is positive): one of them was moved between the trials, or the person stands "
+            "on one leg".format(**lists),
+        )  # fmt: skip
+
+
+def _line(names: Sequence[str], value: float, limit: float, seen: str) -> Seen:
+    return Seen(value, " and ".join(names), {"seen": seen}, limits=(-np.inf, limit))
+
+
+def _sacral_sides(beside: Beside) -> Iterator[Seen]:
+    """m, by which the front spines' distances to the sacrum's marker differ."""
+    standing = beside.standing
+    front = [beside.landmarks.get(mark, "") for mark in FRONT]
+    sacrum = beside.landmarks.get("Sacrum", "")
+    if _shown(standing, [*front, sacrum]):
+        away = [standing.marker(name) - standing.marker(sacrum) for name in front]
+        right, left = (float(np.nanmedian(np.linalg.norm(each, axis=1))) for each in away)
+        words = {"right": right, "left": left}
+        yield Seen(abs(right - left), f"{', '.join(front)} to {sacrum}", words)
+
+
+def _shown(trial: Recording, names: Sequence[str]) -> bool:
+    return all(
+        name in trial.names and bool(np.isfinite(trial.marker(name)).all(axis=1).any())
+        for name in names
+    )
+
+
+def _list_of(trial: Recording, pair: Sequence[str]) -> float:
+    """Degrees, mean over the trial of the angle of a pair's line (right less left) to the
+    horizontal; 0 if they are never seen together.
+    """
+    line: Array = trial.marker(pair[0]) - trial.marker(pair[1])
+    line = line[np.isfinite(line).all(axis=1)]
+    if not len(line):
+        return 0.0
+    return float(np.degrees(np.arcsin(line[:, 2] / np.linalg.norm(line, axis=1)).mean()))
+
+
+TWIST: Final[Finding] = Finding(
+    name="twist of the pelvis",
+    needs=Beside,
+    values=_twist,
+    limits=0.005,
+    unit="m",
+    sentence=(
+        "{rear} is {value:.0f mm} nearer to, or farther from, the plane of the other three in "
+        "walking than in standing (elsewhere within {limit:.0f mm}): one of the four has moved "
+        "between the trials, by about {value:.0f mm} at the rear or {front_m:.0f mm} at the "
+        "front, up or down. Tilt, list and the hips' angles are some degrees off"
+    ),
+    remedy="Record both with the markers untouched",
+    source="at most 1.8 mm in ten walks of eight people",
+)
+LEVEL: Final[Finding] = Finding(
+    name="level of the pelvis",
+    needs=Beside,
+    values=_level,
+    numbers={"twist": 7.0, "both": 7.5, "share": 0.3, "alone": 4.2, "change": 8.0},
+    limits=7.0,
+    unit="deg",
+    sentence=(
+        "the line through them {seen}. Tilt and list of the pelvis, and the hips' angles, are some "
+        "degrees off"
+    ),
+    remedy="Look at them in standing",
+    source=(
+        "the front line against the rear one in standing: 2.0 (SD) of ten people, at most 3.9; its "
+        "mean list in walking: 1.25 (SD) of 42 adults (Fukuchi 2018), at most 3.9. The rear spines "
+        "are 70 to 90 mm apart: 10 mm at one turn their line by 7 degrees"
+    ),
+    hidden_by=("twist of the pelvis",),
+)
+SACRAL_SIDES: Final[Finding] = Finding(
+    name="sides that differ",
+    needs=Beside,
+    values=_sacral_sides,
+    limits=0.015,
+    unit="m",
+    sentence=(
+        "{right:.0f mm} on the right and {left:.0f mm} on the left: one of the three markers is "
+        "misplaced, in all trials alike, or the pelvis is uneven. Hip centres, and list and "
+        "rotation of the pelvis, are off with it"
+    ),
+    remedy="Look at them in standing",
+    source="at most 4 mm of twelve children (McGill), 12.5 mm of one adult",
+    hidden_by=("twist of the pelvis",),
+)

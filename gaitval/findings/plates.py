@@ -1,0 +1,354 @@
+"""What physics says of the forces of a walk: plates that are implausible or cannot be right.
+
+A wrong sign, two exchanged axes or a dead channel of a force plate give wrong moments and no other
+sign of it. The limits were measured on recordings whose forces agree with the motion: WBDS01 T01
+(treadmill, 0.49 m/s), the walk of Rajagopal et al. 2016, two of Plug-in Gait's samples and eleven
+children of biomechZoo (1.1 to 1.5 m/s). `source` gives the values nearest to a limit there.
+
+Axes: the project's (REP-103), the person walks along +x. Forces act on the person.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array, Flags, runs
+from gaitval.findings.finding import Finding, Seen
+from gaitval.mocap.force_plates import CERTAIN_LOAD_N, RENUMBER, numbered_other_way, plate_axes
+from gaitval.mocap.recording import Plate
+
+
+@dataclass(frozen=True)
+class Plates:
+    """The force plates of a walk, zeroed, in the project's axes.
+
+    Attributes
+    ----------
+    rate : Hz, of their samples.
+    used, outside : number of stances that each shows, and of contacts left out because their centre
+        of pressure is not under the foot, by the plate's name; those of a foot whose markers are
+        hidden are not among them.
+    """
+
+    plates: tuple[Plate, ...]
+    rate: float
+    used: Mapping[str, int]
+    outside: Mapping[str, int]
+
+
+def _seen(plate: Plate, value: float, **words: object) -> Seen:
+    return Seen(value, f"plate {plate.name}", words, plate=plate.name)
+
+
+def _loaded(plate: Plate) -> tuple[Flags, float] | None:
+    """(T,) whether something heavy is on a plate, and what stands for the body weight, N, which a
+    single plate does not know: the peaks of stance are near it. None where hardly anything was.
+    """
+    loaded: Flags = plate.force[:, 2] > CERTAIN_LOAD_N / 2
+    if np.count_nonzero(loaded) < 20:
+        return None
+    return loaded, float(np.percentile(plate.force[loaded, 2], 95.0))
+
+
+def _dead_vertical(of: Plates) -> Iterator[Seen]:
+    """The vertical force of a plate that somebody pushes along, over the horizontal one."""
+    for plate in of.plates:
+        along = float(np.ptp(plate.force[:, :2], axis=0).max())
+        if _loaded(plate) is None and along > CERTAIN_LOAD_N / 4:
+            down = float(np.abs(plate.force[:, 2]).max())
+            yield _seen(plate, down / along, down=down, along=along)
+
+
+def _dead_force(of: Plates) -> Iterator[Seen]:
+    """Range of a horizontal force under load over the vertical one."""
+    for plate in of.plates:
+        if known := _loaded(plate):
+            for axis, name in ((0, "fore-aft"), (1, "sideways")):
+                size = float(np.ptp(plate.force[known[0], axis])) / known[1]
+                yield _seen(plate, size, what=f"the {name} force")
+
+
+def _dead_point(of: Plates) -> Iterator[Seen]:
+    """Range of the centre of pressure along an axis of the plate, m."""
+    for plate in of.plates:
+        if known := _loaded(plate):
+            axes, centre = _own_axes(plate)
+            point = (plate.centre_of_pressure[known[0]] - centre) @ axes
+            for axis, name in ((0, "first"), (1, "second")):
+                what = f"the centre of pressure along the {name} axis"
+                yield _seen(plate, float(np.ptp(point[:, axis])), what=what)
+
+
+def _dead_moment(of: Plates) -> Iterator[Seen]:
+    """Range of the vertical moment about the plate's middle over the vertical force, m. Of a foot
+    in the very middle of a plate only the free moment is left.
+    """
+    for plate in of.plates:
+        known = _loaded(plate)
+        if known and plate.moment is not None:
+            axes, centre = _own_axes(plate)
+            about = (plate.moment - np.cross(centre, plate.force)) @ axes
+            yield _seen(plate, float(np.ptp(about[known[0], 2])) / known[1])
+
+
+def _own_axes(plate: Plate) -> tuple[Array, Array]:
+    """Axes, as columns, and middle of a plate; those of the recording where they are unknown."""
+    if np.isfinite(plate.corners).all():
+        return plate_axes(plate.corners), plate.corners.mean(axis=0)
+    return np.eye(3), np.zeros(3)
+
+
+def _saturated(of: Plates, *, samples: int, near: float, least: float) -> Iterator[Seen]:
+    """s, for which a component of the force stays at its largest or smallest value under load."""
+    for plate in of.plates:
+        if not (known := _loaded(plate)):
+            continue
+        loaded, weight = known
+        for axis, name in enumerate(("fore-aft", "sideways", "vertical")):
+            longest = 0
+            for values in (plate.force[:, axis], -plate.force[:, axis]):
+                top = float(values[loaded].max())
+                # A component that stays near zero is not cut off at its small largest value.
+                if top > least * weight:
+                    begins, ends = runs(loaded & (values >= (1.0 - near) * top))
+                    longest = max(longest, int((ends - begins).max(initial=0)))
+            if longest > samples:
+                yield _seen(plate, longest / of.rate, what=name)
+
+
+def _stuck(of: Plates, *, samples: int, steps: float, rounding: float) -> Iterator[Seen]:
+    """s, of the channel of a plate that repeats itself for longest under load and then jumps."""
+    for plate in of.plates:
+        if not (known := _loaded(plate)):
+            continue
+        loaded, weight = known
+        longest, stuck = 0, ""
+        for name, values in _channels(plate).items():
+            # A channel that hardly moves repeats itself without being stuck; it is called dead.
+            if (
+                np.ptp(values[loaded])
+                > DEAD_FORCE.impossible[0] * DEAD_MOMENT.impossible[0] * weight
+            ):
+                frames = _longest_stuck(values, loaded, rounding * weight, steps)
+                longest, stuck = max((longest, stuck), (frames, name))
+        if longest > samples:
+            yield _seen(plate, longest / of.rate, what=stuck)
+
+
+def _channels(plate: Plate) -> dict[str, Array]:
+    """A repeated sample is exactly equal only in the plate's own axes and about its own middle:
+    turned into other axes each component mixes several channels.
+    """
+    axes, centre = _own_axes(plate)
+    channels = {
+        f"{name} force": (plate.force @ axes)[:, axis]
+        for axis, name in enumerate(("first horizontal", "second horizontal", "vertical"))
+    }
+    channels["free moment"] = plate.free_moment[:, 2]
+    if plate.moment is None:  # the file has the point itself
+        point = (plate.centre_of_pressure - centre) @ axes
+        return channels | {
+            "centre of pressure, sideways": point[:, 1], "centre of pressure": point[:, 0],
+        }  # fmt: skip
+    about = (plate.moment - np.cross(centre, plate.force)) @ axes
+    return channels | {
+        f"moment about the {name} axis": about[:, axis]
+        for axis, name in enumerate(("first", "second", "vertical"))
+    }
+
+
+def _longest_stuck(values: Array, loaded: Flags, rounding: float, steps: float) -> int:
+    """Samples under load for which a channel repeats itself and then jumps.
+
+    A channel that is stored in steps also repeats itself at a peak, but then changes by one step.
+    """
+    changes = np.abs(np.diff(values))
+    # The smallest change above rounding is the step in which the file stores the channel.
+    jump = steps * float(changes[changes > rounding].min(initial=np.inf))
+    longest = 0
+    for begin, end in zip(*runs(loaded[1:] & (changes <= rounding)), strict=True):
+        if end == len(changes) or changes[end] > jump:
+            longest = max(longest, int(end - begin))
+    return longest
+
+
+def _cut_off(of: Plates, *, nothing: float, edges: int) -> Iterator[Seen]:
+    """N, of the smallest first or last sample of a contact, beside which the force is exactly 0."""
+    for plate in of.plates:
+        size = np.abs(plate.force).max(axis=1)
+        zero = size == 0.0
+        if zero.mean() < nothing or zero.all():
+            continue
+        begins, ends = runs(~zero)
+        long = ends - begins > 1
+        begins, ends = begins[long & (begins > 0)], ends[long & (ends < len(size))] - 1
+        up = np.abs(plate.force[:, 2])
+        found = np.concatenate([up[begins], up[ends]])
+        # What was set to zero is below the smallest of them, and above what a straight line through
+        # the first two says of the sample before: at a low rate a force rises much from one to the
+        # next.
+        before = 2 * found - np.concatenate([up[begins + 1], up[ends - 1]])
+        if len(found) >= edges and np.median(before) > CUT_OFF.high / 2:
+            yield _seen(plate, float(found.min()))
+
+
+def _outside(of: Plates) -> Iterator[Seen]:
+    """Contacts whose centre of pressure is not under the foot."""
+    for plate in of.plates:
+        outside, used = of.outside.get(plate.name, 0), of.used.get(plate.name, 0)
+        why = (
+            f"the plate's corners are {RENUMBER}"
+            if numbered_other_way(plate)
+            else "the plate's corners, origin or moments are wrong, or somebody else was on it"
+        )
+        words = {"why": why, "count": outside, "all": outside + used}
+        yield Seen(outside, f"plate {plate.name}", words, plate.name, limits=(-np.inf, used))
+
+
+def _unloaded(of: Plates, *, light: float, least_s: float, window_s: float) -> Iterator[Seen]:
+    """N, the largest force of a used plate while it carries no foot. Each window is longer than a
+    stride, so that it has a time without a foot.
+    """
+    for plate in of.plates:
+        up, window = plate.force[:, 2], max(round(window_s * of.rate), 1)
+        if not len(up) or not of.used.get(plate.name, 0):
+            continue
+        peak = float(np.percentile(up, 99.0))
+        parts = [up[begin : begin + window] for begin in range(0, len(up), window)]
+        rests = [part[np.abs(part) < light * peak] for part in parts]
+        levels = [float(np.median(rest)) for rest in rests if len(rest) >= least_s * of.rate]
+        if peak <= 0.0 or not levels:
+            continue
+        worst, share = max(levels, key=abs), UNLOADED.high
+        drifts = ", and drifts" if np.ptp(levels) > share * peak / 2 else ""
+        words = {"newtons": worst, "drifts": drifts}
+        yield _seen(plate, abs(worst) / peak, **words)
+
+
+DEAD_VERTICAL: Final[Finding] = Finding(
+    name="dead channel: vertical",
+    needs=Plates,
+    values=_dead_vertical,
+    limits=(0.5, np.inf),
+    impossible=(0.5, np.inf),
+    unit="of the horizontal force",
+    sentence=(
+        "its vertical force is at most {down:.3g} N, but its horizontal force changes by "
+        "{along:.0f} N: the vertical channel is dead, or has no calibration"
+    ),
+)
+_DEAD: Final = (
+    "{what} hardly changes under load (range {value:.2g}, in walking above {limit:g}): its channel "
+    "is dead, or has no calibration"
+)
+DEAD_FORCE: Final[Finding] = Finding(
+    name="dead channel",
+    needs=Plates,
+    values=_dead_force,
+    limits=(0.01, np.inf),
+    impossible=(0.002, np.inf),
+    unit="of the weight",
+    sentence=_DEAD,
+    source="at least 0.06 sideways and 0.2 along",
+)
+DEAD_POINT: Final[Finding] = Finding(
+    name="dead channel: point",
+    needs=Plates,
+    values=_dead_point,
+    limits=(0.005, np.inf),
+    impossible=(0.001, np.inf),
+    unit="m",
+    sentence=_DEAD,
+    source="at least 0.011 m",
+)
+DEAD_MOMENT: Final[Finding] = Finding(
+    name="dead channel: moment",
+    needs=Plates,
+    values=_dead_moment,
+    limits=(0.003, np.inf),
+    impossible=(0.0005, np.inf),
+    unit="m of the weight",
+    sentence=_DEAD.replace("{what}", "the vertical moment"),
+    source="at least 0.008 m",
+)
+SATURATED: Final[Finding] = Finding(
+    name="saturated channel",
+    needs=Plates,
+    values=_saturated,
+    numbers={"samples": 5, "near": 1e-4, "least": 0.02},
+    limits=0.025,
+    unit="s",
+    sentence=(
+        "the {what} force stays at its largest value for {value:.0f ms}: the amplifier or the "
+        "converter is saturated there"
+    ),
+    remedy="Record with a larger range",
+    source=(
+        "a peak of walking of 3 Hz is within a thousandth of its height for 5 ms, and stored in "
+        "steps of 0.5 N for 13 ms"
+    ),
+)
+STUCK: Final[Finding] = Finding(
+    name="stuck channel",
+    needs=Plates,
+    values=_stuck,
+    numbers={"samples": 5, "steps": 4.0, "rounding": 1e-10},
+    limits=0.025,
+    unit="s",
+    sentence=(
+        "its {what} stays exactly the same for {value:.0f ms} while a foot is on it: samples were "
+        "lost there and the last one repeated"
+    ),
+    remedy="Look at the raw channels",
+    source="at most one sample of 300 Hz repeats the one before",
+    hidden_by=("saturated channel",),
+)
+CUT_OFF: Final[Finding] = Finding(
+    name="forces cut off",
+    needs=Plates,
+    values=_cut_off,
+    numbers={"nothing": 0.1, "edges": 2},
+    limits=35.0,
+    unit="N",
+    sentence=(
+        "its forces begin and end at {value:.0f} N or more, and are exactly 0 beside: a program "
+        "set smaller ones to zero. Strikes come late and toe-offs early, and the rise of the force "
+        "is missing"
+    ),
+    remedy=(
+        "Export the forces as they were recorded, or with a threshold of at most {limit:.0f} N"
+    ),
+    source="programs set forces below 10 to 20 N to zero; at 500 Hz a sample adds 10 N",
+    hidden_by=("weight",),
+)
+OUTSIDE_FOOT: Final[Finding] = Finding(
+    name="centre of pressure under the foot",
+    needs=Plates,
+    values=_outside,
+    limits=0.0,
+    unit="contacts",
+    sentence=(
+        "the centre of pressure is outside the foot in {count} of {all} contacts, whose forces are "
+        "not used: {why}"
+    ),
+)
+UNLOADED: Final[Finding] = Finding(
+    name="unloaded plate",
+    needs=Plates,
+    values=_unloaded,
+    numbers={"light": 0.12, "least_s": 0.15, "window_s": 1.5},
+    limits=0.025,
+    unit="of the largest force",
+    sentence=(
+        "between the steps it shows {newtons:.0f} N{drifts}: it was not zeroed, or its amplifier "
+        "drifts. Events, forces and moments are off by it, and with a centre of pressure instead "
+        "of moments the file cannot be put right here"
+    ),
+    remedy=(
+        "Zero the plate before the recording, or subtract what its channels show without a foot "
+        "before the centre of pressure is worked out"
+    ),
+    source="20 N of a grown person, at which forces are taken for a foot's",
+)
