@@ -257,7 +257,7 @@ def _of_places(found: Import) -> Iterator[QualityFlag]:
 def untold(found: Iterable[FoundFault], checks: Set[str]) -> tuple[FoundFault, ...]:
     """Those of the faults `found` that no warning of the `checks` says better."""
     told = frozenset[str]().union(*(TOLD.get(check, ()) for check in checks))
-    other = bool(checks & (TOLD.keys() - {FREE_MOMENT, FREE_MOMENT_TURNED}))
+    other = bool(checks & (TOLD.keys() - {FREE_MOMENT.name, FREE_MOMENT_TURNED.name}))
     return tuple(
         each for each in found if not (other if each.fault is None else each.fault.kind in told)
     )
