@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Final
@@ -81,6 +82,12 @@ def read_session(
     for number, recording in enumerate(walking):
         with of_trial(number):
             _check_length(recording, processing)
+    for one, two in combinations(range(len(walking)), 2):
+        if np.array_equal(walking[one].markers, walking[two].markers, equal_nan=True):
+            raise RecordError(
+                f"{request.called(one)} and {request.called(two)} are the same recording: its "
+                "cycles would count twice. Give each trial once."
+            )
     marker_set = _marker_set(request, standing, notify)
     standing = named(standing, marker_set)
     for number, recording in enumerate(walking):
@@ -424,7 +431,8 @@ def _check_files(request: Request) -> None:
         other = roles.get(path.resolve())
         if other is not None and not (parts and other == option):
             raise RecordError(
-                f"{path}: given twice, with {other} and with {option}. Give each file once, with "
+                f"{path}: the same recording is given twice, with {other} and with {option}. Give "
+                "each file once, with "
                 "its own option."
             )
         roles[path.resolve()] = option

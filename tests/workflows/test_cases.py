@@ -40,6 +40,7 @@ CASES = {
         f"{PERSON}",
         2, ("other axes than the standing trial",),
     ),
+    "import_same_trial_twice": (f"{C3D} --trial walking.c3d {PERSON}", 2, ("same recording",)),
     "import_turning_parts": (
         f"import --static standing.trc --trial circuit.trc --kinematics-only {PERSON}",
         2, ("--trial-time",),
@@ -71,7 +72,6 @@ BELTED = f"{PERSON} --belt 1.1473"
 OPEN = {
     "import_heels_taken_off_for_the_walk": (f"{C3D} {BELTED}", 0, ("RFCC",)),
     "import_marker_in_one_standing_frame": (f"{C3D} {BELTED}", 0, ("RFMT1", "standing")),
-    "import_same_trial_twice": (f"{C3D} --trial walking.c3d {BELTED}", 2, ("same recording",)),
     "import_stature_mistyped": (
         f"{C3D} --mass 64.95 --height 1.35 --sex F --belt 1.1473", 2, ("somebody of 1.5",),
     ),
