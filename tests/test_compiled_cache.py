@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitval._internal.numba import compiled, compiled_cache
+from gaitval._internal.numba import cache_home, compiled, compiled_cache
 from gaitval._internal.numba.cache_home import own_folder
 from gaitval.errors import ConfigurationError
 
@@ -178,6 +178,23 @@ def test_a_way_that_others_can_write_to_is_refused(tmp_path, mode):
     assert own_folder(tmp_path / "shared" / "cache").is_dir()
 
 
+def test_the_group_counts_unless_it_is_the_private_one(tmp_path, monkeypatch):
+    base = tmp_path / "cache"
+    base.mkdir()
+    base.chmod(0o775)
+    monkeypatch.setattr(cache_home, "_alone_in", lambda _: False)
+    refused(base, "775")
+    monkeypatch.setattr(cache_home, "_alone_in", lambda _: True)
+    assert own_folder(base).is_dir()
+
+
+def test_the_folder_itself_is_closed_to_others(tmp_path):
+    """One that an earlier version made may be open to be read, or to a group."""
+    (tmp_path / "gaitval").mkdir()
+    (tmp_path / "gaitval").chmod(0o777)
+    assert own_folder(tmp_path).stat().st_mode & 0o777 == 0o700
+
+
 @as_root
 @pytest.mark.parametrize("whose", ["gaitval", ".", ".."])
 def test_another_users_folder_is_refused(tmp_path, whose):
@@ -200,6 +217,18 @@ def test_another_users_link_is_refused_and_ones_own_is_not(tmp_path, which):
     assert own_folder(base).is_dir()
     os.chown(link, NOBODY, NOBODY, follow_symlinks=False)
     refused(base, str(NOBODY))
+
+
+@as_root
+def test_nothing_is_compiled_into_or_taken_from_a_refused_folder(place):
+    again(place)
+    mark = place / "ran"
+    for path in files(place, "nbi"):
+        path.write_bytes(pickle.dumps(Evil(mark)))
+    os.chown(place / "cache", NOBODY, NOBODY)
+    with pytest.raises(ConfigurationError, match=str(NOBODY)):
+        again(place)
+    assert not mark.exists()
 
 
 @pytest.mark.parametrize("variable", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])

@@ -107,6 +107,15 @@ def test_the_folder_is_hostile(place):
         assert {"git-fsmonitor", "git-process"} & ran
 
 
+def test_a_python_that_a_library_starts_takes_nothing_from_it(place):
+    """glfw asks one for the versions of its libraries."""
+    bare = started(place, sys.executable, "-P", "-c", "import glfw")
+    assert "ctypes.py" in bare.ran
+    ours = started(place, sys.executable, "-P", "-c", "import gaitval.apps.export.formats")
+    assert ours.done.returncode == 0, ours.done.stderr
+    assert not ours.ran
+
+
 @pytest.fixture(scope="module")
 def everything(place):
     """All modules of gaitval imported, and the help of each command, in one process."""
@@ -182,3 +191,13 @@ def test_workers_of_a_script_take_nothing_from_it(place, way, monkeypatch):
     assert found.done.stdout == "3.0 4.0\n", found.done.stderr
     assert not found.ran
     assert not found.read
+
+
+def test_numba_that_was_there_before_forgets_what_it_read_here(place):
+    code = (
+        "import numba; from numba.core import config; assert config.OPT == 1; "
+        "import gaitval._internal.numba.compiled; "
+        "print(int(config.OPT), repr(config.CACHE_DIR), config.DISABLE_JIT)"
+    )
+    found = started(place, sys.executable, "-P", "-c", code)
+    assert found.done.stdout == "3 '' 0\n", found.done.stderr

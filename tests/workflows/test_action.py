@@ -147,6 +147,21 @@ def test_all_baselines_are_checked_and_the_worst_decides(tmp_path, monkeypatch, 
         assert "quick" in log
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+@pytest.mark.parametrize("order", [("a", "killed"), ("killed", "a")])
+def test_a_check_that_was_killed_fails_the_job(tmp_path, monkeypatch, order):
+    """The kernel kills a process where memory is short; another baseline may be fine."""
+    fake_gaitval(tmp_path, {"a": 0, "killed": -9})
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BASELINES", "\n".join(order))
+    monkeypatch.setenv("OUT", "out")
+    with pytest.raises(SystemExit) as ended:
+        action_check.main()
+    assert ended.value.code == 128 + 9
+    row = "| killed | **no result** (exit code 137) | – | 0 | – |"
+    assert row in (tmp_path / "out/summary.md").read_text()
+
+
 @pytest.mark.parametrize(
     ("code", "text"),
     [
@@ -186,10 +201,25 @@ def test_every_python_of_the_action_is_told_to_take_no_modules_from_there(defini
             assert re.search(r"\bpython\b(?! -P )", line) is None, line
 
 
+def test_quick_can_be_turned_off(tmp_path, monkeypatch):
+    fake_gaitval(tmp_path, {"a": 0})
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("QUICK", "false")
+    outcome = action_check.check("a", tmp_path, quick=False)
+    assert "all" in outcome.log
+    assert "Curves only" not in action_check.summary([outcome], quick=False)
+
+
 def test_a_name_cannot_leave_its_cell_or_become_html():
     outcome = action_check.Outcome("a|b<script>", 0, 1, 0, (), "x\ny", "")
     row = action_check.summary([outcome], quick=True).splitlines()[4]
     assert row == "| a\\|b&lt;script> | kept | 1 | 0 | x y |"
+
+
+def test_without_baselines_it_says_so(monkeypatch):
+    monkeypatch.setenv("BASELINES", "\n \n")
+    with pytest.raises(SystemExit, match="BASELINES is empty"):
+        action_check.main()
 
 
 # ---- Its steps. ----
