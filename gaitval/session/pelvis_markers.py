@@ -1,4 +1,4 @@
-"""Spines of the pelvis that no marker is on: found from its crests, or carried from standing.
+"""Spines of the pelvis and heels that no marker is on: from crests, or carried from standing.
 
 Where a laboratory marks crests and sacrum, or takes the markers off the spines after the standing
 trial and leaves a cluster, the pelvis is as rigid as with markers on the spines: where they are
@@ -74,8 +74,9 @@ def completed(
         standing = _carried(standing, shape, found.places)
         walking = [_carried(walk, shape, found.places) for walk in walking]
         sd = float(np.linalg.norm(found.sd) / np.sqrt(3.0))
+        walks, heels = with_heels(marker_set, standing, walking)
         return WithSpines(
-            marker_set, standing, tuple(walking), dict.fromkeys(SPINES, sd), (_doubt(found),)
+            marker_set, standing, walks, dict.fromkeys(SPINES, sd), (_doubt(found), *heels)
         )
     off = [
         name
@@ -88,7 +89,41 @@ def completed(
         shape = _shape(standing, {name: name for name in pelvis})
         places = {name: shape.pop(name) for name in off if name in shape}
         walking = [_carried(walk, shape, places) for walk in walking]
-    return WithSpines(marker_set, standing, tuple(walking), {}, ())
+    walks, heels = with_heels(marker_set, standing, walking)
+    return WithSpines(marker_set, standing, walks, {}, tuple(heels))
+
+
+def with_heels(
+    marker_set: MarkerSet, standing: Recording, walking: Sequence[Recording]
+) -> tuple[tuple[Recording, ...], list[QualityFlag]]:
+    """The walks with the paths of heel markers that were taken off after standing, as Plug-in Gait
+    allows, and a warning about each. The other markers of the foot carry them, and those on the
+    malleoli, which lie near the axis that the foot turns about.
+    """
+    landmarks, walks, flags = marker_set.landmarks, list(walking), list[QualityFlag]()
+    for side in "RL":
+        heel = landmarks.get(f"{side}.Heel")
+        if heel is None or not _seen(standing, heel) or all(_seen(w, heel) for w in walks):
+            continue
+        foot = [
+            name
+            for name, each in marker_set.markers.items()
+            if each.segment == f"foot_{side.lower()}" or each.landmark in _malleoli(side)
+        ]
+        shape = _shape(standing, {name: name for name in foot})
+        place = {heel: shape.pop(heel)} if heel in shape else {}
+        walks = [walk if _seen(walk, heel) else _carried(walk, shape, place) for walk in walks]
+        if all(_seen(walk, heel) for walk in walks):
+            flags.append(QualityFlag(
+                "heel taken off", heel, float(len(shape)), 3.0, "markers",
+                f"the walk has no marker there; {', '.join(shape)} carry it from where it was in "
+                "standing. A foot that bends at its middle moves it otherwise: leave it on",
+            ))  # fmt: skip
+    return tuple(walks), flags
+
+
+def _malleoli(side: str) -> tuple[str, str]:
+    return f"{side}.Ankle", f"{side}.Ankle.Medial"
 
 
 def _seen(recording: Recording, name: str) -> bool:
@@ -162,7 +197,9 @@ def _carried(
     recording: Recording, shape: Mapping[str, Array], places: Mapping[str, Array]
 ) -> Recording:
     """A trial with the trajectories of `places` that it has no markers for."""
-    lacking = {name: at for name, at in places.items() if name not in recording.names}
+    lacking = {name: at for name, at in places.items() if not _seen(recording, name)}
+    kept = [name for name in recording.names if name not in lacking]
+    recording = recording.with_markers(kept, recording.columns(kept))
     extra = carried(recording, shape, lacking)
     if not extra:
         return recording

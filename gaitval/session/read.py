@@ -32,7 +32,7 @@ from gaitval.scaling.marker_sets import RECOGNISED_SHARE, load_marker_set, recog
 from gaitval.scaling.same_person import check_same_person, displaced
 from gaitval.session.pelvis_markers import completed
 from gaitval.session.request import Notify, Request, part_text, silent
-from gaitval.session.standing import check_stands
+from gaitval.session.standing import check_stands, without_seldom
 
 if TYPE_CHECKING:
     from gaitval.scaling.given_centres import GivenCentre
@@ -97,6 +97,7 @@ def read_session(
         lacking = [name for name in marker_set.essential if name not in recording.names]
         if lacking:
             notify("markers", f"{request.called(number)}: without {', '.join(lacking)}")
+    standing, seldom = (standing, []) if request.stands_in_walk else without_seldom(standing)
     whole = completed(marker_set, standing, walking)
     marker_set, standing, walking = whole.marker_set, whole.standing, list(whole.walking)
     points = _points((standing, *walking), marker_set)
@@ -122,8 +123,8 @@ def read_session(
     standing, of_walk = _standing(
         request, processing, marker_set, axes, standing, first, floor, notify
     )
-    flags = [(request.called(0), warning) for warning in (*whole.flags, *of_walk)]
-    for warning in whole.flags:
+    flags = [(request.called(0), warning) for warning in (*seldom, *whole.flags, *of_walk)]
+    for warning in (*seldom, *whole.flags):
         notify("warnings", str(warning))
     turned, looked = list[Recording](), list[tuple[str, Looked]]()
     for number, named_walk in enumerate(walking):

@@ -191,3 +191,22 @@ def test_a_session_without_spines_is_worked_out(session, tmp_path):
     for name, curve in known.angles.items():
         off = np.degrees(found.angles[name].mean - curve.mean)
         assert np.abs(off - off.mean()).max() < 2.0, name
+
+
+HEELS = ("R.Heel", "L.Heel")
+
+
+@pytest.mark.parametrize("empty", [False, True], ids=["absent", "never seen"])
+def test_heels_that_are_taken_off_after_standing_are_carried_by_their_feet(session, empty):
+    """The ankle turns the malleoli against the foot, so they are millimetres off."""
+    stand, walk = read(session)
+    markers = walk.markers.copy()
+    markers[:, [walk.names.index(name) for name in HEELS]] = np.nan
+    given = walk.with_markers(walk.names, markers) if empty else without(walk, *HEELS)
+    found = completed(load_marker_set("wbds"), stand, [given])
+    assert [(flag.check, flag.where) for flag in found.flags] == [
+        ("heel taken off", name) for name in HEELS
+    ]
+    for name in HEELS:
+        assert 0.0 < distance(found.walking[0], walk, name) < 0.015
+    assert completed(load_marker_set("wbds"), stand, [walk]).flags == ()

@@ -19,7 +19,7 @@ from gaitval.session.read import _floor as floor_of
 from gaitval.session.read import read_session
 from gaitval.session.request import Request
 from gaitval.session.scale import _odd_lengths, knee_axis_remarks
-from gaitval.session.standing import standing_places
+from gaitval.session.standing import standing_places, without_seldom
 from gaitval.session.standing_pose import (
     LENGTHS_OF_WALK,
     off_toes,
@@ -266,3 +266,16 @@ def test_the_pose_of_a_mirrored_walk_is_the_mirrored_pose(sample):
     for name, of_image in zip(walk.names, other, strict=True):
         there = image.marker(of_image) * [1.0, -1.0, 1.0]
         np.testing.assert_allclose(there, pose.marker(name), atol=1e-6, err_msg=name)
+
+
+def test_a_marker_that_one_frame_of_twenty_shows_is_left_out_and_said(made_up):
+    standing = read_recording(made_up.standing)
+    whole = np.tile(standing.markers[:1], (20, 1, 1))
+    markers, (ghost, seen) = whole.copy(), (standing.names.index(n) for n in ("R.Heel", "L.Heel"))
+    markers[1:, ghost] = np.nan
+    markers[2:, seen] = np.nan
+    found, flags = without_seldom(replace(standing, markers=markers))
+    assert [(flag.where, flag.value, flag.limit) for flag in flags] == [("R.Heel", 0.05, 0.1)]
+    assert "only 1 of the 20 frames" in flags[0].message
+    assert np.isnan(found.marker("R.Heel")).all()
+    np.testing.assert_array_equal(found.marker("L.Heel")[:2], whole[:2, seen])
