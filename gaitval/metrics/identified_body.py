@@ -1,11 +1,10 @@
 """The body that an identification found, before the parameters mu."""
 
-from pathlib import Path
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
 import numpy as np
 
-from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import ContactSettings
 from gaitval.errors import ArtefactError
 from gaitval.model.body import BodyModel
@@ -15,9 +14,10 @@ MOST: Final = 0.05
 """Share by which a leg may be longer than the mean of both; 8 cm between the legs of an adult."""
 
 
-def identified_model(model: BodyModel, identification: Path) -> BodyModel:
-    """The scaled `model` with legs that differ by what an `identification` found beside mu."""
-    found = read_json(identification)
+def identified_model(model: BodyModel, found: Mapping[str, Any]) -> BodyModel:
+    """The scaled `model` with legs that differ by what an identification `found` beside mu, as
+    `identification.json` has it.
+    """
     left = 0.0 if found["identified"] == found["nominal"] else found.get("left_leg", 0.0)
     return with_legs(model, left) if left else model
 

@@ -7,14 +7,15 @@ the run cannot answer says "not done", and why.
 import tomllib
 from collections.abc import Mapping, Sequence
 from importlib import resources
-from pathlib import Path
 from typing import Final, NamedTuple
 
-from gaitval._internal.io.artefacts import write_text
 from gaitval.metrics.results import METRICS, Metrics
 from gaitval.metrics.verdicts import limit_verdicts
+from gaitval.metrics.whole_body import momentum_residual
+from gaitval.model.ground import LEVEL
 from gaitval.reporting.facts import at, shown
 from gaitval.reporting.figure_data import table
+from gaitval.reporting.run_files import RunFiles
 
 NOT_DONE: Final = "not done"
 _COLUMNS: Final = ("document", "item", "value", "limit", "evidence")
@@ -30,10 +31,21 @@ class ChecklistRow(NamedTuple):
     evidence: str = ""
 
 
-def checklist(metrics: Metrics, beside: Mapping[str, str]) -> list[ChecklistRow]:
-    """Every row, of a run with the results `metrics` and what its other files say (`beside`, see
-    `credibility.beside_metrics`).
+def beside_metrics(run: RunFiles) -> dict[str, str]:
+    """What the checklist takes of a `run` beside its metrics, by name; empty where it is not there:
+    the force that would be needed beside ground and gravity, its largest mean over a second, and
+    the seed.
     """
+    momentum = ""
+    if run.walk.rollout is not None:
+        ground = LEVEL if run.walk.model is None else run.walk.model.ground
+        left = momentum_residual(run.walk.rollout, run.metrics.method.model_mass_kg, ground)
+        momentum = "" if left is None else shown(left, "% of body weight", 3)
+    return {"momentum": momentum, "seed": str((run.origin.provenance or {}).get("seed", ""))}
+
+
+def checklist(metrics: Metrics, beside: Mapping[str, str]) -> list[ChecklistRow]:
+    """Every row, of a run with the results `metrics` and what is `beside_metrics`."""
     text = resources.files("gaitval.reporting").joinpath("checklist.toml").read_text("utf-8")
     limits = {each.first.id: each for each in limit_verdicts(metrics)}
     found = []
@@ -88,7 +100,6 @@ def _value(metrics: Metrics, row: Mapping[str, str], place: str) -> str:
     return text
 
 
-def write_checklist(folder: Path, rows: Sequence[ChecklistRow]) -> None:
-    """Write the `rows` into a `folder`, as checklist.csv."""
-    columns = dict(zip(_COLUMNS, map(list, zip(*rows, strict=True)), strict=True))
-    write_text(folder / "checklist.csv", table(columns))
+def as_csv(rows: Sequence[ChecklistRow]) -> str:
+    """The `rows` as a table."""
+    return table(dict(zip(_COLUMNS, map(list, zip(*rows, strict=True)), strict=True)))

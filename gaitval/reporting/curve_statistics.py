@@ -2,16 +2,16 @@
 are, and how far both are from healthy gait.
 """
 
-from collections.abc import Mapping
-from typing import Final, NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 
 from gaitval.coordinates import SIDES, Side, split_side
-from gaitval.datasets.subject import Subject
-from gaitval.gait.healthy_controls import load_controls
+from gaitval.gait.healthy_controls import Controls, load_controls
 from gaitval.metrics.curve_results import GaitProfiles, WalkStatistics
-from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control
+from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
 from gaitval.metrics.norms import BAND
 from gaitval.metrics.typed import sided
 from gaitval.quantities.joint_power import JOINTS
@@ -76,41 +76,96 @@ def profile(profiles: GaitProfiles) -> str:
         return svg(figure, "profile")
 
 
-def tables(found: WalkStatistics, subject: Subject) -> dict[str, object]:
-    """What the section's tables show of the statistics `found` of the walk of `subject`."""
-    return {
-        "alpha": found.alpha,
-        "permutations": found.permutations,
-        "curves": [
-            {
-                "name": _title(kind, name),
-                "sides": [found.curves.of(kind)[key] for key in sided([name])],
-            }
+class ComparedCurve(NamedTuple):
+    """Of a curve, or the band of one: its name, and what was found of the right and the left side.
+
+    Attributes
+    ----------
+    kind, people : of a band, in whose units it is, and the kind of healthy people behind it.
+    """
+
+    name: str
+    sides: Sequence[Any]
+    kind: str = ""
+    people: str = ""
+
+
+@dataclass(frozen=True)
+class Healthy:
+    """The section's tables: `found` in a walk, of a person who is one of the controls or not."""
+
+    found: WalkStatistics
+    is_control: bool
+
+    band: ClassVar = BAND
+    smallest: ClassVar = SMALLEST_DIFFERENCE
+
+    @property
+    def profiles(self) -> GaitProfiles:
+        """Of record and walk."""
+        return self.found.profiles
+
+    @property
+    def controls(self) -> Controls:
+        """The healthy adults of the profile."""
+        return load_controls()
+
+    @property
+    def curves(self) -> list[ComparedCurve]:
+        """Where the walk differs from the record."""
+        return [
+            ComparedCurve(
+                _title(kind, name), [self.found.curves.of(kind)[k] for k in sided([name])]
+            )
             for kind, names, _ in CURVES
             for name in names
-        ],
-        "bands": [
-            {
-                "name": _title(kind, name),
-                "kind": kind,
-                "people": getattr(found.band_people, kind),
-                "sides": [found.bands[kind][key] for key in sided([name])],
-            }
-            for kind in found.bands
+        ]
+
+    @property
+    def bands(self) -> list[ComparedCurve]:
+        """How much of walk and record is within bands of healthy people."""
+        return [
+            ComparedCurve(
+                _title(kind, name),
+                [self.found.bands[kind][key] for key in sided([name])],
+                kind,
+                getattr(self.found.band_people, kind),
+            )
+            for kind in self.found.bands
             for name in JOINTS
-        ],
-        "band": BAND,
-        "profiles": found.profiles,
-        "sides": _profile_sides(found.profiles),
-        "furthest": _furthest(found.profiles),
-        "controls": load_controls(),
-        "is_control": is_control(subject),
-        "smallest": SMALLEST_DIFFERENCE,
-    }
+        ]
+
+    @property
+    def sides(self) -> list["ProfileSide"]:
+        """The scores of both sides, the side that differs more first; none without a record."""
+        record, walk = self.profiles.record, self.profiles.walk
+        if record is None:
+            return []
+        rows = [ProfileSide(side, record.of(side), walk.of(side)) for side in SIDES]
+        return sorted(rows, key=lambda row: -abs(row.difference))
+
+    @property
+    def furthest(self) -> "FurthestAngle | None":
+        """The angle and side whose scores of walk and record differ most."""
+        if self.profiles.record is None:
+            return None
+        record, walk = self.profiles.record.scores, self.profiles.walk.scores
+        key = max(record, key=lambda each: abs(walk[each] - record[each]))
+        side, name = split_side(key)
+        return FurthestAngle(name, side, record[key], walk[key])
 
 
 def _title(kind: str, name: str) -> str:
     return NAMES[name] + (" moment" if kind == "moments" else "")
+
+
+class FurthestAngle(NamedTuple):
+    """An angle of a side, and its scores, deg."""
+
+    name: str
+    side: str
+    record: float
+    walk: float
 
 
 class ProfileSide(NamedTuple):
@@ -129,21 +184,3 @@ class ProfileSide(NamedTuple):
     def matters(self) -> bool:
         """Whether the difference is one that matters clinically."""
         return abs(self.difference) >= SMALLEST_DIFFERENCE
-
-
-def _profile_sides(profiles: GaitProfiles) -> list[ProfileSide]:
-    """The scores of both sides, the side that differs more first; none without a record."""
-    if profiles.record is None:
-        return []
-    rows = [ProfileSide(side, profiles.record.of(side), profiles.walk.of(side)) for side in SIDES]
-    return sorted(rows, key=lambda row: -abs(row.difference))
-
-
-def _furthest(profiles: GaitProfiles) -> dict[str, object] | None:
-    """The angle and side whose scores of walk and record differ most."""
-    if profiles.record is None:
-        return None
-    record, walk = profiles.record.scores, profiles.walk.scores
-    key = max(record, key=lambda each: abs(walk[each] - record[each]))
-    side, name = split_side(key)
-    return {"name": name, "side": side, "record": record[key], "walk": walk[key]}

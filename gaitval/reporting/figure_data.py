@@ -4,8 +4,7 @@ Columns have the units of the figure; an empty field is a value that was not mea
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -45,31 +44,8 @@ def _field(value: str | float | None) -> str:
     return "" if value is None or not math.isfinite(value) else f"{value:.6g}"
 
 
-class Tables(Mapping[str, str]):
-    """Tables as CSV by the names of their figures, each made when it is first asked for: the page
-    on paper has none, and is laid out while they are made.
-    """
-
-    def __init__(self, makers: Mapping[str, Callable[[], str]]) -> None:
-        self._makers = dict(makers)
-        self._made: dict[str, str] = {}
-
-    def __getitem__(self, name: str) -> str:
-        if name not in self._made:
-            self._made[name] = self._makers[name]()
-        return self._made[name]
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._makers
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._makers)
-
-    def __len__(self) -> int:
-        return len(self._makers)
-
-    def __or__(self, others: "Tables") -> "Tables":
-        return Tables(self._makers | others._makers)
+Tables = dict[str, str]
+"""Tables as CSV by the names of their figures."""
 
 
 def write_tables(folder: Path, tables: Mapping[str, str]) -> None:
@@ -84,18 +60,15 @@ def of_run(
     """Tables of the figures of a run with the results `metrics`, by the names of the figures: from
     `training`, the columns of the learning curve, and of the walks in `pushes`, if there are any.
     """
-    tables: dict[str, Callable[[], str]] = {
-        "pressure": partial(_pressure, metrics),
-        "centre_of_mass": partial(_centre_of_mass, metrics),
-    }
+    tables = {"pressure": _pressure(metrics), "centre_of_mass": _centre_of_mass(metrics)}
     if metrics.push_recovery is not None:
-        tables["stability"] = partial(_stability, metrics.push_recovery)
+        tables["stability"] = _stability(metrics.push_recovery)
     if pushes is not None:
-        tables["push_velocity"] = partial(_push_velocity, pushes.traces)
-        tables["foot_placement"] = partial(_placed, pushes.placed)
+        tables["push_velocity"] = _push_velocity(pushes.traces)
+        tables["foot_placement"] = _placed(pushes.placed)
     if training is not None:
-        tables["learning"] = partial(table, training)
-    return Tables(tables)
+        tables["learning"] = table(training)
+    return tables
 
 
 def compared_name(metrics: Metrics) -> str:

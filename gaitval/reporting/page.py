@@ -26,6 +26,7 @@ from gaitval._internal.text.number_text import (
 )
 from gaitval.configuration import ReportSettings
 from gaitval.conventions import beside, convention_of
+from gaitval.metrics.verdicts import close_text, spread_text, target_text, value_text
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import FONT
 from gaitval.reporting.figure_data import write_tables
@@ -86,6 +87,11 @@ def _environment() -> jinja2.Environment:
         "unit_text": unit_text,
         "unit_sign": unit_sign,
         "count": lambda value: f"{round(value):,}",
+        "digits": lambda unit: 3 if unit == "Nm/kg" else 1,
+        "target": target_text,
+        "value_text": value_text,
+        "spread": spread_text,
+        "why_close": close_text,
     }
     return environment
 

@@ -1,7 +1,7 @@
 """What was predicted for a speed without a model: figure, table and numbers of a report."""
 
 from functools import partial
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -25,33 +25,45 @@ PANELS: Final = (
     *grids.FORCES,
 )
 
-PredictedRow = dict[str, object]
+
+class PredictedRow(NamedTuple):
+    """A group of curves: how far walk and prediction are from the record, if there is one, the mean
+    half width of the band, and the share of points of walk and record that it contains.
+    """
+
+    group: str
+    unit: str
+    prediction: float | None
+    walk: float | None
+    walk_from_prediction: float | None
+    half_width: float | None
+    record_inside: float | None
+    walk_inside: float | None
 
 
-def shown(metrics: Metrics) -> tuple[dict[str, object] | None, dict[str, Draw], Tables]:
-    """What the report shows of the predicted curves in `metrics`, its figure and the figure's
-    numbers, by name; None and none of a walk that is no prediction.
+def predicted_rows(metrics: Metrics) -> list[PredictedRow]:
+    """Of each group of the predicted curves in `metrics`; none of a walk that is no prediction."""
+    found = metrics.predicted
+    return [] if found is None else [_row(metrics, found, each) for each in group_curves(metrics)]
+
+
+def figure(metrics: Metrics) -> tuple[dict[str, Draw], Tables]:
+    """What draws the predicted curves in `metrics`, and their numbers, by name; none of a walk that
+    is no prediction.
     """
     found = metrics.predicted
     if found is None:
-        return None, {}, Tables({})
-    judged = metrics.is_recorded_at_all
-    rows = [[_panel(metrics, found, name) for name in row] for row in PANELS]
+        return {}, {}
     draw = partial(
         grids.grid,
-        rows,
+        [[_panel(metrics, found, name) for name in row] for row in PANELS],
         height=1.35,
         figure_name="prediction",
-        words=("record" if judged else "walk", "prediction"),
+        words=("record" if metrics.is_recorded_at_all else "walk", "prediction"),
         spread=_band_label(found),
         linked=False,
     )
-    context: dict[str, object] = {
-        "band": found.band,
-        "judged": judged,
-        "rows": [_row(metrics, found, group) for group in group_curves(metrics)],
-    }
-    return context, {"prediction": draw}, Tables({"prediction": partial(_numbers, found)})
+    return {"prediction": draw}, {"prediction": _numbers(found)}
 
 
 def _band_label(found: PredictedCurves) -> str:
@@ -82,9 +94,6 @@ def _beside(metrics: Metrics, name: str, key: str) -> Array | None:
 
 
 def _row(metrics: Metrics, found: PredictedCurves, group: str) -> PredictedRow:
-    """Of a group of curves: how far walk and prediction are from the record, if there is one, the
-    mean half width of the band, and the share of points of walk and record that it contains.
-    """
     kind, names, unit = group_curves(metrics)[group]
     predicted = {name: array(found.curves.of(kind)[name]) for name in names}
     recorded = {
@@ -101,17 +110,16 @@ def _row(metrics: Metrics, found: PredictedCurves, group: str) -> PredictedRow:
     if found.band is not None:
         widths = {name: array(found.band.half_width.of(kind)[name]) for name in names}
     shown_widths = [width[on(kind, predicted[name])] for name, width in widths.items()]
-    return {
-        "group": group,
-        "unit": unit,
-        "digits": 3 if unit == "Nm/kg" else 1,
-        "prediction": _rmse(predicted, recorded),
-        "walk": _rmse(walked, recorded),
-        "walk_from_prediction": _rmse(walked, predicted),
-        "half_width": float(np.mean(np.concatenate(shown_widths))) if shown_widths else None,
-        "record_inside": inside(kind, predicted, recorded, widths),
-        "walk_inside": inside(kind, predicted, walked, widths),
-    }
+    return PredictedRow(
+        group,
+        unit,
+        _rmse(predicted, recorded),
+        _rmse(walked, recorded),
+        _rmse(walked, predicted),
+        float(np.mean(np.concatenate(shown_widths))) if shown_widths else None,
+        inside(kind, predicted, recorded, widths),
+        inside(kind, predicted, walked, widths),
+    )
 
 
 def _rmse(one: dict[str, Array], other: dict[str, Array]) -> float | None:

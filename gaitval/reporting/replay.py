@@ -8,8 +8,7 @@ import base64
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +19,15 @@ from gaitval.coordinates import COORDINATES, SIDES, Side, split_side
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.metrics.cycles import FootEvents, foot_events, step_of
-from gaitval.metrics.identified_body import identified_model
 from gaitval.metrics.results import Method, Metrics
 from gaitval.metrics.typed import array
 from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.devices.drawn import drawn
+from gaitval.model.devices.drawn import shapes
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames
-from gaitval.model.urdf import read_urdf
 from gaitval.reference.motion import ReferenceMotion
+from gaitval.reporting.run_files import RunFiles
 from gaitval.reporting.stick_figures import RECORDED_POINTS, pose_strip, stick_figure
 from gaitval.simulation.rollout import Rollout
 
@@ -115,12 +113,12 @@ def _stance(on_ground: NDArray[np.bool_], rows: Index) -> Array:
     return np.asarray(percent[rows])
 
 
-def recorded_motion(metrics: Metrics, reference: Mapping[str, Array]) -> Array:
+def recorded_motion(metrics: Metrics, reference: ReferenceMotion) -> Array:
     """Positions (101, 31) over a right gait cycle with the recorded angles of `metrics`.
 
-    The path of the pelvis was not recorded. It is that of the `reference` (arrays of
-    `reference.npz`), which follows from the recorded forces: without steady travel, and forward and
-    sideways with mean zero. Trunk, arms and toes were not recorded either, and are the reference's.
+    The path of the pelvis was not recorded. It is that of the `reference`, which follows from the
+    recorded forces: without steady travel, and forward and sideways with mean zero. Trunk, arms and
+    toes were not recorded either, and are the reference's.
     """
     angles = metrics.record.curves.angles
     percent = np.linspace(0.0, 100.0, FRAMES)
@@ -133,8 +131,8 @@ def recorded_motion(metrics: Metrics, reference: Mapping[str, Array]) -> Array:
 
     positions = np.stack(
         [
-            np.interp(percent / 100.0, reference["phase"], values, period=1.0)
-            for values in reference["positions"].T
+            np.interp(percent / 100.0, reference.phase, values, period=1.0)
+            for values in reference.positions.T
         ],
         axis=-1,
     )
@@ -148,12 +146,12 @@ def recorded_motion(metrics: Metrics, reference: Mapping[str, Array]) -> Array:
     )
     rotation = pelvis_rotation(tilt, up, forward)
     positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
-    place = reference["positions"][:, 3:6].copy()
-    place[:, 0] -= reference["speed"] * reference["stride_time"] * reference["phase"]
+    place = reference.positions[:, 3:6].copy()
+    place[:, 0] -= reference.speed * reference.stride_time * reference.phase
     place[:, :2] -= place[:, :2].mean(axis=0)
     for axis in range(3):
         positions[:, 3 + axis] = np.interp(
-            percent / 100.0, reference["phase"], place[:, axis], period=1.0
+            percent / 100.0, reference.phase, place[:, axis], period=1.0
         )
     return positions
 
@@ -283,13 +281,15 @@ def _push_of(walk: ShownWalk) -> dict[str, float]:
     return {"force": math.hypot(ahead, left), "degrees": degrees}
 
 
-def scene(walk: ShownWalk, folder: Path, pushed: Sequence[ShownWalk] = ()) -> dict[str, object]:
+def scene(
+    walk: ShownWalk, devices: Sequence[Mapping[str, Any]], pushed: Sequence[ShownWalk] = ()
+) -> dict[str, object]:
     """What `replay.js` reads of `walk` and of the walks that were `pushed`, as JSON values: poses,
     forces and the place in the cycle. `replay_body.js` draws the body from its joints.
 
     Poses are those of the positions of `walk` in `gaitval.model.tree`; arrays are as in
     `ShownStrides` and `ShownWalk`, with the strides of the pushed walks behind those of the walk.
-    Devices are those of the run `folder` (`model.devices.drawn`).
+    `devices` are those of `model.devices.drawn`.
     """
     walks = [walk, *pushed]
     ends = np.cumsum([len(each.strides.seconds) for each in walks]).tolist()
@@ -308,7 +308,7 @@ def scene(walk: ShownWalk, folder: Path, pushed: Sequence[ShownWalk] = ()) -> di
             for first, end, each in zip(ends, ends[1:], pushed, strict=False)
         ],
         "arrow": ARROW,
-        "devices": drawn(folder),
+        "devices": devices,
         "body": _body(walk.body, joined("positions")),
         "recorded": {"known": walk.known, **_body(walk.recorded_body, walk.recorded)},
         **{name: _packed(joined(name), "float32") for name in _NUMBERS},
@@ -322,27 +322,24 @@ SCRIPTS: Final = ("vendor/three.min.js", "replay_body.js", "replay.js")
 """Scripts of the page, in the order in which they run."""
 
 
-def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
-    """What makes the replay ("scene"), and the strip of poses, of a run `folder` with its
-    `metrics`, for the template; None without a model or a reference motion. Without a whole
+class Picture(NamedTuple):
+    """The strip of poses as SVG, and what `replay.js` reads; None without a whole stride."""
+
+    strip: str
+    scene: dict[str, object] | None
+
+
+def walk_pictures(run: RunFiles) -> Picture | None:
+    """The walk of a `run` in pictures; None without a model or a reference motion. Without a whole
     simulated stride there is no replay, and the strip shows the record alone.
     """
-    if not (folder / "model.urdf").exists() or not (folder / "reference.npz").exists():
+    if (model := run.walk.found) is None or run.walk.reference is None:
         return None
-    model = read_urdf(folder / "model.urdf")
-    motion = ReferenceMotion.load(folder / "reference.npz")
-    names = ("phase", "positions", "stride_time", "speed")
-    reference = {name: np.asarray(getattr(motion, name)) for name in names}
-    path = folder / "rollouts" / f"{metrics.final}.npz"
-    if (found := folder / "identification.json").exists() and metrics.final == "identified":
-        model = identified_model(model, found)
-    recorded = recorded_motion(metrics, reference)
-    rollout = Rollout.load(path) if path.exists() else None
-    walk = None if rollout is None else shown_walk(model, rollout, metrics.method, recorded)
-    pushed = (
-        shown_walk(model, Rollout.load(each), metrics.method, recorded)
-        for each in sorted(path.parent.glob("pushed_*.npz"))
-    )
+    method = run.metrics.method
+    recorded = recorded_motion(run.metrics, run.walk.reference)
+    rollout = run.walk.rollout
+    walk = None if rollout is None else shown_walk(model, rollout, method, recorded)
+    pushed = (shown_walk(model, each, method, recorded) for each in run.walk.pushed)
     poses = list(STRIP)
     legs = stick_figure(model, (recorded if walk is None else walk.recorded)[poses])
     # the record knows nothing of trunk, arms and toes
@@ -351,7 +348,8 @@ def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
     }
     if walk is not None:
         sticks["simulation"] = stick_figure(walk.body, walk.positions[0, poses])
-    return {
-        "strip": pose_strip(sticks, np.array(STRIP)),
-        "scene": None if walk is None else scene(walk, folder, [w for w in pushed if w]),
-    }
+    devices = shapes(run.walk.model, run.walk.devices) if run.walk.model else []
+    return Picture(
+        pose_strip(sticks, np.array(STRIP)),
+        None if walk is None else scene(walk, devices, [w for w in pushed if w]),
+    )

@@ -1,55 +1,47 @@
-"""The report of a run folder: one template, as self-contained HTML and as PDF."""
+"""The report of a run folder: one page object, as self-contained HTML and as PDF."""
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 
-import gaitval
-from gaitval._internal.io import file_gate
-from gaitval._internal.io.artefacts import read_json
+from gaitval._internal.io.artefacts import write_text
 from gaitval.arrays import Array
-from gaitval.configuration import Configuration, load_configuration
-from gaitval.conventions import OWN
+from gaitval.configuration import RecordSettings
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ArtefactError
 from gaitval.gait.filters import FACTOR
-from gaitval.identification.body_report import Bar
-from gaitval.learning_control.walked import ACCURACY, PREDICTED, Accuracies, Walked
-from gaitval.metrics.curve_results import CURVE_UNITS, KINDS
+from gaitval.learning_control.walked import ACCURACY, PREDICTED, Walked
+from gaitval.metrics.curve_results import CURVE_UNITS, KINDS, PredictionResult
+from gaitval.metrics.gait_profile import is_control
 from gaitval.metrics.origin import not_recorded
 from gaitval.metrics.results import (
     METRICS,
     CorrectionResult,
     Determination,
     FoundParameters,
+    HeldOutError,
     Metrics,
     PushRecovery,
     StoredPushes,
-    read_metrics,
 )
-from gaitval.metrics.tolerances import Role, Verdict
+from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.verdicts import (
-    close_text,
+    LimitVerdict,
     limit_verdicts,
-    spread_text,
     target_text,
     unjudged_text,
-    value_text,
 )
-from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.prediction.slopes import is_changed
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
     balance_figure,
     body_bars,
     checklist,
-    credibility,
     curve_statistics,
     figure_data,
     figures,
@@ -57,17 +49,18 @@ from gaitval.reporting import (
     run_grids,
     tables,
 )
+from gaitval.reporting.checklist import ChecklistRow
+from gaitval.reporting.curve_statistics import Healthy
 from gaitval.reporting.facts import measured_force
-from gaitval.reporting.findings import findings
+from gaitval.reporting.figures import NAMES
 from gaitval.reporting.page import Draw, counted, write_page
-from gaitval.reporting.replay import SCRIPTS, walk_pictures
-from gaitval.reporting.sheet import sheet
+from gaitval.reporting.replay import SCRIPTS, Picture, walk_pictures
+from gaitval.reporting.run_files import RunFiles, read_run
+from gaitval.reporting.sheet import Sheet, sheet
 
-TEMPLATE = "report.html.j2"
+TEMPLATE: Final = "report.html.j2"
 DETAILS: Final = {"report-details": "details.html.j2"}
 """What stands behind the report: where its limits are from, how the walk was made, files."""
-FAILED_SHOWN = 6
-"""Number of failed targets that the tolerance table names; all are in the table of errors."""
 
 
 def within_text(row: Verdict, uncertainty: Mapping[str, float]) -> str:
@@ -80,97 +73,9 @@ def within_text(row: Verdict, uncertainty: Mapping[str, float]) -> str:
     return f" (within the record's own uncertainty, ± {half:.2g})" if within else ""
 
 
-def _failed_text(rows: Sequence[Verdict], uncertainty: Mapping[str, float]) -> str:
-    """The failed targets with their values; only the first ones if there are many."""
-    failed = [
-        f"{target_text(row.target)}: "
-        + ("not measured" if row.value is None else f"{row.value:.3g}")
-        + within_text(row, uncertainty)
-        for row in rows
-        if not row.passed and row.target != "walk"
-    ]
-    more = len(failed) - FAILED_SHOWN
-    return "; ".join(failed[:FAILED_SHOWN]) + (f"; and {more} more" if more > 0 else "")
-
-
-def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables._Row]:
-    """One entry per tolerance, failed first: how many targets pass, and the worst one."""
-    return [
-        {
-            **found.first.as_dict(),
-            "limit_text": found.limit_text(),
-            "goal_text": found.goal_text(),
-            "passed": found.passed,
-            "reached": all(row.reached for row in found.rows),
-            "count": len(found.rows),
-            "count_passed": len(found.rows) - len(found.failed),
-            "count_failed": len(found.failed),
-            "guess": found.guess,
-            "state": found.state,
-            "reason": found.reason_text(),
-            "worst": found.value_text(),
-            "worst_target": target_text(found.worst.target),
-            "repeats": spread_text(found.worst),
-            "close": [
-                {
-                    "target": target_text(row.target),
-                    "value": value_text(row),
-                    "repeats": spread_text(row),
-                    "why": close_text(row),
-                }
-                for row in found.close
-            ],
-            "failed": _failed_text(found.rows, subject.uncertainty),
-            "remedy": found.remedy,
-        }
-        for found in limit_verdicts(metrics, role)
-    ]
-
-
-def _correction(found: CorrectionResult | None, accuracies: Accuracies) -> tables._Row | None:
-    """What the correction of the reference changes, in degrees, and its effect; errors weigh by
-    `accuracies`.
-    """
-    if found is None:
-        return None
-    adjustment = Adjustment.from_dict(found.as_dict(), METRICS)
-    changes = np.rad2deg(adjustment.angles(np.linspace(0.0, 1.0, 101))[0])
-    rows: dict[str, list[dict[str, float]]] = {}
-    for index, joint in enumerate(JOINTS):
-        name = split_side(joint)[1].replace("_", " ")
-        largest = float(np.abs(changes[:, index]).max())
-        # the harmonic of order 0 is the mean change
-        mean = math.degrees(adjustment.harmonics[index, 0])
-        rows.setdefault(name, []).append({"mean": mean, "largest": largest})
-    groups = [
-        {
-            "name": kind,
-            "unit": CURVE_UNITS[kind],
-            "fitted": fitted,
-            "before": float(np.mean([row.before for row in group])),
-            "after": float(np.mean([row.after for row in group])),
-        }
-        for kind in KINDS
-        for fitted in (True, False)
-        if (group := [row for row in found.curves if (row.kind, row.fitted) == (kind, fitted)])
-    ]
-    return {
-        **dict(found),
-        "after": Walked(
-            np.empty(0), {(row.kind, row.curve): row.after for row in found.curves}, accuracies
-        ).error(),
-        "groups": groups,
-        "rows": [{"name": name, "sides": sides} for name, sides in rows.items()],
-    }
-
-
-_AXIS = 3.0
-"""Prior SDs that the drawing of a parameter reaches to on both sides."""
-
-
 def _place(z: float) -> float:
-    """Place on the axis of a parameter, %."""
-    return 50.0 * (1.0 + min(1.0, max(-1.0, z / _AXIS)))
+    """Place on the axis of a parameter, %, which reaches to three prior SDs on both sides."""
+    return 50.0 * (1.0 + min(1.0, max(-1.0, z / 3.0)))
 
 
 class ParameterRow(NamedTuple):
@@ -214,13 +119,13 @@ class ParameterRow(NamedTuple):
 
 def _parameters(
     found: FoundParameters | None, bars: Sequence[tuple[str, float, float]] = ()
-) -> list[ParameterRow] | None:
+) -> list[ParameterRow]:
     """Rows of mu and of combinations, by the posterior's means in `found`. `bars` are name, mean
     and SD about what was expected, in prior SDs, where a parameter was not expected to be as
     scaled.
     """
     if found is None:
-        return None
+        return []
     moved = {name: mean for name, mean, _ in bars}
 
     def expected(i: int) -> float:
@@ -274,76 +179,367 @@ def _correlated(found: FoundParameters | None) -> list[tuple[str, str, float]]:
     return sorted(pairs, key=lambda pair: -abs(pair[2]))[:6]
 
 
-def _csv(path: Path, columns: Sequence[str], stage: str) -> list[dict[str, str]] | None:
-    """Rows of a table of a `stage` with these `columns`, as text; None without such a file."""
-    if not path.exists():
-        return None
-    found = file_gate.csv_rows(path, ArtefactError)
-    rows = [{key: value or "" for key, value in row.items() if key} for _, row in found]
-    missing = [name for name in columns if rows and name not in rows[0]]
-    if missing:
-        raise ArtefactError(
-            f"{path}: the columns {', '.join(missing)} are missing. "
-            f"Delete it and run `gaitval {stage}` again."
-        )
-    return rows
+class PushCell(NamedTuple):
+    """Largest force survived in a direction, N, whether a push of the criterion ends in a fall, and
+    whether no larger one was tried.
+    """
+
+    force: float
+    fell: bool
+    ceiling: bool
 
 
-def _number_or_none(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
+class PushRow(NamedTuple):
+    """Pushes at a phase of the right cycle: how many of the criterion's were stood."""
+
+    phase: float
+    cells: Sequence[PushCell]
+    stood: int
+    tested: int
 
 
-def _scaling(path: Path) -> list[tables._Row] | None:
-    measured = ("right_m", "left_m", "length_m", "mass_kg", "factor")
-    rows = _csv(path, ("segment", *measured, "source"), "scale")
-    if rows is None:
-        return None
-    return [{**row, **{key: _number_or_none(row[key]) for key in measured}} for row in rows]
-
-
-def _training(path: Path) -> dict[str, Array] | None:
-    """Columns of the learning curve; None without the file or before its first row."""
-    rows = _csv(path, LEARNING_CURVES, "train")
-    if not rows:
-        return None
-    return {
-        name: np.array([_number_or_none(row[name]) for row in rows], dtype=float)
-        for name in LEARNING_CURVES
-    }
-
-
-def _pushes(path: Path) -> StoredPushes | None:
-    """What is kept of pushes; None if none were tested."""
-    if not path.exists():
-        return None
-    fix = "delete it and run `gaitval stage push SUBJECT` again"
-    return StoredPushes.read(read_json(path), str(path), file="push.json", fix=fix)
-
-
-def _push_rows(pushes: PushRecovery | None) -> list[tables._Row] | None:
-    """Rows of the table of pushes, one per phase."""
+def _push_rows(pushes: PushRecovery | None) -> list[PushRow]:
     if pushes is None:
-        return None
-    rows: list[tables._Row] = []
+        return []
+    rows = []
     for phase, largest, survived in zip(
         pushes.phases, pushes.largest, pushes.survived, strict=True
     ):
         stood = dict(zip(pushes.criterion_directions, survived, strict=True))
         cells = [
-            {
-                "force": force,
-                "fell": stood.get(direction) is False,
-                "ceiling": force >= pushes.ceiling,
-            }
+            PushCell(force, stood.get(direction) is False, force >= pushes.ceiling)
             for direction, force in zip(pushes.directions, largest, strict=True)
         ]
-        rows.append(
-            {"phase": phase, "cells": cells, "stood": sum(survived), "count": len(survived)}
-        )
+        rows.append(PushRow(phase, cells, sum(survived), len(survived)))
     return rows
+
+
+class CorrectedGroup(NamedTuple):
+    """Mean RMSE of a kind of curves from the target, without the correction and with it."""
+
+    name: str
+    unit: str
+    fitted: bool
+    before: float
+    after: float
+
+
+class CorrectedJoint(NamedTuple):
+    """Mean and largest change of a reference angle, of both sides or of the trunk, deg."""
+
+    name: str
+    sides: Sequence[tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What the correction of the reference changes, and its effect.
+
+    Attributes
+    ----------
+    after : error from the target over its accuracy, with the correction.
+    """
+
+    found: CorrectionResult
+    after: float
+    groups: Sequence[CorrectedGroup]
+    joints: Sequence[CorrectedJoint]
+
+
+def _correction(metrics: Metrics) -> Correction | None:
+    found = metrics.correction
+    if found is None:
+        return None
+    adjustment = Adjustment.from_dict(found.as_dict(), METRICS)
+    changes = np.rad2deg(adjustment.angles(np.linspace(0.0, 1.0, 101))[0])
+    joints: dict[str, list[tuple[float, float]]] = {}
+    for index, joint in enumerate(JOINTS):
+        name = split_side(joint)[1].replace("_", " ")
+        # the harmonic of order 0 is the mean change
+        mean = math.degrees(adjustment.harmonics[index, 0])
+        joints.setdefault(name, []).append((mean, float(np.abs(changes[:, index]).max())))
+    after = {(row.kind, row.curve): row.after for row in found.curves}
+    accuracies = PREDICTED if metrics.predicted else ACCURACY
+    return Correction(
+        found,
+        Walked(np.empty(0), after, accuracies).error(),
+        [
+            CorrectedGroup(
+                kind,
+                CURVE_UNITS[kind],
+                fitted,
+                float(np.mean([row.before for row in group])),
+                float(np.mean([row.after for row in group])),
+            )
+            for kind in KINDS
+            for fitted in (True, False)
+            if (group := [row for row in found.curves if (row.kind, row.fitted) == (kind, fitted)])
+        ],
+        [CorrectedJoint(name, sides) for name, sides in joints.items()],
+    )
+
+
+@dataclass(frozen=True)
+class Curves:
+    """The sections on curves and what follows from them.
+
+    Attributes
+    ----------
+    findings : what their headings say, by kind.
+    figures : tables of quantities, in two columns.
+    notes : what a reader of these must know.
+    as_measured : errors against a record whose plates are not corrected.
+    """
+
+    findings: Mapping[str, tables.CurveFinding | None]
+    errors: Sequence[tables.ErrorTable]
+    figures: Sequence[Sequence[tables.ShownFigures]]
+    notes: Sequence[str]
+    as_measured: Sequence[tables.MeasuredRow]
+    names: ClassVar = NAMES
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The sections on limits.
+
+    Attributes
+    ----------
+    acceptance, context : failed ones first.
+    unjudged : what was not recorded and so is not judged, in words.
+    held_out : errors of predictions of held-out trials, by group.
+    uncertainty : half widths of the record's bands of 90 %.
+    """
+
+    acceptance: Sequence[LimitVerdict]
+    context: Sequence[LimitVerdict]
+    unjudged: str
+    held_out: Mapping[str, HeldOutError]
+    uncertainty: Mapping[str, float]
+
+    def failed_text(self, limit: LimitVerdict) -> str:
+        """The first failed targets of a `limit` with their values; all are in the tables."""
+        failed = [
+            f"{target_text(row.target)}: "
+            + ("not measured" if row.value is None else f"{row.value:.3g}")
+            + within_text(row, self.uncertainty)
+            for row in limit.failed
+            if row.target != "walk"
+        ]
+        more = len(failed) - 6
+        return "; ".join(failed[:6]) + (f"; and {more} more" if more > 0 else "")
+
+
+@dataclass(frozen=True)
+class Body:
+    """The section on the body.
+
+    Attributes
+    ----------
+    said : what was learned, in sentences; empty where no study looked for it.
+    shared : whether the table is of the same posterior as the bars.
+    correlated : pairs of parameters that the record hardly distinguishes.
+    """
+
+    said: str
+    shared: bool
+    parameters: Sequence[ParameterRow]
+    correlated: Sequence[tuple[str, str, float]]
+
+
+@dataclass(frozen=True)
+class Pushes:
+    """The section on pushes; without rows if none were tested."""
+
+    rows: Sequence[PushRow]
+    kept_distance: Mapping[str, float] | None
+
+
+@dataclass(frozen=True)
+class ReportPage:
+    """Everything that the templates of a report show: a `run`, with a part for each section that is
+    made when it is read.
+    """
+
+    run: RunFiles
+
+    not_done: ClassVar = checklist.NOT_DONE
+    filter_factor: ClassVar = FACTOR
+
+    @property
+    def metrics(self) -> Metrics:
+        """Of the run."""
+        return self.run.metrics
+
+    @property
+    def subject(self) -> Subject:
+        """Whose run it is."""
+        return self.run.subject
+
+    @property
+    def ground(self) -> RecordSettings:
+        """What was walked on, and the load."""
+        return self.run.configuration.record
+
+    @property
+    def changed(self) -> bool:
+        """Whether the ground is not level or the person is laden."""
+        return is_changed(self.ground)
+
+    @property
+    def judged(self) -> bool:
+        """Whether anything was recorded of such a walk."""
+        return self.metrics.is_recorded_at_all
+
+    @property
+    def identified(self) -> bool:
+        """Whether the walk is of the body that was found."""
+        return self.metrics.final == "identified"
+
+    @property
+    def determined(self) -> bool:
+        """Whether the record determines any parameter of the body."""
+        found = self.metrics.identification
+        return found is not None and bool(found.determined)
+
+    @property
+    def guess(self) -> PredictionResult | None:
+        """The prediction without a model that skill is against."""
+        return next(iter(self.metrics.predictions), None)
+
+    @property
+    def contradictions(self) -> bool:
+        """Whether both moments and forces were recorded, so that they can contradict each other."""
+        return not {"moments", "forces"} & {name for name, *_ in not_recorded(self.metrics.origins)}
+
+    @property
+    def measured_force(self) -> float:
+        """Mean vertical force as the plates measured it, body weights."""
+        return measured_force(self.metrics.record)
+
+    @property
+    def goals_here(self) -> int:
+        """Goals of the second engine that this walk reaches."""
+        return tables.goals_here(self.metrics)
+
+    @property
+    def counted(self) -> Mapping[str, object]:
+        """How the angles of figures are counted."""
+        return counted(self.run.configuration.report.convention)
+
+    @cached_property
+    def sheet(self) -> Sheet:
+        """The first page."""
+        return sheet(self.metrics, self.subject)
+
+    @cached_property
+    def picture(self) -> Picture | None:
+        """The walk as replay and strip of poses."""
+        return walk_pictures(self.run)
+
+    @cached_property
+    def curves(self) -> Curves:
+        """Of angles, moments and forces, and what follows from them."""
+        return Curves(
+            tables.findings(self.metrics),
+            tables.error_tables(self.metrics),
+            tables.in_halves(tables.figure_tables(self.metrics)),
+            run_grids.notes(self.metrics),
+            tables.as_measured(self.metrics),
+        )
+
+    @cached_property
+    def predicted(self) -> Sequence[prediction_part.PredictedRow]:
+        """The predicted curves without a walk, by group."""
+        return prediction_part.predicted_rows(self.metrics)
+
+    @cached_property
+    def limits(self) -> Limits:
+        """Which limits the walk keeps."""
+        errors = self.metrics.prediction_errors
+        return Limits(
+            limit_verdicts(self.metrics, "acceptance"),
+            limit_verdicts(self.metrics, "context"),
+            unjudged_text(self.metrics.origins).strip(),
+            {row.group: row for row in errors.groups} if errors else {},
+            self.subject.uncertainty,
+        )
+
+    @cached_property
+    def known(self) -> tables.Known:
+        """What the model knew of the record."""
+        return tables.known_quantities(self.metrics)
+
+    @cached_property
+    def unseen(self) -> Sequence[tables.UnseenTrial]:
+        """Held-out trials at the same speed."""
+        return tables.unseen(self.metrics)
+
+    @cached_property
+    def healthy(self) -> Healthy | None:
+        """Walk and record beside healthy people; None with fewer than two gait cycles."""
+        found = self.metrics.curve_statistics
+        return None if found is None else Healthy(found, is_control(self.subject))
+
+    @cached_property
+    def body(self) -> Body:
+        """What was learned of the body."""
+        stored, found = self.run.stages.body, self.metrics.identification
+        shared = stored is not None and stored.method == "shared"
+        bars = stored.bars if stored and shared else ()
+        said = stored.said if stored else ""
+        return Body(said, shared, _parameters(found, bars), _correlated(found))
+
+    @cached_property
+    def pushes(self) -> Pushes:
+        """How the walker recovers."""
+        stored = self.run.stages.pushes
+        distance = balance_figure.kept_distance(stored.placed if stored else ())
+        return Pushes(_push_rows(self.metrics.push_recovery), distance)
+
+    @cached_property
+    def correction(self) -> Correction | None:
+        """Of the reference."""
+        return _correction(self.metrics)
+
+    @cached_property
+    def torque(self) -> Sequence[tables.TorqueRow]:
+        """Where the joint moments come from."""
+        return tables.torque_shares(self.metrics)
+
+    @cached_property
+    def engines(self) -> Sequence[tables.EngineRow]:
+        """Where the engines differ most."""
+        return tables.second_engine(self.metrics)
+
+    @cached_property
+    def checks(self) -> Sequence[ChecklistRow]:
+        """The checklist of credibility."""
+        return checklist.checklist(self.metrics, checklist.beside_metrics(self.run))
+
+    @cached_property
+    def drawings(self) -> Mapping[str, Draw]:
+        """What draws each figure."""
+        stages = self.run.stages
+        drawings = self._grids[0] | prediction_part.figure(self.metrics)[0]
+        if stages.body is not None:
+            drawings["body"] = partial(body_bars.draw, stages.body.bars)
+        return drawings | _drawings(self.metrics, stages.training, stages.pushes)
+
+    @cached_property
+    def data(self) -> Mapping[str, str]:
+        """The numbers behind the figures."""
+        stages = self.run.stages
+        numbers = figure_data.of_run(self.metrics, stages.training, stages.pushes)
+        return self._grids[1] | prediction_part.figure(self.metrics)[1] | numbers
+
+    @cached_property
+    def _grids(self) -> tuple[dict[str, Draw], figure_data.Tables]:
+        run = self.run
+        strides = run_grids.strides_of(run.walk, run.metrics, run.configuration)
+        return run_grids.figures(
+            run.metrics, run.subject, strides, run.configuration.report.convention
+        )
 
 
 def _drawings(
@@ -368,101 +564,6 @@ def _drawings(
     return drawings
 
 
-def _walked(folder: Path) -> Subject:
-    """The person, on the trial or at the speed that the walk is of."""
-    subject = load_subject(str(folder / "subject.toml"))
-    record = _configuration(folder).record
-    if record.holdout:
-        return subject.on_trial(record.holdout)
-    speed = record.speed or subject.walking_speed_m_s
-    return subject.model_copy(update={"walking_speed_m_s": speed})
-
-
-def _context(folder: Path, convention: str = OWN) -> dict[str, Any]:
-    """Everything that the template shows, read from the run folder, with the angles of figures
-    counted by a `convention`.
-    """
-    subject = _walked(folder)
-    metrics = read_metrics(folder / METRICS)
-    training = _training(folder / "policy" / "training.csv")
-    pushes = _pushes(folder / "push.json")
-    walk, whole = metrics.walk, metrics.curve_statistics
-    before = credibility.provenance_before(folder)
-    strides = run_grids.strides_of(folder, metrics)
-    drawn, data = run_grids.figures(metrics, subject, strides, convention)
-    predicted, of_prediction, numbers = prediction_part.shown(metrics)
-    drawn, data = drawn | of_prediction, data | numbers
-    body, bars = None, list[Bar]()
-    looked_for = "identification" in metrics.known["angles"]
-    if looked_for and (folder / body_bars.FILE).is_file():
-        body, bars, drawn["body"] = body_bars.shown(folder)
-    shared = body is not None and body["method"] == "shared"  # the table is of the bars' posterior
-    return {
-        "subject": subject,
-        "metrics": metrics,
-        "method": metrics.method,
-        "walk": walk,
-        "nominal": metrics.walks.nominal,
-        "identified": metrics.final == "identified",
-        "identification": metrics.identification,
-        "determined": bool(metrics.identification and metrics.identification.determined),
-        "findings": findings(metrics),
-        "filter_factor": FACTOR,
-        "acceptance": _tolerances(metrics, "acceptance", subject),
-        "context_tolerances": _tolerances(metrics, "context", subject),
-        "prediction": next(iter(metrics.predictions), None),
-        "torque_shares": tables.torque_shares(metrics.torque_shares),
-        "judged": metrics.is_recorded_at_all,
-        "ground": (ground := _configuration(folder).record),
-        "changed": is_changed(ground),
-        "unjudged": unjudged_text(metrics.origins).strip(),
-        "distances": tables.distances(metrics),
-        "predicted_curves": predicted,
-        "known": tables.known_quantities(metrics),
-        "unseen": tables.unseen(metrics),
-        "error_tables": tables.error_table(metrics),
-        "plates": metrics.record.plates,
-        "second_engine": tables.second_engine(metrics),
-        "as_measured": tables.as_measured(metrics),
-        "figure_halves": tables.in_halves(tables.figure_tables(metrics)),
-        "quantity_notes": run_grids.notes(metrics),
-        "body": body,
-        "shared": shared,
-        "parameters": _parameters(metrics.identification, bars if shared else ()),
-        "statistics": whole and curve_statistics.tables(whole, subject),
-        "correlated": _correlated(metrics.identification),
-        "correction": _correction(metrics.correction, PREDICTED if metrics.predicted else ACCURACY),
-        "spatiotemporal": walk.spatiotemporal,
-        "sheet": sheet(metrics, subject),
-        "scaling": _scaling(folder / "scaling.csv"),
-        "training": training,
-        "learned": metrics.training and metrics.training.in_words(),
-        "picture": walk_pictures(folder, metrics),
-        "provenance": before,
-        "dates": credibility.dates(before),
-        "hashes": credibility.hashes(folder),
-        "version": gaitval.__version__,
-        "checks": checklist.checklist(metrics, credibility.beside_metrics(folder, metrics)),
-        "not_done": checklist.NOT_DONE,
-        "pushes": metrics.push_recovery,
-        "push_rows": _push_rows(metrics.push_recovery),
-        "kept_distance": balance_figure.kept_distance(pushes.placed if pushes else ()),
-        "consistency": metrics.record.consistency,
-        "contradictions": not {"moments", "forces"}
-        & {name for name, *_ in not_recorded(metrics.origins)},
-        "measured_force": measured_force(metrics.record),
-        "curve_names": figures.NAMES,
-        "drawings": drawn | _drawings(metrics, training, pushes),
-        "data": data | figure_data.of_run(metrics, training, pushes),
-    }
-
-
-def _configuration(folder: Path, settings: Sequence[str] = ()) -> Configuration:
-    """Of the run, with what is asked for now."""
-    path = folder / "configuration.toml"
-    return load_configuration(path if path.exists() else None, settings=settings)
-
-
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     """Write `report.html` and `report.pdf` of a run `folder`, `report-details.html`, which stands
     behind them, and the checklist as CSV.
@@ -473,10 +574,15 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     if `metrics.json` is missing or an input is damaged, SubjectError if `subject.toml` cannot be
     used.
     """
-    looks = _configuration(folder, settings).report
-    context = _context(folder, looks.convention) | counted(looks.convention)
-    checklist.write_checklist(folder, context["checks"])
-    write_page(
-        folder, "report", TEMPLATE, context, looks,
-        scripts=SCRIPTS, beside=DETAILS,
-    )  # fmt: skip
+    page = ReportPage(read_run(folder, settings))
+    write_text(folder / "checklist.csv", checklist.as_csv(page.checks))
+    context = {
+        "page": page,
+        "picture": page.picture,
+        "method": page.metrics.method,
+        "drawings": page.drawings,
+        "data": page.data,
+        **page.counted,
+    }
+    looks = page.run.configuration.report
+    write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS, beside=DETAILS)

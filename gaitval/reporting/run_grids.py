@@ -1,6 +1,6 @@
 """The grids of a run: what was recorded, what walked, and what is normal at this speed and age."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, sample_deviation
-from gaitval.configuration import load_configuration
+from gaitval.configuration import Configuration
 from gaitval.conventions import OWN
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
@@ -22,7 +22,6 @@ from gaitval.metrics.results import Metrics
 from gaitval.metrics.typed import array
 from gaitval.metrics.walk_quantities import of_record, of_walk
 from gaitval.model.parameters import apply_parameters
-from gaitval.model.urdf import read_urdf
 from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION
 from gaitval.quantities.joint_power import BURSTS, burst_places
 from gaitval.quantities.joint_power import JOINTS as POWER_JOINTS
@@ -32,7 +31,7 @@ from gaitval.reporting.figure_data import Tables
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.muscle_figures import DrawnMuscles
 from gaitval.reporting.page import Draw
-from gaitval.simulation.rollout import Rollout
+from gaitval.reporting.run_files import WalkFiles, configuration_of, read_walk
 
 STRIDES: Final = 8
 """Drawn of each side: more are one grey area."""
@@ -42,15 +41,14 @@ NARROW_WIDTH: Final = 3.6
 """Inches: the smallest text, 7.5 points, is 9 pixels on a screen of 360."""
 
 
-def strides_of(folder: Path, metrics: Metrics) -> dict[str, Array]:
-    """The first strides of the walk in a run `folder`, (n, 101) by "kind/curve_r" in the units of
-    `metrics`; none without its rollout, or where it is too short.
+def strides_of(walk: WalkFiles, metrics: Metrics, configuration: Configuration) -> dict[str, Array]:
+    """The first strides of a `walk`, (n, 101) by "kind/curve_r" in the units of `metrics`; none
+    without its rollout, or where it is too short.
     """
-    path, settings = folder / "rollouts" / f"{metrics.final}.npz", folder / "configuration.toml"
-    if not path.exists() or not (folder / "model.urdf").exists():
+    if walk.model is None or walk.rollout is None:
         return {}
-    rollout, method = Rollout.load(path), metrics.method
-    cycles = find_cycles(rollout, load_configuration(settings if settings.exists() else None))
+    rollout, method = walk.rollout, metrics.method
+    cycles = find_cycles(rollout, configuration)
     few = cycles.first(min(STRIDES, method.cycles))
     if not all(few.count(side) for side in SIDES):
         return {}
@@ -68,7 +66,7 @@ def strides_of(folder: Path, metrics: Metrics) -> dict[str, Array]:
     hertz = method.filter_frequency_hz
     filters = method.record_low_pass or LowPass(hertz, hertz)
     curves = simulated_curves(rollout, few, mass=method.model_mass_kg, filters=filters)
-    body = apply_parameters(read_urdf(folder / "model.urdf"), rollout.mu)
+    body = apply_parameters(walk.model, rollout.mu)
     factors = {"angles": float(np.degrees(1.0)), "moments": 1.0, "forces": 100.0}
     found = {
         f"{kind}/{name}": factors[kind] * each
@@ -78,6 +76,11 @@ def strides_of(folder: Path, metrics: Metrics) -> dict[str, Array]:
     for name, each in foot_progression(rollout, few, body).items():
         found[f"angles/{name}"] = np.degrees(each)
     return found
+
+
+def strides_in(folder: Path, metrics: Metrics) -> dict[str, Array]:
+    """`strides_of` the walk in a run `folder`."""
+    return strides_of(read_walk(folder, metrics), metrics, configuration_of(folder))
 
 
 def figures(
@@ -123,15 +126,15 @@ def figures(
         for name, each in rows.items()
     }
     beside = figure_data.compared_name(metrics)
-    tables: dict[str, Callable[[], str]] = {
-        name: partial(grids.grid_table, each, beside)
+    tables = {
+        name: grids.grid_table(each, beside)
         for name, each in rows.items()
         if name not in ("curves", NARROW)
     }
     if (shown := walked_muscles(metrics)) is not None:
         draws |= {"activations": shown.activations, "contacts": shown.contacts}
-        tables |= {name: partial(shown.table, name) for name in ("activations", "contacts")}
-    return draws, Tables(tables)
+        tables |= shown.tables()
+    return draws, tables
 
 
 def notes(metrics: Metrics) -> list[str]:

@@ -7,8 +7,9 @@ several has all their places and how it was made; tests/reporting/test_sheet.py 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from gaitval._internal.text.number_text import number, rough, unit_text
 from gaitval.coordinates import SIDES, Side, split_side
@@ -89,8 +90,46 @@ def _count(value: int, how: str) -> Cell:
     return Cell(value, 0, f"{METRICS}#/tolerances", how)
 
 
-def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
-    """What the template of the sheet shows of a run of `subject` with the results `metrics`."""
+@dataclass(frozen=True)
+class Sheet:
+    """What the template of the sheet shows.
+
+    Attributes
+    ----------
+    counts : "all" and "failed" limits of each role.
+    accepted, judged : values of the walk.
+    repeats : "kept" of "repeats", of the weakest accepted value and of pushes.
+    failed, more : failed limits, and how many are not listed.
+    known, held_out : what the run knew of the record.
+    profile : None with fewer than two gait cycles.
+    people : behind the healthy columns.
+    push_off : of each ankle, "walk", "record" and how much "more" the walk does, %.
+    reasons : why curves may not simply be believed.
+    known_to : of the errors of groups of curves, by "record", "time_step", "second_engine".
+    guess : what the best guess "passes" of what is "judged".
+    """
+
+    counts: Mapping[str, Cell]
+    accepted: Cell
+    judged: Cell
+    repeats: Mapping[str, Cell]
+    failed: Sequence["FailedLimit"]
+    more: Cell
+    known: Sequence[str]
+    held_out: Sequence[str]
+    parameters: Sequence["SheetParameter"]
+    warnings: Sequence[SheetWarning]
+    profile: "Profile | None"
+    people: Mapping[str, Cell]
+    push_off: Mapping[Side, Mapping[str, Cell]]
+    lights: Mapping[str, Sequence["LightRow"]]
+    reasons: Sequence["Why"]
+    known_to: Mapping[str, Sequence[tuple[Cell, str]]]
+    guess: Mapping[str, Cell]
+
+
+def sheet(metrics: Metrics, subject: Subject) -> Sheet:
+    """The sheet of a run of `subject` with the results `metrics`."""
     failed = failed_limits(metrics)
     counts = {
         f"{which}_{role}": _count(
@@ -100,28 +139,28 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         for role in ("acceptance", "context")
         for which in ("all", "failed")
     }
-    return {
-        "counts": counts,
-        "accepted": _read(metrics, "/summary/accepted", digits=0),
-        "judged": _read(metrics, "/summary/accepted", "/summary/refused", digits=0, how="sum"),
-        "repeats": _repeats(metrics),
-        "failed": [_failed(metrics, each) for each in failed[:FAILED_SHOWN]],
-        "more": _count(max(0, len(failed) - FAILED_SHOWN), "unlisted limits"),
-        "known": ["speed", *(name for name, by in metrics.known.items() if by)],
-        "held_out": [name for name in metrics.recorded if not metrics.known[name]],
-        "parameters": _parameters(metrics, subject),
-        "warnings": list(_warnings(metrics, subject))[:WARNINGS],
-        "profile": _profile(metrics),
-        "people": _people(metrics, subject),
-        "push_off": _push_off(metrics),
-        "lights": _lights(metrics),
-        "reasons": _reasons(metrics),
-        "known_to": _known_to(metrics),
-        "guess": {
+    return Sheet(
+        counts=counts,
+        accepted=_read(metrics, "/summary/accepted", digits=0),
+        judged=_read(metrics, "/summary/accepted", "/summary/refused", digits=0, how="sum"),
+        repeats=_repeats(metrics),
+        failed=[_failed(metrics, each) for each in failed[:FAILED_SHOWN]],
+        more=_count(max(0, len(failed) - FAILED_SHOWN), "unlisted limits"),
+        known=["speed", *(name for name, by in metrics.known.items() if by)],
+        held_out=[name for name in metrics.recorded if not metrics.known[name]],
+        parameters=_parameters(metrics, subject),
+        warnings=list(_warnings(metrics, subject))[:WARNINGS],
+        profile=_profile(metrics),
+        people=_people(metrics, subject),
+        push_off=_push_off(metrics),
+        lights=_lights(metrics),
+        reasons=_reasons(metrics),
+        known_to=_known_to(metrics),
+        guess={
             name: _read(metrics, f"/summary/guess_{name}", digits=0)
             for name in ("passes", "judged")
         },
-    }
+    )
 
 
 def _repeats(metrics: Metrics) -> dict[str, Cell]:
@@ -145,9 +184,26 @@ def _repeats(metrics: Metrics) -> dict[str, Cell]:
     return found
 
 
-def _failed(metrics: Metrics, limit: LimitVerdict) -> dict[str, object]:
-    """A failed limit by its worst row: what that missed, the limit itself, the best guess of its
-    group on its side, or what the record is known to, with the value on its other side.
+class FailedLimit(NamedTuple):
+    """A failed limit by its worst row: what that `missed` if it is not the limit itself, `value`
+    and `limit` (`sign` before it), and how many rows `failed` of `all`.
+    """
+
+    role: str
+    title: str
+    value: Cell
+    limit: Cell
+    missed: str | None
+    sign: str
+    unit: str
+    failed: Cell
+    all: Cell
+    remedy: str
+
+
+def _failed(metrics: Metrics, limit: LimitVerdict) -> FailedLimit:
+    """A failed limit: the limit itself, the best guess of its group on its side, or what the record
+    is known to, with the value on its other side.
     """
     worst = limit.worst
     index = next(i for i, row in enumerate(metrics.tolerances) if row is worst)
@@ -157,18 +213,18 @@ def _failed(metrics: Metrics, limit: LimitVerdict) -> dict[str, object]:
         "guess": ("guess/walk", "guess/error"),
         "record": ("value", "known"),
     }[missed]
-    return {
-        "role": worst.role,
-        "title": worst.title,
-        "value": _beside(limit, _read(metrics, f"{place}/{value}", digits=-2)),
-        "limit": _read(metrics, f"{place}/{bound}", digits=-3 if missed == "limit" else -2),
-        "missed": None if missed == "limit" else missed,
-        "sign": "<" if missed == "guess" else limit.limit_text().split()[0],
-        "unit": unit_text(worst.unit).strip(),
-        "failed": _count(len(limit.failed), f"failed rows {worst.id}"),
-        "all": _count(len(limit.rows), f"all rows {worst.id}"),
-        "remedy": limit.remedy,
-    }
+    return FailedLimit(
+        role=worst.role,
+        title=worst.title,
+        value=_beside(limit, _read(metrics, f"{place}/{value}", digits=-2)),
+        limit=_read(metrics, f"{place}/{bound}", digits=-3 if missed == "limit" else -2),
+        missed=None if missed == "limit" else missed,
+        sign="<" if missed == "guess" else limit.limit_text().split()[0],
+        unit=unit_text(worst.unit).strip(),
+        failed=_count(len(limit.failed), f"failed rows {worst.id}"),
+        all=_count(len(limit.rows), f"all rows {worst.id}"),
+        remedy=limit.remedy,
+    )
 
 
 def _beside(limit: LimitVerdict, cell: Cell) -> Cell:
@@ -345,15 +401,39 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[SheetParameter]:
 _WHICH: Final = ("record", "walk")
 
 
-def _profile(metrics: Metrics) -> dict[str, object] | None:
-    """Movement Analysis Profile and Gait Profile Score by side, of record, walk and controls."""
+class ProfileRow(NamedTuple):
+    """The scores of a side of record or walk ("which"), the total last."""
+
+    side: Side
+    which: str
+    cells: Sequence[Cell]
+
+
+class Profile(NamedTuple):
+    """Movement Analysis Profile and Gait Profile Score.
+
+    Attributes
+    ----------
+    names : of the angles, and "total".
+    rows : of record and walk, by side.
+    healthy : mean and SD of controls.
+    scores : the totals, by "record", "walk" and "healthy".
+    """
+
+    names: Sequence[str]
+    rows: Sequence[ProfileRow]
+    healthy: Sequence[Sequence[Cell]]
+    scores: Mapping[str, Sequence[Cell]]
+
+
+def _profile(metrics: Metrics) -> Profile | None:
     if metrics.curve_statistics is None:
         return None
     from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 
     profiles, place = metrics.curve_statistics.profiles, "/curve_statistics/profiles"
     controls, names = load_controls(), profiles.variables
-    rows: list[dict[str, Any]] = []
+    rows = []
     for side in SIDES:
         for which in _WHICH:
             if which == "record" and profiles.record is None:
@@ -363,15 +443,15 @@ def _profile(metrics: Metrics) -> dict[str, object] | None:
                 for name in names
             ]
             total = _read(metrics, f"{place}/{which}/{side}", digits=1)
-            rows.append({"side": side, "which": which, "cells": [*cells, total]})
+            rows.append(ProfileRow(side, which, [*cells, total]))
     # of fewer angles than theirs a score says nothing beside theirs
     scored = controls.side if len(names) == len(PROFILE_ANGLES) else (None, None)
     both = [*((name, controls.scores[name]) for name in names), ("side", scored)]
     healthy = [[Cell(each[i], 1, f"controls#{n}/{i}") for n, each in both] for i in range(2)]
-    by_side = {which: [r["cells"][-1] for r in rows if r["which"] == which] for which in _WHICH}
+    by_side = {which: [r.cells[-1] for r in rows if r.which == which] for which in _WHICH}
     known = healthy[0][-1].value is not None
     scores = {**by_side, "healthy": [each[-1] for each in healthy] if known else []}
-    return {"names": [*names, "total"], "rows": rows, "healthy": healthy, "scores": scores}
+    return Profile([*names, "total"], rows, healthy, scores)
 
 
 def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:

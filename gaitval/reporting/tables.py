@@ -1,24 +1,22 @@
-"""Rows of the report's tables of curves, plates, power and parts of the moments."""
+"""Rows of the report's tables of curves, plates, engines and parts of the moments."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final, cast
+from typing import Final, NamedTuple
 
-from gaitval.coordinates import ACTUATED, SIDES, split_side
+from gaitval.coordinates import ACTUATED, SIDES, Side, split_side
 from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
-from gaitval.metrics.baselines import group_curves, group_rows, skill
+from gaitval.gait.record import Origin
+from gaitval.metrics.baselines import GroupRow, group_curves, group_rows, skill
 from gaitval.metrics.comparison import rmse_of
-from gaitval.metrics.curve_results import Kind
+from gaitval.metrics.curve_results import CurveError, Kind
 from gaitval.metrics.origin import curve_origin
-from gaitval.metrics.results import Metrics, TorqueShares
+from gaitval.metrics.results import Metrics, MomentShare
 from gaitval.metrics.verdict_rows import ENDURANCE
+from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_quantities import of_record, of_walk
 from gaitval.quantities import QUANTITIES, Found, Quantity
+from gaitval.quantities.quantity import Figures, FigureTable
 from gaitval.reporting.figures import NAMES
-
-_Row = dict[str, object]
-"""A row of a table, for the template."""
-
-Values = Mapping[str, float | None]
 
 CURVES: Final[tuple[tuple[Kind, tuple[str, ...], int], ...]] = (
     ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
@@ -28,68 +26,127 @@ CURVES: Final[tuple[tuple[Kind, tuple[str, ...], int], ...]] = (
 """Kind, names and digits of the curves, as they are listed."""
 
 
-def error_table(metrics: Metrics) -> list[_Row]:
-    """Rows of every curve and side in `metrics`: RMSE before and after identification and
-    correction, that of a prediction without a model, and the skill against it.
+class CurveFinding(NamedTuple):
+    """What a heading says of the recorded curves of a kind, both sides, in the unit of
+    `Metrics.units`.
+
+    Attributes
+    ----------
+    mean : of their RMSE.
+    worst, name, side : the largest RMSE, and the curve that has it.
     """
-    origins, nominal = metrics.origins, metrics.walks.nominal
-    tables: list[_Row] = []
-    for kind, names, digits in CURVES:
-        rows = []
-        for name in names:
-            for side in SIDES:
-                key = f"{name}_{side[0]}"
-                error = metrics.walk.errors.of(kind)[key]
-                guesses = [each.rmse.of(kind)[key] for each in metrics.predictions[:1]]
-                guess = guesses[0] if guesses else None
-                rows.append(
-                    {
-                        "name": NAMES[name],
-                        "side": side,
-                        "error": error,
-                        "before": nominal.errors.of(kind)[key],
-                        "guess": guess,
-                        "origin": curve_origin(kind, key, origins),
-                        "skill": skill(rmse_of(error), guess),
-                    }
-                )
-        tables.append(
-            {"kind": kind, "unit": metrics.units.of(kind), "digits": digits, "rows": rows}
+
+    mean: float
+    worst: float
+    name: str
+    side: Side
+
+
+def findings(metrics: Metrics) -> Mapping[str, CurveFinding | None]:
+    """By kind; None where nothing was recorded or nothing walked."""
+    found: dict[str, CurveFinding | None] = {}
+    for kind, names, _ in CURVES:
+        errors = [
+            (value, CURVE_NAMES.get(name, name), side)
+            for name in names
+            for side in SIDES
+            if curve_origin(kind, key := f"{name}_{side[0]}", metrics.origins) == "recorded"
+            and (value := rmse_of(metrics.walk.errors.of(kind)[key])) is not None
+        ]
+        mean = sum(value for value, *_ in errors) / max(1, len(errors))
+        found[kind] = CurveFinding(mean, *max(errors)) if errors else None
+    return found
+
+
+class ErrorRow(NamedTuple):
+    """A curve of a side: its error, that with the body as scaled, the RMSE of a prediction without
+    a model, and the skill against that.
+    """
+
+    name: str
+    side: Side
+    error: CurveError | None
+    before: CurveError | None
+    guess: float | None
+    origin: Origin
+    skill: float | None
+
+
+class ErrorTable(NamedTuple):
+    """The curves of a kind."""
+
+    kind: Kind
+    digits: int
+    rows: Sequence[ErrorRow]
+
+
+def error_tables(metrics: Metrics) -> list[ErrorTable]:
+    """Every curve and side in `metrics`."""
+
+    def row(kind: Kind, name: str, side: Side) -> ErrorRow:
+        key = f"{name}_{side[0]}"
+        error = metrics.walk.errors.of(kind)[key]
+        guess = next((each.rmse.of(kind)[key] for each in metrics.predictions), None)
+        return ErrorRow(
+            NAMES[name],
+            side,
+            error,
+            metrics.walks.nominal.errors.of(kind)[key],
+            guess,
+            curve_origin(kind, key, metrics.origins),
+            skill(rmse_of(error), guess),
         )
-    return tables
+
+    return [
+        ErrorTable(kind, digits, [row(kind, name, side) for name in names for side in SIDES])
+        for kind, names, digits in CURVES
+    ]
 
 
-def as_measured(metrics: Metrics) -> list[_Row] | None:
-    """Rows of the moments and forces in `metrics` whose recorded curve the correction of the plates
-    changes: RMSE against it, and against the record as measured.
+class MeasuredRow(NamedTuple):
+    """RMSE of a curve against the record with the plates corrected, and as measured."""
+
+    name: str
+    side: Side
+    unit: str
+    digits: int
+    corrected: float | None
+    measured: float | None
+
+
+def as_measured(metrics: Metrics) -> list[MeasuredRow]:
+    """The moments and forces in `metrics` whose recorded curve the correction of the plates
+    changes.
     """
     walk = metrics.walk
     if walk.errors_as_measured is None:
-        return None
+        return []
     measured = {**walk.errors_as_measured.moments, **walk.errors_as_measured.forces}
-    rows: list[_Row] = []
-    for kind, names, digits in CURVES[1:]:
-        for name in names:
-            for side in SIDES:
-                key = f"{name}_{side[0]}"
-                rows.append(
-                    {
-                        "name": NAMES[name],
-                        "unit": metrics.units.of(kind),
-                        "side": side,
-                        "digits": 3 if kind == "moments" else digits,
-                        "corrected": rmse_of(walk.errors.of(kind)[key]),
-                        "measured": measured[key],
-                    }
-                )
-    return rows
+    return [
+        MeasuredRow(
+            NAMES[name],
+            side,
+            metrics.units.of(kind),
+            3 if kind == "moments" else digits,
+            rmse_of(walk.errors.of(kind)[key]),
+            measured[key],
+        )
+        for kind, names, digits in CURVES[1:]
+        for name in names
+        for side in SIDES
+        for key in (f"{name}_{side[0]}",)
+    ]
 
 
-_HEAD: Final = 3
-"""Rows that the head of a table and the space below it are as high as."""
+class ShownFigures(NamedTuple):
+    """A table of figures of a quantity, and those of record and walk."""
+
+    table: FigureTable
+    recorded: Figures
+    walked: Figures
 
 
-def figure_tables(metrics: Metrics) -> list[_Row]:
+def figure_tables(metrics: Metrics) -> list[ShownFigures]:
     """The tables of figures of every quantity in `metrics`, of walk and record. Figures of a curve
     are found anew, because an older file may have defined them otherwise.
     """
@@ -102,165 +159,163 @@ def figure_tables(metrics: Metrics) -> list[_Row]:
     ]
 
 
-def in_halves(tables: Sequence[_Row]) -> tuple[Sequence[_Row], Sequence[_Row]]:
+def tables_of(
+    quantity: Quantity, recorded: Found | None, walked: Found | None
+) -> list[ShownFigures]:
+    """The tables of figures of a `quantity`, of what was `recorded` and `walked`."""
+    both = [{} if found is None else found.figures for found in (recorded, walked)]
+    return [ShownFigures(table, *both) for table in quantity.tables]
+
+
+def in_halves(
+    tables: Sequence[ShownFigures],
+) -> tuple[Sequence[ShownFigures], Sequence[ShownFigures]]:
     """`tables` for two columns of a page, in their order and as equally long as can be; the first
     is the longer one where they cannot.
     """
-    lengths = [_HEAD + len(cast("list[_Row]", each["rows"])) for each in tables]
+    lengths = [3 + len(each.table.rows) for each in tables]  # the head is as high as three rows
     at = min(range(len(tables) + 1), key=lambda k: (abs(sum(lengths[:k]) - sum(lengths[k:])), -k))
     return tables[:at], tables[at:]
 
 
-def tables_of(quantity: Quantity, recorded: Found | None, walked: Found | None) -> list[_Row]:
-    """The tables of figures of a `quantity`: title, unit, what stands for a missing figure, columns
-    (the sides, or the body), and rows by column of what was `recorded` and `walked`.
-    """
-    figures = [{} if found is None else found.figures for found in (recorded, walked)]
-    return [
-        {
-            "title": table.title,
-            "unit": table.unit,
-            "missing": table.missing,
-            "columns": table.columns,
-            "rows": [
-                {
-                    "name": label,
-                    "unit": table.unit,
-                    "digits": table.digits,
-                    "sides": {
-                        column: {
-                            "recorded": table.figure(figures[0], kind, name, column),
-                            "walked": table.figure(figures[1], kind, name, column),
-                        }
-                        for column in table.columns
-                    },
-                }
-                for label, kind, name in table.rows
-            ],
-        }
-        for table in quantity.tables
-    ]
+class TorqueRow(NamedTuple):
+    """The parts of the moment of a coordinate."""
+
+    name: str
+    side: str
+    parts: Mapping[str, MomentShare]
 
 
-def torque_shares(values: TorqueShares | None) -> list[_Row] | None:
-    """Rows of each coordinate and side with the parts of its moment in `values`."""
-    if values is None:
-        return None
+def torque_shares(metrics: Metrics) -> list[TorqueRow]:
+    """Each coordinate and side in `metrics`; none in older files."""
+    if metrics.torque_shares is None:
+        return []
     return [
-        {"name": name.replace("_", " "), "side": side, "parts": values[joint]}
+        TorqueRow(name.replace("_", " "), side, metrics.torque_shares[joint])
         for joint in ACTUATED
         for side, name in (split_side(joint),)
     ]
 
 
-def second_engine(metrics: Metrics) -> _Row | None:
-    """The second-engine check in `metrics`, with the largest difference of each kind."""
+class EngineRow(NamedTuple):
+    """The measure of a kind that differs most between the engines."""
+
+    name: str
+    target: str
+    here: float
+    there: float
+    unit: str
+    digits: int
+
+
+def second_engine(metrics: Metrics) -> list[EngineRow]:
+    """The largest difference in `metrics` of each kind of measures."""
     found = metrics.second_engine
-    if found is None:
-        return None
-    there = {(row.measure, row.target): row.value for row in found.measures}
-    rows: list[_Row] = []
+    there = (
+        {} if found is None else {(row.measure, row.target): row.value for row in found.measures}
+    )
+    rows = []
     for measure, name, unit, digits in (
         ("angle_rmse", "Angle", "deg", 2),
         ("moment_rmse", "Moment", "Nm/kg", 3),
         ("force_rmse", "Ground reaction", "% BW", 2),
     ):
-        both = {
-            row.target: (row.value, other)
+        both = [
+            (row.target, row.value, other)
             for row in metrics.measures
             if row.measure == measure
             and row.value is not None
-            and (other := there[measure, row.target]) is not None
-        }
-        if not both:
-            continue
-        worst = max(both, key=lambda target: abs(both[target][1] - both[target][0]))
-        side, curve = split_side(worst)
-        rows.append(
-            {
-                "name": name,
-                "target": f"{NAMES[curve]}, {side}",
-                "here": both[worst][0],
-                "there": both[worst][1],
-                "unit": unit,
-                "digits": digits,
-            }
-        )
-    counted = [
-        row.reached
+            and (other := there.get((measure, row.target))) is not None
+        ]
+        if both:
+            worst, here, away = max(both, key=lambda each: abs(each[2] - each[1]))
+            side, curve = split_side(worst)
+            rows.append(EngineRow(name, f"{NAMES[curve]}, {side}", here, away, unit, digits))
+    return rows
+
+
+def goals_here(metrics: Metrics) -> int:
+    """How many goals that the second engine is held against the walk in `metrics` reaches."""
+    found = metrics.second_engine
+    there = set() if found is None else {(row.measure, row.target) for row in found.measures}
+    return sum(
+        bool(row.reached)
         for row in metrics.tolerances
         if (row.measure, row.target) in there
         and row.measure not in ENDURANCE
         and row.role == "acceptance"
-        and row.reached is not None
-    ]
-    return {"found": found, "rows": rows, "here": sum(counted)}
+    )
 
 
-def distances(metrics: Metrics) -> _Row | None:
-    """The walk's distance in `metrics` from its prediction by groups of curves, beside the errors
-    of predictions of held-out trials; None where something was recorded.
+class Known(NamedTuple):
+    """What the model knew of the record, and errors beside those of predictions without a model.
+
+    Attributes
+    ----------
+    how : "fitted", "partly" fitted, or "predicted".
+    kinetics_recorded : whether moments and forces are those of a record, if there is one.
+    guesses : names of the predictions.
     """
-    if metrics.is_recorded_at_all:
-        return None
-    errors = metrics.prediction_errors
-    held_out = {row.group: row for row in errors.groups} if errors else {}
-    return {
-        "errors": errors,
-        "rows": [
-            {
-                "group": row.group,
-                "unit": row.unit,
-                "digits": 3 if row.unit == "Nm/kg" else 1,
-                "walked": row.walked,
-                "held_out": held_out.get(row.group),
-            }
-            for row in group_rows(metrics)
-        ],
-    }
+
+    how: str
+    kinetics_recorded: bool
+    guesses: Sequence[str]
+    rows: Sequence[GroupRow]
 
 
-def known_quantities(metrics: Metrics) -> _Row:
-    """What the model knew in `metrics`; errors beside those of predictions without a model."""
+def known_quantities(metrics: Metrics) -> Known:
+    """Of the record in `metrics`."""
     known = [name for name, read_by in metrics.known.items() if read_by]
-    rows = [
-        {**row._asdict(), "skills": row.skills(), "digits": 3 if row.unit == "Nm/kg" else 1}
-        for row in group_rows(metrics)
-    ]
-    return {
-        "how": "predicted" if not known else "fitted" if "forces" in known else "partly",
-        "kinetics_recorded": "forces" in metrics.recorded or not metrics.is_recorded_at_all,
-        "nowhere": not metrics.is_recorded_at_all,
-        "guesses": [prediction.name for prediction in metrics.predictions],
-        "rows": rows,
-    }
+    return Known(
+        "predicted" if not known else "fitted" if "forces" in known else "partly",
+        "forces" in metrics.recorded or not metrics.is_recorded_at_all,
+        [prediction.name for prediction in metrics.predictions],
+        group_rows(metrics),
+    )
 
 
-def unseen(metrics: Metrics) -> list[_Row]:
-    """Held-out trials at the same speed in `metrics`, by groups of curves."""
+class UnseenGroup(NamedTuple):
+    """Mean errors of a group of curves: of the walk from the known and the held-out trial, and of
+    the trials from each other, with their multiple correlation.
+    """
+
+    name: str
+    unit: str
+    known: float | None
+    held_out: float | None
+    between: float | None
+    correlation: float | None
+
+    @property
+    def ratio(self) -> float | None:
+        """Held-out over known."""
+        return self.held_out / self.known if self.known and self.held_out else None
+
+
+class UnseenTrial(NamedTuple):
+    """A held-out trial at the same speed, m/s."""
+
+    trial: str
+    speed: float
+    groups: Sequence[UnseenGroup]
+
+
+def unseen(metrics: Metrics) -> list[UnseenTrial]:
+    """Held-out trials in `metrics`, by groups of curves."""
     errors = metrics.walk.errors
-    tables: list[_Row] = []
+    tables = []
     for trial in metrics.unseen:
         groups = []
         for name, (kind, every, unit) in group_curves(metrics).items():
             between, rmse = trial.between.of(kind), trial.rmse.of(kind)
             curves = [curve for curve in every if between[curve] is not None] or every
-            own = [rmse_of(errors.of(kind)[curve]) for curve in curves]
-            known_mean, unknown_mean = _mean(own), _mean([rmse[curve] for curve in curves])
             alike = trial.multiple_correlation.of(kind)
-            groups.append(
-                {
-                    "name": name,
-                    "unit": unit,
-                    "digits": 3 if unit == "Nm/kg" else 1,
-                    "known": known_mean,
-                    "held_out": unknown_mean,
-                    "ratio": unknown_mean / known_mean if known_mean and unknown_mean else None,
-                    "between": _mean([between[curve] for curve in curves]),
-                    "correlation": _mean([alike[curve] for curve in curves]),
-                }
+            means = (
+                [rmse_of(errors.of(kind)[curve]) for curve in curves],
+                *([each[curve] for curve in curves] for each in (rmse, between, alike)),
             )
-        tables.append({"trial": trial.trial, "speed": trial.speed, "groups": groups})
+            groups.append(UnseenGroup(name, unit, *map(_mean, means)))
+        tables.append(UnseenTrial(trial.trial, trial.speed, groups))
     return tables
 
 

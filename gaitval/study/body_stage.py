@@ -6,7 +6,7 @@ It uses no policy and changes no walk.
 from typing import Final
 
 from gaitval._internal.io.artefacts import read_json, write_json
-from gaitval.reporting.body_bars import FILE
+from gaitval.reporting.run_files import BODY as FILE
 from gaitval.study.inputs import body_parameters
 from gaitval.study.stage import Run, Stage
 from gaitval.study.stage_versions import STAGE_VERSIONS

@@ -138,7 +138,9 @@ def save_identified_reference(run: Run, folder: Path) -> None:
     if np.array_equal(mu[2:], nominal_parameters()[2:]):  # as scaled, whose reference there is
         copy_file(run.folder / "reference.npz", folder / IDENTIFIED)
         return
-    model = identified_model(read_urdf(run.folder / "model.urdf"), folder / "identification.json")
+    model = identified_model(
+        read_urdf(run.folder / "model.urdf"), read_json(folder / "identification.json")
+    )
     scaled = ReferenceMotion.load(run.folder / "reference.npz")
     reference_of(run, apply_parameters(model, mu), scaled).save(folder / IDENTIFIED)
 

@@ -179,7 +179,7 @@ def identified_task(run: Run, mu: NDArray[np.float64], folder: str = ".") -> "Wa
 
     reference = ReferenceMotion.load(run.folder / folder / IDENTIFIED)
     task = walking_task(run)
-    model = identified_model(task.model, run.folder / folder / "identification.json")
+    model = identified_model(task.model, read_json(run.folder / folder / "identification.json"))
     return replace(task, model=model, reference=reference, reference_mu=mu)
 
 

@@ -106,7 +106,7 @@ class StoredPolicy(Displayed):
         """The same before mu, with legs that differ by what was found."""
         if self.predicted:
             return self.model
-        return identified_model(self.model, self.folder / "identification.json")
+        return identified_model(self.model, read_json(self.folder / "identification.json"))
 
     @property
     def predicted(self) -> bool:

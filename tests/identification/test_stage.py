@@ -17,8 +17,9 @@ from gaitval.identification.offsets import offset_of
 from gaitval.metrics.results import read_metrics
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.model.urdf import write_urdf
-from gaitval.reporting import body_bars
+from gaitval.reporting.body_bars import draw
 from gaitval.reporting.report import _parameters
+from gaitval.reporting.run_files import read_body
 from gaitval.study import body_stage
 
 STORED = Path(__file__).resolve().parents[2] / "reports" / "S05" / "baseline" / "metrics.json"
@@ -48,10 +49,10 @@ def run_in(folder, method):
 
 def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):
     folder, found = written
-    texts, shown, draw = body_bars.shown(folder)
-    assert texts == {"said": sentences(found, MODEL), "method": "rollouts"}
-    assert [name for name, *_ in shown] == [name for name, *_ in bars(found, MODEL)]
-    picture = draw()
+    body = read_body(folder)
+    assert body[:2] == (sentences(found, MODEL), "rollouts")
+    assert [name for name, *_ in body.bars] == [name for name, *_ in bars(found, MODEL)]
+    picture = draw(body.bars)
     for name, *_ in bars(found, MODEL):
         assert f">{name}<" in picture
 
@@ -63,25 +64,25 @@ def test_a_study_that_walks_with_this_posterior_says_what_it_identified(written,
     )  # is not asked again
     (folder / body_stage.FOUND).parent.mkdir(parents=True)
     write_json(folder / body_stage.FOUND, {WORDS: in_words(found, MODEL, "shared")})
-    before, *_ = body_bars.shown(folder)
+    before = read_body(folder).said
     used, nominal = folder / "identification.json", nominal_parameters().tolist()
     stored = read_json(STORED.parent / "identification.json")
     write_json(used, stored | {"identified": nominal, "nominal": nominal})
     body_stage.write(run_in(folder, "shared"))
     # no walk came nearer with the found body
-    assert body_bars.shown(folder)[0]["said"] == f"{before['said']} {AS_SCALED}"
+    assert read_body(folder).said == f"{before} {AS_SCALED}"
     another = (0.99 * nominal_parameters()).tolist()
     write_json(used, stored | {"identified": another, "nominal": nominal})
     body_stage.write(run_in(folder, "shared"))
-    texts, _, draw = body_bars.shown(folder)
+    body = read_body(folder)
     # and whose body the walker has, which is another's by another method
-    said = f"{before['said']} {walker_words(found=True, two_legs=False)}"
-    assert texts == {"said": said, "method": "shared"}
-    assert f">{bars(found, MODEL)[0][0]}<" in draw()
+    said = f"{before} {walker_words(found=True, two_legs=False)}"
+    assert body[:2] == (said, "shared")
+    assert f">{bars(found, MODEL)[0][0]}<" in draw(body.bars)
     write_json(used, stored | {"identified": another, "nominal": nominal, "left_leg": 0.01})
     body_stage.write(run_in(folder, "shared"))
-    said = f"{before['said']} {walker_words(found=True, two_legs=True)}"
-    assert body_bars.shown(folder)[0]["said"] == said
+    said = f"{before} {walker_words(found=True, two_legs=True)}"
+    assert read_body(folder).said == said
 
 
 def test_the_table_of_the_report_expects_what_the_posterior_began_with():
@@ -111,4 +112,4 @@ def test_a_damaged_file_is_said_to_be_one(written, text):
     with pytest.raises(
         ArtefactError, match=r"body\.json: (is not what a study writes|cannot be read as JSON)"
     ):
-        body_bars.shown(folder)
+        read_body(folder)

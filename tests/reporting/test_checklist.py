@@ -5,10 +5,15 @@ import io
 import json
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+from newton_walk import newton_walk
 
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.verdicts import limit_verdicts
-from gaitval.reporting.checklist import NOT_DONE, checklist, write_checklist
+from gaitval.reporting.checklist import NOT_DONE, as_csv, beside_metrics, checklist
+from gaitval.reporting.run_files import read_walk
 
 ROOT = Path(__file__).parents[2]
 STORED = ROOT / "reports" / "S05" / "baseline" / "metrics.json"
@@ -60,10 +65,22 @@ def test_what_a_run_lacks_is_not_done() -> None:
         assert found[item].value == NOT_DONE
 
 
-def test_the_table_has_the_same_rows(tmp_path: Path) -> None:
+def test_momentum_and_seed_are_read_beside_the_metrics(tmp_path: Path) -> None:
+    metrics = read_metrics(STORED)
+
+    def beside() -> dict[str, str]:
+        walk, origin = read_walk(tmp_path, metrics), SimpleNamespace(provenance={"seed": 7})
+        return beside_metrics(SimpleNamespace(metrics=metrics, walk=walk, origin=origin))
+
+    assert beside() == {"momentum": "", "seed": "7"}
+    newton_walk(np.zeros(3)).save(tmp_path / "rollouts" / f"{metrics.final}.npz")
+    # of another body: only that it is there
+    assert 0.0 < float(beside()["momentum"].split()[0]) < 100.0
+
+
+def test_the_table_has_the_same_rows() -> None:
     rows = checklist(read_metrics(STORED), BESIDE)
-    write_checklist(tmp_path, rows)
-    read = list(csv.reader(io.StringIO((tmp_path / "checklist.csv").read_text("utf-8"))))
+    read = list(csv.reader(io.StringIO(as_csv(rows))))
     # A spreadsheet would take "= 0 walks" for a formula.
     guarded = [tuple(f"'{c}" if c.startswith("=") else c for c in row) for row in rows]
     assert [tuple(row) for row in read[1:]] == guarded

@@ -9,9 +9,10 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.healthy_controls import load_controls
 from gaitval.metrics.curve_results import GaitProfiles
+from gaitval.metrics.gait_profile import is_control
 from gaitval.metrics.results import metrics_from
 from gaitval.metrics.validation import validate
-from gaitval.reporting.curve_statistics import profile, tables
+from gaitval.reporting.curve_statistics import Healthy, profile
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR
 from gaitval.reporting.report import _drawings
 
@@ -32,23 +33,23 @@ def read(values):
 
 
 def _tables(values):
-    return tables(read(values).curve_statistics, PERSON)
+    return Healthy(read(values).curve_statistics, is_control(PERSON))
 
 
 def test_rows_are_those_of_the_metrics(metrics):
     found = _tables(metrics)
     curves = metrics["curve_statistics"]["curves"]
-    assert len(found["curves"]) == sum(len(each) for each in curves.values()) / 2
-    row = next(row for row in found["curves"] if row["name"] == "Knee flexion moment")
-    for side, key in zip(row["sides"], ("knee_angle_r", "knee_angle_l"), strict=True):
+    assert len(found.curves) == sum(len(each) for each in curves.values()) / 2
+    row = next(row for row in found.curves if row.name == "Knee flexion moment")
+    for side, key in zip(row.sides, ("knee_angle_r", "knee_angle_l"), strict=True):
         stored = curves["moments"][key]
         assert side.multiple_correlation == stored["multiple_correlation"]
         points = sum(each["last"] - each["first"] + 1 for each in stored["regions"])
         assert side.share == pytest.approx(100.0 * points / 101.0)
-    assert [row["name"] for row in found["bands"]][0::3] == ["Hip flexion", "Hip flexion moment"]
-    assert [row["people"] for row in found["bands"]] == ["adults"] * 3 + ["children"] * 3
-    assert found["controls"] is load_controls()
-    assert found["is_control"]
+    assert [row.name for row in found.bands][0::3] == ["Hip flexion", "Hip flexion moment"]
+    assert [row.people for row in found.bands] == ["adults"] * 3 + ["children"] * 3
+    assert found.controls is load_controls()
+    assert found.is_control
 
 
 def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters(metrics):
@@ -59,14 +60,14 @@ def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters
     profiles["walk"] |= {"right": 5.1, "left": 7.0, "total": 6.1}
     profiles["walk"]["scores"]["hip_flexion_l"] = profiles["record"]["scores"]["hip_flexion_l"] + 9
     found = _tables(changed)
-    assert [(row.side, row.matters) for row in found["sides"]] == [
+    assert [(row.side, row.matters) for row in found.sides] == [
         ("left", True),
         ("right", False),
     ]
-    assert found["sides"][0].difference == pytest.approx(1.9)
-    assert (found["furthest"]["name"], found["furthest"]["side"]) == ("hip_flexion", "left")
+    assert found.sides[0].difference == pytest.approx(1.9)
+    assert (found.furthest.name, found.furthest.side) == ("hip_flexion", "left")
     profiles["walk"] |= {"left": 3.4}  # nearer to healthy people than the record is: different too
-    assert _tables(changed)["sides"][0].matters
+    assert _tables(changed).sides[0].matters
 
 
 def test_older_metrics_have_no_such_section(metrics):

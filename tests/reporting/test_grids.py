@@ -25,7 +25,7 @@ def run(tmp_path_factory: pytest.TempPathFactory):
     build_run(folder)
     metrics = read_metrics(folder / "metrics.json")
     subject = load_subject(str(folder / "subject.toml"))
-    return metrics, run_grids.figures(metrics, subject, run_grids.strides_of(folder, metrics))
+    return metrics, run_grids.figures(metrics, subject, run_grids.strides_in(folder, metrics))
 
 
 def test_every_panel_of_a_run_has_record_walk_norm_and_events(run) -> None:

@@ -10,8 +10,8 @@ from html_page import Page, both_pages, only_html, without_figures
 from report_run import build_run
 
 from gaitval._internal.io.artefacts import write_json
-from gaitval.reporting.credibility import FILES, dates, hashes
 from gaitval.reporting.report import write_report
+from gaitval.reporting.run_files import FILES, dates, hashes
 
 STAGES = {
     "scale": {"started": "2026-11-23T02:12:40+00:00", "finished": "2026-11-23T02:12:41+00:00"},

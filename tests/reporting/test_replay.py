@@ -4,6 +4,7 @@ import base64
 import hashlib
 import json
 import re
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -14,24 +15,26 @@ from report_run import build_run
 from scipy.spatial.transform import Rotation
 from synthetic_walk import MODEL, perfect_walk, synthetic_record
 
-from gaitval._internal.io.artefacts import read_arrays, read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS
+from gaitval.model.devices.device import load_devices, write_devices
+from gaitval.model.devices.drawn import DEVICES_FILE, drawn
 from gaitval.model.ground import Ground
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
+from gaitval.reference.motion import ReferenceMotion
 from gaitval.reporting import replay
 from gaitval.reporting.report import write_report
+from gaitval.reporting.run_files import read_run
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.skeleton import HumanSkeleton
-
-REFERENCE = ("phase", "positions", "stride_time", "speed")
 
 
 def shown(folder, rollout):
     """The walk beside the record of a run folder."""
     metrics = read_metrics(folder)
-    reference = read_arrays(folder / "reference.npz", REFERENCE)
+    reference = ReferenceMotion.load(folder / "reference.npz")
     recorded = replay.recorded_motion(metrics, reference)
     return replay.shown_walk(MODEL, rollout, metrics.method, recorded)
 
@@ -196,17 +199,17 @@ def test_the_walker_stays_on_the_spot(walk, rollout):
 
 def test_the_drawn_bodies_have_the_joints_of_the_models(scene, rollout):
     body = apply_parameters(MODEL, rollout.mu)
-    for drawn, model in ((scene["body"], body), (scene["recorded"], MODEL)):  # as scaled
-        assert drawn["segments"] == list(SEGMENTS)
+    for shape, model in ((scene["body"], body), (scene["recorded"], MODEL)):  # as scaled
+        assert shape["segments"] == list(SEGMENTS)
         for name in SEGMENTS:
-            np.testing.assert_allclose(drawn["joints"][name], model[name].joint_position)
-        assert drawn["mass"] == pytest.approx(model.mass)
-        assert len(drawn["spheres"]) == 12
+            np.testing.assert_allclose(shape["joints"][name], model[name].joint_position)
+        assert shape["mass"] == pytest.approx(model.mass)
+        assert len(shape["spheres"]) == 12
     assert not np.allclose(body["shank_l"].joint_position, MODEL["shank_l"].joint_position)
 
 
 def test_what_was_not_recorded_is_the_references(folder, walk):
-    reference = read_arrays(folder / "reference.npz", REFERENCE)
+    reference = ReferenceMotion.load(folder / "reference.npz")
     for name in ("lumbar_bending", "elbow_flex_l", "mtp_angle_r"):
         column = COORDINATES.index(name)
         at = np.linspace(0.0, 1.0, 101)
@@ -225,7 +228,7 @@ def test_a_push_is_replayed_behind_the_walk_with_the_stride_before(folder, rollo
     pushed = shown(folder, replace(rollout, root_force=force))
     earlier = len(pushed.strides.seconds) - len(whole.strides.seconds)
     assert earlier >= 0
-    found = replay.scene(whole, folder, [pushed])
+    found = replay.scene(whole, [], [pushed])
     count = len(whole.strides.seconds)
     (push,) = found["pushes"]
     assert (push["first"], push["end"]) == (count, count + len(pushed.strides.seconds))
@@ -238,10 +241,11 @@ def test_a_push_is_replayed_behind_the_walk_with_the_stride_before(folder, rollo
     assert unpacked(found["body"]["origin"]).shape[0] == push["end"]
 
 
-def test_a_device_is_drawn_beside_the_body(folder, walk, monkeypatch):
-    shape = {"segment": "shank_r", "kind": "box", "position": [0, 0, -0.2], "size": [0.1] * 3}
-    monkeypatch.setattr(replay, "drawn", lambda run: [shape])
-    assert replay.scene(walk, folder)["devices"] == [shape]
+def test_a_device_of_the_run_is_drawn_beside_the_body(folder, walk, tmp_path):
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    write_devices(tmp_path / DEVICES_FILE, load_devices("hip_exo"))
+    found = replay.walk_pictures(read_run(tmp_path)).scene["devices"]
+    assert found == drawn(tmp_path) != []
 
 
 def test_without_a_whole_stride_there_is_nothing_to_replay(folder):
@@ -286,10 +290,10 @@ def test_the_bundle_of_three_js_is_the_recorded_one_with_its_licence(tmp_path, m
 def test_on_a_slope_the_scene_is_turned_into_the_room(folder, walk):
     """The rotation takes the ground's normal to where it points in a room whose z is up; level
     ground says nothing of it."""
-    assert "room" not in replay.scene(walk, folder)["body"]
+    assert "room" not in replay.scene(walk, [])["body"]
     ground = Ground(10.0, 5.0)
     there = replace(walk, body=replace(walk.body, ground=ground))
-    turn = Rotation.from_quat(replay.scene(there, folder)["body"]["room"]).as_matrix()
+    turn = Rotation.from_quat(replay.scene(there, [])["body"]["room"]).as_matrix()
     np.testing.assert_allclose(turn @ ground.up, [0.0, 0.0, 1.0], atol=1e-12)
     ahead = turn @ [1.0, 0.0, 0.0]
     assert ahead[2] / ahead[0] == pytest.approx(0.1)  # it rises ahead

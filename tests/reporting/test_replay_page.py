@@ -15,10 +15,11 @@ from PIL import Image
 from report_run import build_run
 from synthetic_walk import MODEL
 
-from gaitval._internal.io.artefacts import read_arrays, read_json
+from gaitval._internal.io.artefacts import read_json
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
+from gaitval.reference.motion import ReferenceMotion
 from gaitval.reporting import replay
 from gaitval.reporting.report import write_report
 from gaitval.simulation.rollout import Rollout
@@ -190,9 +191,8 @@ def test_right_and_left_and_forward_are_where_a_viewer_expects_them(still):
 
 def test_joints_are_drawn_where_the_model_has_them(still, folder):
     rollout = Rollout.load(folder / "rollouts" / "identified.npz")
-    names = ("phase", "positions", "stride_time", "speed")
     metrics = read_metrics(folder)
-    recorded = replay.recorded_motion(metrics, read_arrays(folder / "reference.npz", names))
+    recorded = replay.recorded_motion(metrics, ReferenceMotion.load(folder / "reference.npz"))
     walk = replay.shown_walk(MODEL, rollout, metrics.method, recorded)
     for stride, percent in ((0, 0), (2, 43), (5, 100)):
         still.go(stride, percent)

@@ -259,29 +259,28 @@ def test_a_person_among_the_controls_is_named_so_and_the_worse_side_comes_first(
     assert "Moments: typically developing children at free speed" in text
 
 
-def rows_of_figures(metrics):
-    found = tables.figure_tables(metrics_from(metrics, "here"))
-    return [row for table in found for row in table["rows"]]
+def walked_figures(metrics):
+    """By label and side."""
+    return {
+        (label, side): shown.table.figure(shown.walked, kind, name, side)
+        for shown in tables.figure_tables(metrics_from(metrics, "here"))
+        for label, kind, name in shown.table.rows
+        for side in shown.table.columns
+    }
 
 
 def test_bursts_that_a_curve_lacks_are_not_found(page, metrics):
     """Also where a stored file has a number from the edge of the part."""
-    rows = rows_of_figures(metrics)
-    power = metrics["walks"]["identified"]["joint_power"]
-    shown = {row["name"]: row["sides"] for row in rows if f"{row['name']}_r" in power["bursts"]}
-    for name, sides in shown.items():
-        for side, values in sides.items():
-            assert values["walked"] == power["bursts"][f"{name}_{side[0]}"]
+    found, bursts = walked_figures(metrics), metrics["walks"]["identified"]["joint_power"]["bursts"]
+    assert {key: found[key] for key in found if f"{key[0]}_{key[1][0]}" in bursts} == {
+        (key[:-2], {"r": "right", "l": "left"}[key[-1]]): value for key, value in bursts.items()
+    }
     flat = copy.deepcopy(metrics)
     flat["walks"]["identified"]["joint_power"]["power"]["knee_angle_r"] = [
         float(each) for each in range(101)
     ]
-    lacking = {
-        row["name"]: row["sides"]["right"]["walked"]
-        for row in rows_of_figures(flat)
-        if row["name"] in shown
-    }
-    assert [lacking[name] for name in ("K1", "K2", "K3", "K4")] == [None] * 4
+    lacking = walked_figures(flat)
+    assert [lacking[name, "right"] for name in ("K1", "K2", "K3", "K4")] == [None] * 4
 
 
 def test_the_record_has_no_band(metrics):

@@ -17,7 +17,7 @@ from gaitval.reporting.run_grids import (
     _walked,
     figures,
     notes,
-    strides_of,
+    strides_in,
     walked_muscles,
 )
 
@@ -44,7 +44,7 @@ def walked(tmp_path_factory):
 
 def test_without_plates_every_figure_is_there(run):
     folder, subject, metrics = run
-    draws, tables = figures(metrics, subject, strides_of(folder, metrics))
+    draws, tables = figures(metrics, subject, strides_in(folder, metrics))
     muscles = {"activations", "contacts"}
     assert draws.keys() == {"curves", NARROW, "kinematics", "kinetics", "forces"} | muscles
     assert "<svg" in draws["kinematics"]()
@@ -82,7 +82,7 @@ def test_curves_are_those_of_the_metrics_of_their_own_side(walked, name):
 def test_strides_are_in_the_unit_of_their_mean(walked):
     """Degrees, Nm/kg and % of body weight; those of a walk without noise are their mean."""
     folder, _, metrics = walked
-    strides = strides_of(folder, metrics)
+    strides = strides_in(folder, metrics)
     checked = dict.fromkeys(KINDS, 0)
     for kind in KINDS:
         for key, found in metrics.walk.curves.of(kind).items():
@@ -106,7 +106,7 @@ def test_without_plates_angles_that_are_not_compared_are_shown_as_they_came(run)
 
 def test_where_nothing_was_recorded_the_curve_beside_is_the_prediction(run, monkeypatch):
     folder, subject, metrics = run
-    strides = strides_of(folder, metrics)
+    strides = strides_in(folder, metrics)
 
     def texts(name):
         return figures(metrics, subject, strides)[0][name]() + centre_of_mass(metrics)

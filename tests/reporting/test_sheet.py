@@ -342,7 +342,7 @@ def _sizes(page):
 def test_the_gravest_doubts_come_first_and_three_at_most(folder: Path) -> None:
     found = read_metrics(folder / "metrics.json")
     subject = load_subject(str(folder / "subject.toml"))
-    kinds = [each.kind for each in sheet(found, subject)["warnings"]]
+    kinds = [each.kind for each in sheet(found, subject).warnings]
     assert len(kinds) == WARNINGS
     assert kinds[0] == "narrow"
 
@@ -354,8 +354,8 @@ def test_a_run_without_much_has_a_sheet_all_the_same(tmp_path: Path) -> None:
     metrics |= {"second_engine": None, "predictions": []}
     write_json(tmp_path / "metrics.json", metrics)
     found = sheet(read_metrics(tmp_path / "metrics.json"), load_subject("S05"))
-    assert found["profile"] is None
-    assert set(found["lights"]) == {"angles", "moments", "forces"}
+    assert found.profile is None
+    assert set(found.lights) == {"angles", "moments", "forces"}
 
 
 @pytest.mark.parametrize("left_out", [(), ("foot_progression",)])
@@ -367,9 +367,9 @@ def test_a_score_of_fewer_angles_is_not_beside_the_healthy_score_of_nine(
     profiles["variables"] = [name for name in PROFILE_ANGLES if name not in left_out]
     for score in (profiles["record"], profiles["walk"]):
         score["scores"] |= {f"{name}_{side}": 5.0 for name in PROFILE_ANGLES for side in "rl"}
-    found = sheet(metrics_from(metrics, "here"), load_subject("S05"))["profile"]
-    means = [cell.value for cell in found["healthy"][0]]
-    assert len(means) == len(found["names"]) == 10 - len(left_out)
+    found = sheet(metrics_from(metrics, "here"), load_subject("S05")).profile
+    means = [cell.value for cell in found.healthy[0]]
+    assert len(means) == len(found.names) == 10 - len(left_out)
     assert (means[-1] is None) == bool(left_out)
     assert None not in means[:-1]
 
@@ -380,5 +380,5 @@ def test_an_import_knows_how_much_its_strides_differ(folder: Path) -> None:
     metrics = metrics.model_copy(update={"known": messages, "measures": [], "tolerances": []})
     subject = load_subject("S05")
     imported = subject.model_copy(update={"uncertainty": {"knee_angle_r": 0.02}})
-    texts = [[each.kind for each in sheet(metrics, s)["warnings"]] for s in (subject, imported)]
+    texts = [[each.kind for each in sheet(metrics, s).warnings] for s in (subject, imported)]
     assert ["one cycle" in kinds for kinds in texts] == [True, False]

@@ -19,7 +19,7 @@ from gaitval.measurement.bands import LASTING
 from gaitval.metrics.curve_results import KINDS
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.typed import array
-from gaitval.reporting.run_grids import strides_of
+from gaitval.reporting.run_grids import strides_in
 from gaitval.study.inputs import METRICS
 
 VisitSource = Literal["import", "record", "walk"]
@@ -264,7 +264,7 @@ def _of_study(folder: Path, *, walk: bool) -> Visit:
             for name, curve in metrics.walk.curves.of(kind).items():
                 if curve.mean is not None:
                     curves[f"{kind}/{name}"] = array(curve.mean)
-        cycles = strides_of(folder, metrics)
+        cycles = strides_in(folder, metrics)
     else:
         for kind in KINDS:
             for name, values in metrics.record.curves.of(kind).items():

@@ -12,6 +12,7 @@ from gaitval.apps.devices.study import DeviceOutcome, Wearer
 from gaitval.constants import GRAVITY
 from gaitval.metrics.results import Method
 from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.devices.drawn import drawn
 from gaitval.reporting.replay import FRAMES, scene, shown_walk
 from gaitval.simulation.rollout import Rollout
 
@@ -52,5 +53,5 @@ def replayed(
         found = None if beside is None else walk(outcome, beside)
         if found is not None:
             found = replace(found, recorded_body=found.body, known=SEGMENTS)
-            return {"scene": scene(found, folder), "assumption": outcome.assumption}
+            return {"scene": scene(found, drawn(folder)), "assumption": outcome.assumption}
     return None
