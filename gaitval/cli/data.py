@@ -4,15 +4,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import (
-    BarColumn,
-    DownloadColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeRemainingColumn,
-    TransferSpeedColumn,
-)
 from rich.text import Text
 
 from gaitval.terminal import display
@@ -68,41 +59,10 @@ def data_fetch(
     """Download a data set."""
     from gaitval.datasets.archive import fetch
 
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        DownloadColumn(),
-        TransferSpeedColumn(),
-        TimeRemainingColumn(),
-        console=display.messages,
-    ) as shown:
-        files = fetch(name, folder, bar=lambda file: _FileProgress(shown, file))
+    with display.messages.status(f"Downloading {name}, verifying and unpacking it"):
+        files = fetch(name, folder)
     for file in files:
         display.output.print(f"{file}: here, and its hash is the published one", soft_wrap=True)
-
-
-class _FileProgress:
-    """The progress of one file, as pooch tells it, in the bars that are `shown`."""
-
-    total = 0.0
-
-    def __init__(self, shown: Progress, file: str) -> None:
-        self._shown, self._file = shown, file
-        self._task: TaskID | None = None
-
-    def update(self, count: int) -> None:
-        """`count` more bytes have arrived."""
-        if self._task is None:
-            self._task = self._shown.add_task(self._file, total=self.total)
-        self._shown.advance(self._task, count)
-
-    def reset(self) -> None:
-        """No byte has arrived."""
-        if self._task is not None:
-            self._shown.reset(self._task)
-
-    def close(self) -> None:
-        """All have."""
 
 
 @data_app.command(

@@ -7,11 +7,10 @@ import shutil
 import tempfile
 import tomllib
 import zipfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path, PurePosixPath
-from typing import Final, Protocol
+from typing import Final
 
 import pooch
 import requests
@@ -22,23 +21,6 @@ ATTEMPTS_MORE: Final = 3
 """After a download that failed, or whose hash is another one."""
 TIMEOUT: Final = 60.0
 """s, for a connection and for the next bytes on it."""
-CHUNK: Final = 1 << 16
-"""Bytes between two steps of the progress bar."""
-
-
-class ProgressBar(Protocol):
-    """What pooch tells of the download of one file."""
-
-    total: float
-
-    def update(self, count: int, /) -> None:
-        """`count` more bytes have arrived."""
-
-    def reset(self) -> None:
-        """No byte has arrived."""
-
-    def close(self) -> None:
-        """All have."""
 
 
 @dataclass(frozen=True)
@@ -88,12 +70,10 @@ def missing(dataset: Dataset, folder: Path) -> list[str]:
     ]
 
 
-def fetch(
-    name: str, folder: Path | None = None, *, bar: Callable[[str], ProgressBar] | None = None
-) -> list[Path]:
+def fetch(name: str, folder: Path | None = None) -> list[Path]:
     """Download, verify and unpack the data set `name` of the registry into `folder`/`name`, where
-    `folder` is that of all data sets; what is already here is kept. `bar` makes the progress bar of
-    each file. A file that was put into the folder by hand is verified like a download.
+    `folder` is that of all data sets; what is already here is kept. A file that was put
+    into the folder by hand is verified like a download.
 
     Returns the files. Raises ArchiveError: unknown name; the DOI or a file cannot be reached; a
     file has another hash than published; an archive has members outside its folder; the folder
@@ -102,12 +82,10 @@ def fetch(
     known = registry()
     if name not in known:
         raise ArchiveError(f"{name}: no such data set. Available are: {', '.join(known)}.")
-    return fetch_dataset(known[name], folder or default_folder(), bar=bar)
+    return fetch_dataset(known[name], folder or default_folder())
 
 
-def fetch_dataset(
-    dataset: Dataset, folder: Path, *, bar: Callable[[str], ProgressBar] | None = None
-) -> list[Path]:
+def fetch_dataset(dataset: Dataset, folder: Path) -> list[Path]:
     """`fetch` for a `dataset` that need not be in the registry."""
     home = Path(folder) / dataset.name
     by_hand = (
@@ -117,7 +95,7 @@ def fetch_dataset(
     pooch.get_logger().setLevel("WARNING")
     try:
         home.mkdir(parents=True, exist_ok=True)
-        return [_fetch_file(dataset, name, home, bar) for name in dataset.hashes]
+        return [_fetch_file(dataset, name, home) for name in dataset.hashes]
     except requests.RequestException as error:
         raise ArchiveError(f"doi:{dataset.doi}: cannot be had ({error}). {by_hand}") from None
     except OSError as error:
@@ -129,17 +107,13 @@ def fetch_dataset(
         raise ArchiveError(f"doi:{dataset.doi}: not as published: {error} {by_hand}") from None
 
 
-def _fetch_file(
-    dataset: Dataset, name: str, home: Path, bar: Callable[[str], ProgressBar] | None
-) -> Path:
+def _fetch_file(dataset: Dataset, name: str, home: Path) -> Path:
     store = pooch.create(home, f"doi:{dataset.doi}/", retry_if_failed=ATTEMPTS_MORE)
     if (md5 := dataset.hashes[name]) is None:
         store.load_registry_from_doi()
     else:
         store.registry[name] = f"md5:{md5}"
-    download = pooch.DOIDownloader(
-        progressbar=bar(name) if bar else False, chunk_size=CHUNK, timeout=TIMEOUT
-    )
+    download = pooch.DOIDownloader(timeout=TIMEOUT)
     unpack = _unpack if _contents(home / name) != home / name else None
     store.fetch(name, processor=unpack, downloader=download)
     return home / name

@@ -1,6 +1,26 @@
-// A button beside each table copies it as text with tabs, which spreadsheets read. Without this
-// script the page lacks nothing else.
+// A list of the headings, closed at first, so that it does not push the result down; a short page
+// needs none. A heading keeps its own identifier, to which others may link.
 "use strict";
+const headings = document.querySelectorAll("h2");
+const contents = document.querySelector("nav.contents");
+if (contents !== null && headings.length >= 4) {
+  const details = document.createElement("details");
+  const list = document.createElement("ol");
+  details.append(Object.assign(document.createElement("summary"), { textContent: "Contents" }), list);
+  headings.forEach((heading, number) => {
+    const name = heading.textContent.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "");
+    heading.id ||= name === "" || document.getElementById(name) !== null ? `part-${number}` : name;
+    const link = Object.assign(document.createElement("a"), { href: `#${heading.id}` });
+    link.textContent = heading.textContent;
+    list.append(document.createElement("li"));
+    list.lastChild.append(link);
+  });
+  contents.append(details);
+  contents.hidden = false;
+}
+
+// A button beside each table copies it as text with tabs, which spreadsheets read. Without this
+// script the page lacks nothing but that list.
 const COPY = "Copy table";
 for (const table of document.querySelectorAll("table")) {
   const button = document.createElement("button");

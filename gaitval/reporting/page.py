@@ -27,7 +27,6 @@ from gaitval._internal.text.number_text import (
 from gaitval.configuration import ReportSettings
 from gaitval.conventions import beside, convention_of
 from gaitval.metrics.verdicts import close_text, spread_text, target_text, value_text
-from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import FONT
 from gaitval.reporting.figure_data import write_tables
 from gaitval.reporting.printer import print_page
@@ -153,7 +152,7 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
 
 def _html(page: jinja2.Template, values: Mapping[str, Any], medium: str) -> str:
     """The page, without the hidden characters of names that come from outside."""
-    return with_contents(shown(page.render(values, medium=medium)))
+    return shown(page.render(values, medium=medium))
 
 
 def _prepared(

@@ -1,9 +1,8 @@
 """The root of the `gaitval` command: its help, its errors, and what commands share."""
 
-import gc
+import inspect
 import io
 import os
-import re
 import shlex
 import signal
 import sys
@@ -23,7 +22,7 @@ from gaitval import __version__, plugins
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.terminal import display, signals
 
-STOPPED = 130
+STOPPED = 128 + signal.SIGINT
 """Exit code after Ctrl-C, as in shells."""
 INTERNAL = 70
 """Exit code after an error in gaitval itself (EX_SOFTWARE of sysexits.h)."""
@@ -52,7 +51,6 @@ PANELS = {
 }
 """Commands of the core in the order in which the help shows them, by heading."""
 
-_YES_OR_NO = ("true", "false", "yes", "no", "on", "off")
 _NUMBERS = {"float_parsing": "number", "int_parsing": "whole number"}
 """By what pydantic calls its refusal."""
 
@@ -83,21 +81,21 @@ class Command(TyperCommand):
         return found
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Refuse a value behind a flag, none behind an option, and two, in words that help."""
+        """Refuse no value behind an option, and two, in words that help."""
         known = self.get_params(ctx)
-        flags = _names(each for each in known if getattr(each, "is_flag", False))
-        # `--force yes` would otherwise be read as a flag and an unexpected argument
-        for flag, value in pairwise(args):
-            if flag in flags and value.lower() in _YES_OR_NO:
-                ctx.fail(f"{flag} takes no value: give {flag} alone for yes, leave it out for no.")
         # a file or folder without a name would be the current folder
-        for name in _names(each for each in known if each.param_type_name == "option") - flags:
+        takes_value = (
+            each
+            for each in known
+            if each.param_type_name == "option" and not getattr(each, "is_flag", False)
+        )
+        for name in _names(takes_value):
             if f"{name}=" in args or (name, "") in pairwise(args):
                 ctx.fail(f"{name} is empty: a shell variable that is not set? Give a value.")
         if all(each.param_type_name == "option" for each in known):
             _refuse_values_alone(ctx, args, known)
         try:
-            rest: list[str] = super().parse_args(ctx, [_with_home(each) for each in args])
+            rest: list[str] = super().parse_args(ctx, args)
         except typer.BadParameter as error:
             # typer says what pydantic says, without what was given: 1,3 or 70kg
             for problem in getattr(error.__cause__, "errors", list)():
@@ -127,12 +125,6 @@ def _refuse_values_alone(ctx: Any, args: list[str], known: Iterable[Any]) -> Non
         names = sorted(each.opts[0] for each in known if each.required)
         there = f"There must be {', '.join(names)}, each with a value." if names else "Give one."
         ctx.fail(f"{args[0]} has no option. {there}")
-
-
-def _with_home(word: str) -> str:
-    """Shells leave the ~ of `--out=~/runs`, which would make a folder of that name here."""
-    option, home = re.match(r"(--[\w-]+=)?(~/.*)?", word, re.DOTALL).groups("")  # type: ignore[union-attr]
-    return option + os.path.expanduser(home) if home else word
 
 
 class LaterCommand(Command):
@@ -377,21 +369,6 @@ def _paragraphs(text: str) -> str:
 CommandFunction = Callable[..., None]
 
 
-def _description(function: CommandFunction) -> str:
-    """The docstring of a command, also where Python leaves docstrings out (-OO)."""
-    if function.__doc__ is not None or sys.flags.optimize < 2:
-        return function.__doc__ or ""
-    import ast
-    import inspect
-    import textwrap
-
-    with suppress(OSError, SyntaxError):  # no source is there
-        (found,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
-        if isinstance(found, ast.FunctionDef):
-            return ast.get_docstring(found) or ""
-    return ""
-
-
 def command(
     *examples: str,
     name: str | None = None,
@@ -438,7 +415,7 @@ def _register(
     complete: Callable[[CommandFunction], CommandFunction] | None = None,
 ) -> None:
     shown = "\n".join(f"  {example}" for example in examples)
-    text = _paragraphs(_description(function))
+    text = _paragraphs(inspect.getdoc(function) or "")
     # a class per command, since typer takes a class and not an instance
     later = complete and {"complete": staticmethod(partial(complete, function))}
     to.command(
@@ -466,9 +443,6 @@ def _root(
 
 def main() -> None:
     """Entry point of the `gaitval` command."""
-    # Pages are made of very many objects, hardly any of which is garbage: to look for it after
-    # every 700 new ones takes a tenth of the time of a report.
-    gc.set_threshold(10_000, 5, 5)
     signals.end_in_order()
     # Processes that are started here take no modules from the folder that this one is run in, where
     # others may have put some.
@@ -481,35 +455,17 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit(_interrupted())
     except Exception as error:
-        wanted = signals.received()
-        if wanted is not None:  # a library has made an error of its own out of the interruption
-            sys.exit(_interrupted() if wanted == signal.SIGINT else 128 + wanted)
         if os.environ.get("GAITVAL_TRACEBACK"):
             traceback.print_exc()
         display.plain(
-            f"internal error: {type(error).__name__}: {error}\n{_what_to_do(error)}; finished work "
-            "is kept.",
+            f"internal error: {type(error).__name__}: {error}\nThis is a fault of gaitval, or "
+            "memory ran out (take fewer processes: --set training.workers=1); it is not of your "
+            "input. Set GAITVAL_TRACEBACK=1 and run the same command again to see where it "
+            "happens; finished work is kept.",
             "red",
             display.messages,
         )
         sys.exit(INTERNAL)
-
-
-def _what_to_do(error: Exception) -> str:
-    from concurrent.futures import BrokenExecutor
-
-    # A library that does not fit into memory says so in an error below its own.
-    message = "".join(traceback.format_exception(error))
-    no_room = "failed to map segment" in message or "annot allocate memory" in message
-    if no_room or isinstance(error, BrokenExecutor | MemoryError):
-        return (
-            "Memory ran out, most likely, or somebody killed a worker process. Free some memory, "
-            "or take fewer processes (--set training.workers=1), and run the same command again"
-        )
-    return (
-        "This is a fault of gaitval or of this machine (out of memory?), not of your input. Set "
-        "GAITVAL_TRACEBACK=1 and run the same command again to see where it happens"
-    )
 
 
 def _interrupted() -> int:

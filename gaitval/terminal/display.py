@@ -1,7 +1,6 @@
 """What the command line shows: live progress of stages, and tables."""
 
 import csv
-import math
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -14,8 +13,6 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import (
     BarColumn,
     Progress,
-    TaskID,
-    TaskProgressColumn,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
@@ -79,9 +76,7 @@ class Live(Observer):
         self.console = console
         self.stage = ""
         self._bar: Progress | None = None
-        self._task = TaskID(0)
-        self._started = self._last_line = monotonic()
-        self._first_done = 0.0
+        self._last_line = monotonic()
 
     def say(self, message: str) -> None:
         """Print a line as it is."""
@@ -94,12 +89,24 @@ class Live(Observer):
     def started(self, stage: str, reason: str) -> None:
         """Say that a stage runs or resumes, and why."""
         self.stage = stage
-        self._started = self._last_line = monotonic()
-        self._first_done = -1.0
+        self._last_line = monotonic()
+        self.close()
         how = {INTERRUPTED: "resumes", BESIDE: "continues"}.get(reason, "starts")
         self.say(f"{in_words(stage)}: {how} ({reason})")
         if self.console.is_terminal:
-            self._show_clock()
+            self._bar = Progress(
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TextColumn("{task.fields[count]}"),
+                TimeElapsedColumn(),
+                # rates differ between learning and evaluation, so look at minutes, not seconds
+                TimeRemainingColumn(elapsed_when_finished=False),
+                console=self.console,
+                speed_estimate_period=180.0,
+                transient=True,
+            )
+            self._bar.add_task(stage, total=None, count="")
+            self._bar.start()
 
     def progress(self, values: Mapping[str, float]) -> None:
         """Show the progress of a stage: of its `values`, `total` and one of `samples`,
@@ -108,24 +115,20 @@ class Live(Observer):
         """
         units = ("samples", "generation", "steps", "pushes", "walks")
         unit = next(name for name in units if name in values)
-        done, total = values[unit], values["total"]
         rest = "  ".join(
             f"{'cycles walked' if name == 'cycles' else name.replace('_', ' ')} {value:.3g}"
             for name, value in values.items()
             if name not in (unit, "total")
         )
-        # the first report of a stage: what is done by then was done by an earlier call
-        if self._first_done < 0:
-            self._first_done = done
-            self.close()  # the clock, now that it is known how much there is to do
-        if self.console.is_terminal:
-            self._show_bar(unit, done, total, rest)
+        count = f"{values[unit]:,.0f} of {values['total']:,.0f} {unit}  {rest}"
+        if self._bar is not None:
+            task = self._bar.tasks[0].id
+            if self._bar.tasks[0].total is None:  # what is done by now was done by an earlier call
+                self._bar.reset(task, total=values["total"], completed=int(values[unit]))
+            self._bar.update(task, completed=values[unit], count=count)
         elif monotonic() - self._last_line >= PLAIN_SECONDS:
             self._last_line = monotonic()
-            self.say(
-                f"{self.stage}: {done:,.0f} of {total:,.0f} {unit}  {rest}  "
-                f"{self._time_left(done, total)}"
-            )
+            self.say(f"{self.stage}: {count}")
 
     def finished(self, stage: str, seconds: float) -> None:
         """Say how long a stage took."""
@@ -137,48 +140,6 @@ class Live(Observer):
         if self._bar is not None:
             self._bar.stop()
             self._bar = None
-
-    def _show_clock(self) -> None:
-        """A moving bar with the time, for a stage without progress."""
-        self.close()
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TimeElapsedColumn(),
-            console=self.console,
-            transient=True,
-        )
-        self._bar.add_task(self.stage, total=None)
-        self._bar.start()
-
-    def _show_bar(self, unit: str, done: float, total: float, rest: str) -> None:
-        if self._bar is None:
-            self._bar = Progress(
-                TextColumn("{task.description}"),
-                BarColumn(),
-                TaskProgressColumn(),
-                TextColumn("{task.completed:,.0f} {task.fields[unit]}  {task.fields[rest]}"),
-                TimeElapsedColumn(),
-                TextColumn("left"),
-                # Rates differ between learning and evaluation, so look at minutes, not seconds.
-                TimeRemainingColumn(elapsed_when_finished=False),
-                console=self.console,
-                speed_estimate_period=180.0,
-                transient=True,
-            )
-            self._task = self._bar.add_task(
-                self.stage, total=total, completed=int(done), unit=unit, rest=rest
-            )
-            self._bar.start()
-        self._bar.update(self._task, completed=done, total=total, rest=rest)
-
-    def _time_left(self, done: float, total: float) -> str:
-        progressed = done - self._first_done
-        if progressed <= 0:
-            return ""
-        # of what this call has done: a resumed stage does not start at 0
-        seconds = (monotonic() - self._started) * (total - done) / progressed
-        return f"{duration(seconds)} left"
 
 
 @contextmanager
@@ -333,9 +294,9 @@ def print_pushes(recovery: "PushRecovery") -> None:
 
 
 def print_import(found: "Import") -> None:
-    """Print the published limits of the import `found`, and its spatiotemporal parameters."""
+    """Print the published limits of the import `found`."""
     from gaitval._internal.text.number_text import unit_sign
-    from gaitval.importing.summary import limit_rows, scaling_methods, spatiotemporal_rows
+    from gaitval.importing.summary import limit_rows
 
     title = f"{found.request.identifier}: the recording against published limits"
     table = Table("measure", "value", "at most", "unit", "verdict", title=title)
@@ -343,21 +304,6 @@ def print_import(found: "Import") -> None:
         value = "not measured" if row.value is None else f"{row.value:.3g}"
         verdict = Text(row.state, style="red" if row.failed else "")
         table.add_row(row.name, value, f"{row.limit:g}", unit_sign(row.unit), verdict)
-    output.print(table)
-    title = "Distance of measured and model markers in walking"
-    table = Table("scaling", "RMS cm", "largest cm", "", title=title)
-    for method in scaling_methods(found):
-        table.add_row(
-            method.name,
-            f"{100 * method.trial_rms:.2f}",
-            f"{100 * method.trial_largest:.2f}",
-            "used" if method.chosen else "",
-        )
-    output.print(table)
-    table = Table("parameter", "right", "left", "unit", title="Gait")
-    for entry in spatiotemporal_rows(found.trials):
-        sides = [_mean_and_deviation(pair, entry.digits) for pair in (entry.right, entry.left)]
-        table.add_row(entry.name, *sides, unit_sign(entry.unit))
     output.print(table)
 
 
@@ -394,13 +340,3 @@ def print_warnings(found: "Import") -> None:
         missing = warning.check == ONE_SIDE
         text = f"Not recorded: {warning}." if missing else f"Warning: {trial}: {warning}."
         plain(text, "yellow")
-
-
-def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:
-    if pair is None:
-        return "not measured"
-    mean, deviation = pair
-    # as on the page: what rounds to none is no statement about the strides
-    shown = not math.isnan(deviation) and round(deviation, digits) > 0
-    spread = f" ± {deviation:.{digits}f}" if shown else ""
-    return f"{mean:.{digits}f}{spread}"

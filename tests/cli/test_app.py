@@ -8,7 +8,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -117,32 +116,6 @@ def test_subjects_lists_the_ten() -> None:
     assert "64.95" in output
 
 
-@pytest.mark.parametrize("command", ["stage scale", "subject", "baseline"])
-def test_an_unknown_subject_is_refused(
-    command: str, tmp_path: Path, plain_messages: io.StringIO
-) -> None:
-    result = gaitval(*command.split(), "44", "--out", str(tmp_path / "run"))
-    assert result.exit_code == 2
-    assert "'44': no such subject. The built-in ones are S01 (WBDS01)" in plain_messages.getvalue()
-    assert not (tmp_path / "run").exists()
-
-
-@pytest.mark.parametrize(
-    ("option", "message"),
-    [
-        (("--set", "training.sample=1"), "training.sample: unknown; the known ones are samples"),
-        (("--config", "none.toml"), "none.toml: no such configuration file"),
-    ],
-)
-@pytest.mark.parametrize("command", ["stage scale", "subject"])
-def test_settings_that_there_are_not_are_refused(
-    command: str, option: tuple[str, ...], message: str, tmp_path: Path, plain_messages: io.StringIO
-) -> None:
-    result = gaitval(*command.split(), "5", "--out", str(tmp_path / "run"), *option)
-    assert result.exit_code == 2
-    assert message in plain_messages.getvalue()
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -233,13 +206,6 @@ def test_an_option_of_another_stage_is_refused(
     assert not (tmp_path / "run").exists()
 
 
-def test_a_stage_that_there_is_not_is_refused_with_those_that_there_are() -> None:
-    result = gaitval("stage", "walk", "5")
-    assert result.exit_code == 2
-    said = " ".join(result.stderr.replace("│", "").split())
-    assert all(f"'{name}'" in said for name in ("walk", *STAGE_NAMES))
-
-
 @pytest.mark.parametrize(
     ("run", "message"),
     [
@@ -277,15 +243,6 @@ def test_a_report_is_of_the_folder_or_of_the_run_of_a_subject(
     monkeypatch.setattr("gaitval.metrics.results.read_metrics", lambda folder: None)
     assert gaitval("report", run, "--force").exit_code == 0
     assert asked == [("reports/S05", "report", {"force": True})]
-
-
-def test_a_file_where_the_run_folder_should_be_is_refused(
-    tmp_path: Path, plain_messages: io.StringIO
-) -> None:
-    (tmp_path / "run").write_text("")
-    result = gaitval("stage", "scale", "5", "--out", str(tmp_path / "run"))
-    assert result.exit_code == 2
-    assert "run: is a file, or lies below one" in plain_messages.getvalue()
 
 
 def test_wrong_usage_has_exit_code_2() -> None:
@@ -331,14 +288,6 @@ def test_what_is_said_of_insoles_that_are_not_given_is_refused(plain_messages: i
     assert "with --insoles" in " ".join(plain_messages.getvalue().split())
 
 
-def test_a_value_without_an_option_where_none_must_be_there_is_told_so() -> None:
-    result = gaitval("subjects", "somebody")
-    assert result.exit_code == 2
-    said = " ".join(result.stderr.replace("│", "").split())
-    assert "somebody has no option" in said
-    assert "There must be" not in said
-
-
 @pytest.mark.parametrize("words", [("--out", ""), ("--out=",), ("-o", "")])
 def test_an_empty_folder_is_not_the_current_one(
     words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -348,17 +297,6 @@ def test_an_empty_folder_is_not_the_current_one(
     assert result.exit_code == 2
     assert "is empty" in result.stderr
     assert not list(tmp_path.iterdir())
-
-
-def test_the_tilde_that_a_shell_leaves_is_the_home_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for name in ("HOME", "USERPROFILE"):  # Windows has the latter
-        monkeypatch.setenv(name, str(tmp_path / "home"))
-    monkeypatch.chdir(tmp_path)
-    assert gaitval("stage", "scale", "5", "--out=~/run").exit_code == 0
-    assert (tmp_path / "home" / "run" / "model.urdf").is_file()
-    assert not (tmp_path / "~").exists()
 
 
 def test_ctrl_c_says_that_the_same_command_resumes(
@@ -373,38 +311,22 @@ def test_ctrl_c_says_that_the_same_command_resumes(
     assert "interrupted; the same command resumes" in plain_messages.getvalue()
 
 
-UNLOADED = ImportError("in the middle")
-UNLOADED.__cause__ = OSError("liblapack.so: failed to map segment from shared object")
-"""What a library raises that does not fit into memory."""
-
-
-@pytest.mark.parametrize(
-    ("error", "message"),
-    [
-        (ZeroDivisionError("in the middle"), "This is a fault of gaitval or of this machine"),
-        (BrokenProcessPool("in the middle"), "Memory ran out, most likely, or somebody killed a"),
-        (MemoryError("in the middle"), "Memory ran out, most likely, or somebody killed a"),
-        (UNLOADED, "Memory ran out, most likely, or somebody killed a"),
-    ],
-)
 def test_a_fault_of_ours_shows_no_traceback(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     plain_messages: io.StringIO,
     capsys: pytest.CaptureFixture[str],
-    error: Exception,
-    message: str,
 ) -> None:
     def fail(*arguments: Any, **options: Any) -> None:
-        raise error
+        raise ZeroDivisionError("in the middle")
 
     monkeypatch.setattr("gaitval.study.run.run_subject", fail)
     monkeypatch.setattr(sys, "argv", ["gaitval", "subject", "5", "--out", str(tmp_path / "run")])
     with pytest.raises(SystemExit) as ended:
         cli.main()
     assert ended.value.code == 70
-    assert f"{type(error).__name__}: in the middle" in plain_messages.getvalue()
-    assert message in plain_messages.getvalue()
+    assert "ZeroDivisionError: in the middle" in plain_messages.getvalue()
+    assert "This is a fault of gaitval" in plain_messages.getvalue()
     captured = capsys.readouterr()
     assert "Traceback" not in captured.out + captured.err
 
@@ -433,13 +355,6 @@ def test_a_full_or_broken_disk_is_no_fault_of_ours(
     result = gaitval("subject", "5", "--out", str(tmp_path / "run"))
     assert result.exit_code == 2
     assert f"{tmp_path / 'events'}: {message}" in plain_messages.getvalue()
-
-
-@pytest.mark.parametrize("round_number", ["0", "1001", "9" * 400])
-def test_a_round_that_no_run_reaches_is_wrong_usage(tmp_path: Path, round_number: str) -> None:
-    """Every stage before it would be planned, which fills the memory."""
-    out = ("--out", str(tmp_path / "run"))
-    assert gaitval("stage", "train", "5", "--round", round_number, *out).exit_code == 2
 
 
 def test_a_stage_alone_keeps_the_settings_of_its_run_folder(
@@ -593,24 +508,6 @@ def test_check_refuses_an_incomplete_baseline(stored: Path, plain_messages: io.S
     assert "identification.json missing" in plain_messages.getvalue()
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (None, "no stored baseline"),
-        ("", "cannot be read as JSON"),
-        ("[1", "cannot be read as JSON"),
-    ],
-)
-def test_check_refuses_a_missing_or_damaged_file(
-    tmp_path: Path, content: str | None, words: str, plain_messages: io.StringIO
-) -> None:
-    file = tmp_path / "metrics.json"
-    if content is not None:
-        file.write_text(content)
-    assert gaitval("check", "--baseline", str(file)).exit_code == 2
-    assert f"metrics.json: {words}" in plain_messages.getvalue()
-
-
 def test_who_closes_a_pipe_ends_neither_the_work_nor_the_verdict() -> None:
     """`gaitval check … | head -1` ended with 1, which says that accuracy was lost."""
     reading, writing = os.pipe()
@@ -640,16 +537,17 @@ def test_a_stage_that_does_not_say_how_far_it_is_shows_its_time() -> None:
     assert lines.getvalue() == "reference: starts (not run yet)\n"
 
 
-def test_a_stage_without_a_command_says_what_it_finds() -> None:
+@pytest.mark.parametrize(
+    ("stage", "reason", "said"),
+    [
+        ("need-1", "not run yet", "need-1 (whether the person needs training): starts (not run"),
+        ("identify-1", BESIDE, "identify-1: continues (started beside another)"),
+    ],
+)
+def test_a_stage_says_how_it_begins(stage: str, reason: str, said: str) -> None:
     live, text = observed(terminal=False)
-    live.started("need-1", "not run yet")
-    assert text.getvalue().startswith("need-1 (whether the person needs training): starts")
-
-
-def test_a_stage_that_another_process_began_goes_on() -> None:
-    live, text = observed(terminal=False)
-    live.started("identify-1", BESIDE)
-    assert text.getvalue() == "identify-1: continues (started beside another)\n"
+    live.started(stage, reason)
+    assert text.getvalue().startswith(said)
 
 
 def test_progress_on_a_terminal_is_a_bar_with_what_matters() -> None:
@@ -659,10 +557,9 @@ def test_progress_on_a_terminal_is_a_bar_with_what_matters() -> None:
     live.progress({"samples": 1_500_000, "total": 3_000_000, "reward": 7.25, "cycles": 2.5})
     live.finished("train-1", 61.0)
     shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text.getvalue())
-    assert "1,500,000 samples" in shown
+    assert "1,500,000 of 3,000,000 samples" in shown
     assert "reward 7.25" in shown
     assert "cycles walked 2.5" in shown
-    assert "50%" in shown
     assert "train-1: done in 1 min 01 s" in shown
 
 
@@ -677,8 +574,7 @@ def test_progress_elsewhere_is_a_line_now_and_then(monkeypatch: pytest.MonkeyPat
     lines = text.getvalue().splitlines()
     assert lines[0] == "train-1: resumes (was interrupted)"
     assert len(lines) == 4
-    assert lines[1].startswith("train-1: 30,000 of 200,000 samples  reward 1")
-    assert lines[1].endswith("2 min 50 s left")
+    assert lines[1] == "train-1: 30,000 of 200,000 samples  reward 1"
 
 
 def test_output_that_is_not_a_terminal_has_no_control_characters(tmp_path: Path) -> None:

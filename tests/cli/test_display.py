@@ -127,21 +127,6 @@ def test_an_import_whose_forces_gave_no_moments_is_not_judged(
     assert ("Not judged: moments" in " ".join(done.output.split())) is (code == 1)
 
 
-@pytest.mark.parametrize(
-    ("pair", "text"),
-    [
-        (None, "not measured"),
-        ((1.034, 0.012), "1.03 ± 0.01"),
-        ((1.034, 0.004), "1.03"),  # as on the page
-        ((1.034, float("nan")), "1.03"),
-    ],
-)
-def test_a_deviation_that_rounds_to_nothing_is_not_said(
-    pair: tuple[float, float] | None, text: str
-) -> None:
-    assert display._mean_and_deviation(pair, 2) == text
-
-
 def test_the_verdict_of_an_import(monkeypatch: pytest.MonkeyPatch, message: io.StringIO) -> None:
     rows = [
         GateRow("kept one", 1.0, 2.0, "cm", True, ""),
@@ -150,8 +135,6 @@ def test_the_verdict_of_an_import(monkeypatch: pytest.MonkeyPatch, message: io.S
         *[GateRow(f"open {n}", 3.0, 2.0, "N", False, "", applies=False) for n in range(3)],
     ]
     monkeypatch.setattr("gaitval.importing.summary.limit_rows", lambda found: rows)
-    monkeypatch.setattr("gaitval.importing.summary.scaling_methods", lambda found: [])
-    monkeypatch.setattr("gaitval.importing.summary.spatiotemporal_rows", lambda trials: [])
     found: Any = SimpleNamespace(
         weight_ratio=None,
         request=SimpleNamespace(identifier="S", kinematics_only=True, aid=None),

@@ -3,8 +3,6 @@
 import io
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -134,13 +132,6 @@ def test_flags_look_like_flags(words: list[str]) -> None:
     assert "<bool>" not in CliRunner().invoke(cli.app, [*words, "--help"]).output
 
 
-@pytest.mark.parametrize("value", ["true", "False", "yes"])
-def test_a_value_behind_a_flag_is_refused_in_words(value: str) -> None:
-    done = CliRunner().invoke(cli.app, ["stage", "train", "5", "--scratch", value])
-    assert done.exit_code == 2
-    assert "--scratch takes no value" in " ".join(done.output.split())
-
-
 @pytest.mark.parametrize(
     "words",
     [
@@ -170,27 +161,3 @@ def test_an_import_of_missing_files_names_all_and_leaves_nothing(
     assert done.exit_code == 2
     assert "stand.c3d, walk.c3d: no such files. Check the paths." in messages.getvalue()
     assert not out.exists()
-
-
-def test_judge_of_a_missing_file_says_what_to_do(messages: io.StringIO) -> None:
-    assert CliRunner().invoke(cli.app, ["judge", "none.osim"]).exit_code == 2
-    assert "none.osim: no such file. Check the path." in messages.getvalue()
-
-
-def test_check_of_a_missing_baseline_says_which_there_are(messages: io.StringIO) -> None:
-    assert CliRunner().invoke(cli.app, ["check", "--baseline", "nowhere"]).exit_code == 2
-    assert "`gaitval baseline SUBJECT` makes one" in messages.getvalue()
-    assert "S01, S02" in messages.getvalue()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("words", [[], ["judge"], ["import"], ["stage"], ["data", "fetch"]])
-def test_help_keeps_its_descriptions_where_python_leaves_out_docstrings(words: list[str]) -> None:
-    plain, without = (
-        subprocess.run(
-            [sys.executable, *flags, "-P", "-m", "gaitval", *words, "--help"],
-            capture_output=True, text=True, check=True,
-        ).stdout
-        for flags in ([], ["-OO"])
-    )  # fmt: skip
-    assert without == plain

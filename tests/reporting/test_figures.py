@@ -8,7 +8,6 @@ import pytest
 from report_run import build_run
 from seen_figures import bands, figure_of, forward, legend, lines
 
-from gaitval.coordinates import SIDES
 from gaitval.metrics.results import Metrics, StoredPushes, read_metrics
 from gaitval.reporting import figures
 from gaitval.reporting.figures import COLOURS, PERCENT, RECORD_COLOUR
@@ -154,9 +153,3 @@ def test_a_change_of_velocity_is_from_the_cycle_before_along_the_push(pushes: St
             np.testing.assert_allclose(line[line[:, 0] < 0.0, 1], 0.0, atol=1e-9)
     crosses = [each for each in ahead.lines if each.get_marker() == "x"]
     assert len(crosses) == 1  # the later phase fell
-
-
-@pytest.mark.parametrize("side", SIDES)
-def test_sides_are_told_apart_by_colour_and_dashes(side: str) -> None:
-    assert COLOURS[side] != COLOURS["left" if side == "right" else "right"]
-    assert (figures.STYLES[side] == "-") is (side == "right")

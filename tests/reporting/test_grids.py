@@ -167,16 +167,6 @@ def test_the_tables_have_what_is_drawn(run) -> None:
     assert "moments_hip_flexion_norm_sd_nm_kg" in head
 
 
-def test_sizes_of_texts_and_widths_of_lines(run) -> None:
-    _, (draws, _) = run
-    for draw in draws.values():
-        svg = draw()
-        sizes = [float(each) for each in re.findall(r"font-size: ([\d.]+)px", svg)]
-        assert min(sizes) >= 7.5
-        widths = [float(each) for each in re.findall(r"stroke-width: ([\d.]+)", svg)]
-        assert max(widths) <= figures.RECORD_WIDTH
-
-
 def test_a_panel_without_curves_says_so_and_one_without_a_name_is_empty() -> None:
     panels = [
         [Panel("angles/knee_angle", (DrawnCurve("right", WAVE),)), Panel("angles/knee_rotation")]
@@ -227,12 +217,3 @@ def test_the_legend_has_no_band_that_a_single_cycle_lacks() -> None:
         panel = Panel("angles/knee_angle", (DrawnCurve("right", WAVE, sd),))
         labels = [each.get_label() for each in grids._handles([panel], words, "")]
         assert ("± SD of the cycles" in labels) is there
-
-
-def test_the_last_number_of_an_axis_is_within_the_figure() -> None:
-    panel = Panel("angles/hip_flexion", (DrawnCurve("right", WAVE),))
-    figure = figure_of(lambda: grids.grid([[panel] * 3], height=2.5, figure_name="one"))
-    last = [axes.get_xticklabels()[-1] for axes in figure.axes]
-    assert [each.get_text() for each in last] == ["100"] * 3
-    ends = [each.get_window_extent().x1 for each in last]
-    assert max(ends) <= figure.bbox.width

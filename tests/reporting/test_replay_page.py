@@ -10,7 +10,6 @@ import pytest
 from browser import FLAGS
 from html_page import only_html
 from page_in_browser import chromium as found_chromium
-from page_in_browser import overflow, violations
 from PIL import Image
 from report_run import build_run
 from synthetic_walk import MODEL
@@ -206,27 +205,6 @@ def test_joints_are_drawn_where_the_model_has_them(still, folder):
                 np.testing.assert_allclose(shown, joint, atol=1e-3)
 
 
-def test_side_by_side_the_record_stands_apart(still):
-    """And the view that was turned by hand stays."""
-    still.go(0, 30)
-    still.page.locator(".replay-canvas").focus()
-    still.page.keyboard.press("Shift+ArrowLeft")
-    still.settle()
-    together = still.pixels()
-    walker = np.abs(together - together[2, -2]).max(axis=-1) > 40
-    switch = still.page.get_by_label("side by side")
-    switch.check()
-    still.settle()
-    apart = still.pixels()
-    columns = np.flatnonzero(like(apart, BLUE).any(axis=0))
-    assert columns.min() > 0.5 * apart.shape[1]  # the walk is on the viewer's right
-    left = apart[:, : apart.shape[1] // 2]
-    assert (np.abs(left - apart[2, -2]).max(axis=-1) > 25).mean() > 0.5 * walker.mean()
-    switch.uncheck()
-    still.settle()
-    assert still.shows(together)
-
-
 def test_a_picture_a_video_and_a_page_are_saved(chromium, still, tmp_path):
     """The page is the replay alone, and runs where another page embeds it."""
 
@@ -292,27 +270,6 @@ def test_the_slider_and_the_keys_move_the_walk(still):
     assert (np.abs(turned - before).max(axis=-1) > 40).mean() > 0.01
 
 
-def test_space_plays_and_pauses_and_typing_elsewhere_does_not(still):
-    still.go(0, 0)
-    button = still.page.locator(".replay-play")
-    assert button.inner_text() == "Play"
-    still.page.locator(".replay-canvas").focus()
-    still.page.keyboard.press(" ")
-    assert button.inner_text() == "Pause"
-    still.until(THREE_PERCENT)
-    still.page.keyboard.press(" ")
-    assert button.inner_text() == "Play"
-    still.settle()
-    stopped = still.value()
-    still.page.wait_for_timeout(300)
-    assert still.value() == stopped >= 3
-    button.focus()
-    still.page.keyboard.press(" ")  # the button's own
-    assert button.inner_text() == "Pause"
-    still.page.keyboard.press("ArrowLeft")
-    assert button.inner_text() == "Play"
-
-
 def cursor(still, figure, side):
     """% of the axis at which the cursor of the first panel of a side is."""
     return still.page.evaluate(
@@ -353,38 +310,6 @@ def test_curves_show_the_moment_and_a_click_moves_the_walk(still, folder):
     still.page.locator("[data-shows=cursor]").check()
 
 
-def test_curves_have_no_cursor_until_somebody_touches_the_replay(chromium, folder):
-    opened = Opened(chromium, folder / "report.html").drawn()
-    figure_of(opened, "forces")
-    line = opened.page.locator('[id="forces-cycle.both.0"] .replay-cursor.right')
-    assert line.evaluate("(e) => e.style.visibility") == "hidden"
-    opened.page.locator(".replay-slider input").focus()
-    opened.page.keyboard.press("ArrowRight")
-    figure_of(opened, "forces")
-    assert line.evaluate("(e) => e.style.visibility") == ""
-
-
-def test_it_plays_by_itself_and_not_for_those_who_asked_for_little_motion(chromium, folder):
-    opened = Opened(chromium, folder / "report.html", reduced_motion="no-preference").drawn()
-    opened.until(THREE_PERCENT)
-    assert opened.page.locator(".replay-play").inner_text() == "Pause"
-    assert opened.complaints == []
-    opened.context.close()
-
-
-def test_dark_mode_and_a_small_window(chromium, folder):
-    opened = Opened(chromium, folder / "report.html", width=360, color_scheme="dark").drawn()
-    opened.settle()
-    pixels = opened.pixels()
-    assert pixels[2, -2].max() < 60
-    assert overflow(opened.page) <= 0
-    assert violations(opened.page) == []
-    opened.page.set_viewport_size({"width": 500, "height": 900})
-    assert opened.page.evaluate(SCROLLED) == []  # the first page is seen whole
-    assert opened.complaints == []
-    opened.context.close()
-
-
 def test_without_graphics_the_poses_stay(chromium, folder):
     nothing = "HTMLCanvasElement.prototype.getContext = () => null;"
     opened = Opened(chromium, folder / "report.html", script=nothing)
@@ -392,13 +317,6 @@ def test_without_graphics_the_poses_stay(chromium, folder):
     assert opened.page.locator(".sheet .strip").is_visible()
     assert not opened.page.locator(".replay-player").is_visible()
     assert opened.complaints == []
-    opened.context.close()
-
-
-def test_without_scripts_the_poses_stay(chromium, folder):
-    opened = Opened(chromium, folder / "report.html", java_script_enabled=False)
-    assert opened.page.locator(".sheet .strip").is_visible()
-    assert not opened.page.locator(".replay-player").is_visible()
     opened.context.close()
 
 

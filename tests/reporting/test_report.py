@@ -295,32 +295,6 @@ def test_the_record_has_no_band(metrics):
 FIT = "fitted to the recorded one", "The walk is a fit"
 
 
-def test_the_page_of_a_fit_says_so(page):
-    text = " ".join(page.text.split())
-    assert all(message in text for message in FIT)
-
-
-def test_a_page_that_is_sent_alone_links_to_no_arrays(whole):
-    assert not [link for link in whole.links if link and ".npz" in link]
-    assert "rollouts/identified.npz" in whole.text
-
-
-def test_the_contents_and_the_way_past_them_are_the_first_links(page):
-    first, *others = (link for link in page.links if link.startswith("#"))
-    assert first == "#content"
-    assert "#kinematics" in others
-    assert page.identifiers.index("sheet") < page.identifiers.index("kinematics")
-
-
-def test_of_the_project_and_its_limits_the_report_has_a_link_only(page, html):
-    """A person's report is of this walk: the rest stands behind it."""
-    for heading in ("Tolerances and where they come from", "Credibility", "Provenance", "Scaling"):
-        assert heading not in page.text
-    assert "report-details.html" in page.links
-    assert not re.findall(r"[0-9a-f]{64}", page.text)
-    assert "provenance.json" not in page.links
-
-
 def test_the_numbers_are_those_of_the_metrics(whole, metrics):
     text = " ".join(whole.text.split())
     walk = metrics["walks"]["identified"]
@@ -346,10 +320,6 @@ def test_the_numbers_are_those_of_the_metrics(whole, metrics):
     assert "thigh length from shank length (r = −0.62)" in text
     assert re.search(r"leg length, thigh \+ shank, m ?0.0000 ?0.0200 ?0.0105 ?0.0050 ?0.25", text)
     assert "not read in full" in text
-
-
-def test_the_page_says_in_which_engine_what_walked(whole):
-    assert "The compared cycles are walked in DART; how far each walk gets" in whole.text
 
 
 def corrected_error(metrics) -> str:
@@ -378,13 +348,6 @@ def test_goals_are_told_beside_the_tolerances(whole, metrics):
     reached, goals = metrics["summary"]["goals_reached"], metrics["summary"]["goals"]
     assert f"{reached} of {goals} reach their goal" in text
     assert 0 < reached < goals
-
-
-def test_pushes_are_told_by_phase_and_direction(page):
-    text = " ".join(page.text.split())
-    assert "≥ 1200" in text  # the largest push tested was survived
-    assert "7 of 7" in text
-    assert "6 of 7" in text
 
 
 @pytest.mark.slow  # that of an import is always made twice (test_recording_report.py)
@@ -512,19 +475,6 @@ def test_the_hips_that_moments_are_about_are_told(run_folder, tmp_path, monkeypa
     assert "0.147 (right) and 0.294 (left) Nm/kg in flexion, 0.073 and 0.146 in adduction" in text
 
 
-def test_a_found_body_that_falls_is_told(run_folder, tmp_path, monkeypatch):
-    metrics = read_json(run_folder / "metrics.json")["identification"]
-    text = changed_page(
-        *(run_folder, tmp_path, monkeypatch),
-        identification={
-            "searched": metrics["identified"],
-            "epsilon_nominal": dict.fromkeys(("angles", "moments", "forces", "total"), 0.2),
-            "epsilon_identified": None,
-        },
-    )
-    assert "with the parameters that were found, the walk has no complete gait cycle" in text
-
-
 def test_what_the_whole_correction_reached_is_not_told_of_a_part(run_folder, tmp_path, monkeypatch):
     text = changed_page(*(run_folder, tmp_path / "a", monkeypatch), correction={"share": 0.7})
     metrics = read_json(tmp_path / "a" / "metrics.json")
@@ -605,12 +555,6 @@ def test_walks_that_fell_before_their_push_are_not_drawn():
     assert "at 50 %" not in figures.push_velocity([fallen])
 
 
-def test_there_is_no_report_without_metrics(run_folder, tmp_path):
-    (tmp_path / "subject.toml").write_bytes((run_folder / "subject.toml").read_bytes())
-    with pytest.raises(ArtefactError, match=r"metrics\.json: no such file"):
-        write_report(tmp_path)
-
-
 def test_the_stick_figure_stands_where_the_model_stands():
     model = scale_subject(load_subject("S05")).model
     upright = np.zeros((1, 31))
@@ -626,16 +570,6 @@ def test_the_stick_figure_stands_where_the_model_stands():
         assert tip[0] - heel[0] > 0.15
         assert heel[2] < ankle[2]
     assert figure["trunk"][0, -1, 2] > figure["right arm"][0, 0, 2]
-
-
-def test_the_poses_stand_side_by_side_with_the_record_behind_them():
-    sticks = {
-        which: stick_figures.stick_figure(MODEL, np.zeros((2, 31)))
-        for which in ("record", "simulation")
-    }
-    figure = figure_of(lambda: stick_figures.pose_strip(sticks, np.array([0, 20])))
-    (axes,) = figure.axes
-    assert len(axes.lines) == 2 * 2 * 5 + 1  # poses, figures, lines of each; the ground
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.norms import norms
-from gaitval.metrics.results import Metrics, metrics_from, read_metrics
+from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.reporting.report import write_report
 from gaitval.reporting.sheet import FAILED_SHOWN, WARNINGS, sheet
 
@@ -250,23 +250,6 @@ def test_the_sheet_says_what_failed_and_that_nothing_did(
     assert all(says(each.cells[0]) == "kept" for each in nothing)
 
 
-def test_what_is_not_judged_has_not_the_colour_of_what_passed(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    only_html(monkeypatch)
-    without_figures(monkeypatch)
-    stored = copied(folder, tmp_path)
-    for row in stored["tolerances"]:
-        row["passed"] = True
-    write_json(tmp_path / "metrics.json", stored)
-    monkeypatch.setattr(Metrics, "is_recorded_at_all", False)
-    write_report(tmp_path, [])
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    sheet_only = page[: page.index("</section>")]
-    assert "accuracy is not judged" in sheet_only
-    assert 'class="verdict unjudged"' in sheet_only
-
-
 def test_a_prosthesis_and_an_aid_stand_beside_the_persons_data(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -278,10 +261,6 @@ def test_a_prosthesis_and_an_aid_stand_beside_the_persons_data(
     write_report(tmp_path)
     html = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "31 years, prosthesis on the left, with crutches" in re.sub(r"<[^>]*>", "", html)
-
-
-def test_few_words_stand_before_the_first_curve(page: Sheet) -> None:
-    assert 20 < len(page.first.split()) <= WORDS
 
 
 PAPERS = {"a4": (595, 842), "letter": (612, 792)}
@@ -372,13 +351,3 @@ def test_a_score_of_fewer_angles_is_not_beside_the_healthy_score_of_nine(
     assert len(means) == len(found.names) == 10 - len(left_out)
     assert (means[-1] is None) == bool(left_out)
     assert None not in means[:-1]
-
-
-def test_an_import_knows_how_much_its_strides_differ(folder: Path) -> None:
-    metrics = read_metrics(folder / "metrics.json")
-    messages = {key: [] for key in metrics.known}
-    metrics = metrics.model_copy(update={"known": messages, "measures": [], "tolerances": []})
-    subject = load_subject("S05")
-    imported = subject.model_copy(update={"uncertainty": {"knee_angle_r": 0.02}})
-    texts = [[each.kind for each in sheet(metrics, s).warnings] for s in (subject, imported)]
-    assert ["one cycle" in kinds for kinds in texts] == [True, False]
