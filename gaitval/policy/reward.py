@@ -12,7 +12,7 @@ from gaitval._internal.numba.lanes import exponential
 from gaitval.arrays import Array
 from gaitval.configuration import RewardSettings
 
-REWARD_TERMS = (
+REWARD_TERMS: Final[tuple[str, ...]] = (
     "joint_positions",
     "joint_velocities",
     "centre_of_mass",

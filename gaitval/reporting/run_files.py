@@ -209,7 +209,7 @@ def _csv(path: Path, columns: Sequence[str], stage: str) -> list[dict[str, str]]
     if missing:
         raise ArtefactError(
             f"{path}: the columns {', '.join(missing)} are missing. "
-            f"Delete it and run `gaitval {stage}` again."
+            f"Delete it and run `gaitval stage {stage} SUBJECT` again."
         )
     return rows
 
@@ -223,7 +223,7 @@ def _number(text: str) -> float | None:
 
 def _scaling(folder: Path) -> list[ScaledRow] | None:
     texts, numbers = ("segment", "side", "source"), ScaledRow._fields[3:]
-    rows = _csv(folder / "scaling.csv", ("segment", "source", *numbers), "scale")
+    rows = _csv(folder / "scaling.csv", ("segment", *numbers, "source"), "scale")
     if rows is None:
         return None
     return [

@@ -213,7 +213,7 @@ def test_what_was_not_recorded_is_the_references(folder, walk):
     for name in ("lumbar_bending", "elbow_flex_l", "mtp_angle_r"):
         column = COORDINATES.index(name)
         at = np.linspace(0.0, 1.0, 101)
-        phase, values = reference["phase"], reference["positions"][:, column]
+        phase, values = reference.phase, reference.positions[:, column]
         expected = np.interp(at, phase, values, period=1.0)
         np.testing.assert_allclose(walk.recorded[:, column], expected, atol=1e-12)
 
