@@ -217,6 +217,19 @@ class WarningResult(Result):
     message: str
 
 
+class FindingResult(Result):
+    """What was looked for in a trial (`gaitval.findings`), also where its limits are kept."""
+
+    trial: str
+    name: str
+    where: str
+    value: _Figure
+    low: _Figure
+    """Null where there is no such limit."""
+    high: _Figure
+    unit: str
+
+
 class StoredEventsResult(Result):
     """Events of one kind in the file, beside those found; found less stored, s."""
 
@@ -271,6 +284,7 @@ class ImportResult(Result):
     warnings: list[WarningResult] = Field(
         default_factory=list, validation_alias=AliasChoices("warnings", "doubts")
     )
+    findings: list[FindingResult] = Field(default_factory=list)
     measurement: list[dict[str, str | _Figure]] = Field(default_factory=list)
     """Each a `gaitval.measurement.fault_text.FaultRow`."""
     bands: dict[str, dict[str, list[_Figure] | dict[str, Number]]] = Field(default_factory=dict)

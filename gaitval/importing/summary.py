@@ -1,6 +1,6 @@
 """What the report and the command line show of an import: limits, tables, figures."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -11,6 +11,7 @@ from gaitval._internal.io.build_info import now, source_commit
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import GaitvalError
+from gaitval.findings import Looked
 from gaitval.gait.agreement import residuals_known
 from gaitval.gait.cycles import mean_and_deviation
 from gaitval.inverse.consistent_motion import ConsistentMotion
@@ -161,6 +162,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         warnings=[
             f"{trial}: {warning}" for trial, warning in found.warnings if warning.check != ONE_SIDE
         ],
+        looked=_nearest(found.looked),
         findings=[message for step, message in found.decisions if step not in _SHOWN_STEPS],
         left_out=[
             page.LeftOut(walk.name, side, cycle.start, "; ".join(cycle.reasons))
@@ -247,6 +249,17 @@ def _stance_fraction(found: Import, side: Side) -> float:
 
 _DECIDED: Final = ("person", "read", "markers", "axes", "functional", "scaling", "kinematics")
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
+
+
+def _nearest(looked: Iterable[tuple[str, Looked]]) -> list[Looked]:
+    """Of each finding that was looked for, the value nearest to its limits or beyond."""
+    found: dict[str, Looked] = {}
+    for _, row in looked:
+        if row.name not in found or row.excess > found[row.name].excess:
+            found[row.name] = row
+    return list(found.values())
+
+
 _SHOWN_STEPS: Final = (*_DECIDED, "warnings", "uncertainty")
 """Steps that the page says elsewhere than among the findings."""
 

@@ -232,6 +232,7 @@ def _record(found: Import) -> dict[str, Any]:
             {"trial": trial} | {name: getattr(warning, name) for name in _OF_A_WARNING}
             for trial, warning in found.warnings
         ],
+        "findings": [{"trial": trial} | row._asdict() for trial, row in found.looked],
         "measurement": [] if seen is None else [asdict(row) for row in seen.faults],
         "bands": {} if seen is None else seen.band_records(),
         "bands_at_once": None if seen is None else seen.at_once(),

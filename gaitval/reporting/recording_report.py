@@ -18,6 +18,7 @@ from gaitval.configuration import ReportSettings
 from gaitval.conventions import OWN
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import ADULT
+from gaitval.findings import Looked
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.recording_limits import State
@@ -246,6 +247,7 @@ class RecordingSummary:
     measurement : what `gaitval.measurement` says, with its template and drawings; or None.
     missing : data of one side that were not recorded, why, and what can be done; sentences.
     warnings : where data contradict physics or normal gait, a sentence each.
+    looked : every finding that was looked for, with its value and limits.
     findings : what cleaning found and did, one sentence each.
     left_out : empty if every cycle is in the means.
     versions : of gaitval and the libraries that the results depend on.
@@ -287,6 +289,7 @@ class RecordingSummary:
     measurement: MeasurementPart | None = None
     missing: Sequence[str] = ()
     warnings: Sequence[str] = ()
+    looked: Sequence[Looked] = ()
     findings: Sequence[str] = ()
     left_out: Sequence[LeftOut] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
