@@ -1,6 +1,7 @@
 """Studies of a cohort: processes of their own, what became of each, and what is resumed."""
 
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -22,7 +23,9 @@ def test_a_study_that_ends_well_is_finished_and_has_a_log(tmp_path):
     assert (found["status"], found["reason"]) == ("finished", "")
     assert "WBDS14" in (tmp_path / "one" / run.LOG).read_text(encoding="utf-8")
     assert 0.0 < found["seconds"] < 300.0
-    assert 20e6 < found["peak_memory"] < 2e9  # bytes
+    # Bytes; Linux counts what a process was forked from, which here has run other tests.
+    own = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert 20e6 < found["peak_memory"] <= max(2e9, own)
 
 
 def test_a_refused_input_is_told_apart_from_a_fault_and_a_kill(tmp_path, monkeypatch):

@@ -14,7 +14,7 @@ from synthetic_walk import MASS, STRIDE_TIME, perfect_walk, sharp_filter, synthe
 
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.datasets.subject_file import load_subject
-from gaitval.gait.cycle_curves import Curves, recorded_curves
+from gaitval.gait.cycle_curves import FORCES, Curves, recorded_curves
 from gaitval.gait.healthy_controls import load_controls
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import compare_curve, simulated_curves
@@ -22,7 +22,6 @@ from gaitval.metrics.cycles import find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import ANGLES, JOINT_MOMENTS, epsilon
 from gaitval.metrics.foot_contact import EARLY, foot_contacts
 from gaitval.metrics.gait_profile import gait_profile
-from gaitval.metrics.pushed_steps import FORCES
 from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.whole_body import centre_of_mass_measures
 from gaitval.quantities.joint_power import joint_power
