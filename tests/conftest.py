@@ -156,3 +156,14 @@ def peer(task: WalkingTask, tmp_path_factory: pytest.TempPathFactory) -> DartPee
     from simulation_fixtures import DartPeer
 
     return DartPeer(task.model, tmp_path_factory.mktemp("peer"))
+
+
+@pytest.fixture(autouse=True)
+def _safe_path_of_one_test() -> Iterator[None]:
+    """A command that runs here tells its own processes where not to look (PYTHONSAFEPATH), and the
+    tests after it start scripts of their own.
+    """
+    before = os.environ.get("PYTHONSAFEPATH")
+    yield
+    if before is None:
+        os.environ.pop("PYTHONSAFEPATH", None)

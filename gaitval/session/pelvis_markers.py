@@ -198,6 +198,8 @@ def _carried(
 ) -> Recording:
     """A trial with the trajectories of `places` that it has no markers for."""
     lacking = {name: at for name, at in places.items() if not _seen(recording, name)}
+    if not lacking:
+        return recording
     kept = [name for name in recording.names if name not in lacking]
     recording = recording.with_markers(kept, recording.columns(kept))
     extra = carried(recording, shape, lacking)

@@ -117,13 +117,16 @@ def test_metrics_have_every_quantity_of_walk_and_record_and_judge_it(metrics) ->
 
 def test_the_report_has_its_panel_and_its_table(metrics) -> None:
     for each in QUANTITIES:
-        shown = WITH_QUANTITIES if each.of_muscles is None else MUSCLES
-        assert {*each.panels()} <= {name for row in shown for name in row}
+        grid = WITH_QUANTITIES if each.of_muscles is None else MUSCLES
+        assert {*each.panels()} <= {name for row in grid for name in row}
     assert title("tendon_force/achilles") == "Achilles tendon force"
-    named = {each["title"]: each for each in figure_tables(metrics)}
-    table = named["Force in the Achilles tendon"]
-    sides = table["rows"][0]["sides"]
-    assert sides["right"]["walked"] > 1.2 * sides["right"]["recorded"]
+    named = {each.table.title: each for each in figure_tables(metrics)}
+    shown = named["Force in the Achilles tendon"]
+    walked, recorded = (
+        shown.table.figure(figures, *shown.table.rows[0][1:], "right")
+        for figures in (shown.walked, shown.recorded)
+    )
+    assert walked > 1.2 * recorded
 
 
 def test_a_file_of_before_has_it_from_its_curves() -> None:
