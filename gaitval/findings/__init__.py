@@ -11,6 +11,7 @@ from gaitval.findings import clocks, feet, laboratory, markers, motion, pelvis, 
 from gaitval.findings.finding import Finding, Looked, Result, Seen, look_for
 
 FINDINGS: Final[tuple[Finding, ...]] = (
+    markers.SELDOM,
     markers.LOST,
     markers.NOISE,
     markers.STUCK,

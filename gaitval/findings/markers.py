@@ -45,6 +45,28 @@ class Walking:
     landmarks: Mapping[str, str]
 
 
+@dataclass(frozen=True)
+class Stood:
+    """The markers of a standing trial as its file has them."""
+
+    recording: Recording
+
+    @property
+    def frames(self) -> Mapping[str, int]:
+        """How many frames show each marker that is seen at all."""
+        markers = self.recording.markers
+        seen = np.isfinite(markers).all(axis=2) & (markers != 0.0).any(axis=2)
+        counts = zip(self.recording.names, seen.sum(axis=0).tolist(), strict=True)
+        return {name: count for name, count in counts if count}
+
+
+def _seldom(stood: Stood) -> Iterator[Seen]:
+    """Share of the frames of a standing trial that show a marker."""
+    every = len(stood.recording.markers)
+    for name, count in stood.frames.items():
+        yield Seen(count / every, name, {"count": count, "all": every})
+
+
 def _lost(read: AsRead, *, named: int) -> Iterator[Seen]:
     """All places where frames are missing or too many."""
     recording, rate = read.recording, read.recording.marker_rate
@@ -273,6 +295,21 @@ def _shake(recording: Recording, one: str, other: str, *, frames: int, shakes_hz
     return float("nan") if fast is None else float(MEDIAN_TO_SD * np.median(np.abs(fast)))
 
 
+SELDOM: Final[Finding] = Finding(
+    name="seldom seen",
+    needs=Stood,
+    values=_seldom,
+    limits=(0.1, np.inf),
+    unit="of the frames",
+    sentence=(
+        "only {count} of the {all} frames of the standing trial show it, so it is left out there"
+    ),
+    remedy="Label it in the recording program, and export again",
+    source=(
+        "one of 107 frames in a file of MOtoNMS, 11 cm from its place: a ghost more often than a "
+        "marker"
+    ),
+)
 LOST: Final[Finding] = Finding(
     name="lost frames",
     needs=AsRead,

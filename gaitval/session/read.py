@@ -97,7 +97,9 @@ def read_session(
         lacking = [name for name in marker_set.essential if name not in recording.names]
         if lacking:
             notify("markers", f"{request.called(number)}: without {', '.join(lacking)}")
-    standing, seldom = (standing, []) if request.stands_in_walk else without_seldom(standing)
+    stood = Result((), ())
+    if not request.stands_in_walk:
+        standing, stood = without_seldom(standing)
     whole = completed(marker_set, standing, walking)
     marker_set, standing, walking = whole.marker_set, whole.standing, list(whole.walking)
     points = _points((standing, *walking), marker_set)
@@ -123,10 +125,11 @@ def read_session(
     standing, of_walk = _standing(
         request, processing, marker_set, axes, standing, first, floor, notify
     )
-    flags = [(request.called(0), warning) for warning in (*seldom, *whole.flags, *of_walk)]
-    for warning in (*seldom, *whole.flags):
+    flags = [(request.called(0), warning) for warning in (*stood.flags, *whole.flags, *of_walk)]
+    for warning in (*stood.flags, *whole.flags):
         notify("warnings", str(warning))
-    turned, looked = list[Recording](), list[tuple[str, Looked]]()
+    turned = list[Recording]()
+    looked = [(request.called(0), row) for row in stood.looked]
     for number, named_walk in enumerate(walking):
         with of_trial(number):
             recording = walked(number) if first is None or number > 0 else first

@@ -7,7 +7,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.gait.quality_flags import QualityFlag
+from gaitval.findings import Result, look
+from gaitval.findings.markers import Stood
 from gaitval.mocap.recording import Recording
 
 LARGEST_SWAY: Final = 0.04
@@ -27,24 +28,15 @@ def standing_places(recording: Recording) -> dict[str, Array]:
     return places
 
 
-SELDOM: Final = 0.1
-"""Of the frames of a standing trial: a marker that fewer show is a ghost more often than a marker
-(0.01 in a file of MOtoNMS, 11 cm from its place), and its place is not taken from them."""
-
-
-def without_seldom(recording: Recording) -> tuple[Recording, list[QualityFlag]]:
-    """The standing trial without markers that hardly any frame shows, and a warning about each."""
-    seen = np.isfinite(recording.markers).all(axis=2) & (recording.markers != 0.0).any(axis=2)
-    markers, flags = recording.markers.copy(), list[QualityFlag]()
-    for column, (name, frames) in enumerate(zip(recording.names, seen.sum(axis=0), strict=True)):
-        if 0 < frames < SELDOM * len(markers):
-            markers[:, column] = np.nan
-            flags.append(QualityFlag(
-                "seldom seen", name, float(frames) / len(markers), SELDOM, "of the frames",
-                f"only {frames} of the {len(markers)} frames of the standing trial show it, so it "
-                "is left out there: label it in the recording program, and export again",
-            ))  # fmt: skip
-    return (recording.with_markers(recording.names, markers) if flags else recording), flags
+def without_seldom(recording: Recording) -> tuple[Recording, Result]:
+    """The standing trial without markers that hardly any frame shows, and what was found of it."""
+    found = look(Stood(recording))
+    left_out = {flag.where for flag in found.flags}
+    if not left_out:
+        return recording, found
+    markers = recording.markers.copy()
+    markers[:, [name in left_out for name in recording.names]] = np.nan
+    return recording.with_markers(recording.names, markers), found
 
 
 def check_stands(recording: Recording, landmarks: Mapping[str, str]) -> None:

@@ -274,8 +274,9 @@ def test_a_marker_that_one_frame_of_twenty_shows_is_left_out_and_said(made_up):
     markers, (ghost, seen) = whole.copy(), (standing.names.index(n) for n in ("R.Heel", "L.Heel"))
     markers[1:, ghost] = np.nan
     markers[2:, seen] = np.nan
-    found, flags = without_seldom(replace(standing, markers=markers))
+    found, (flags, looked) = without_seldom(replace(standing, markers=markers))
     assert [(flag.where, flag.value, flag.limit) for flag in flags] == [("R.Heel", 0.05, 0.1)]
     assert "only 1 of the 20 frames" in flags[0].message
+    assert [(row.where, row.kept) for row in looked] == [("R.Heel", False)]
     assert np.isnan(found.marker("R.Heel")).all()
     np.testing.assert_array_equal(found.marker("L.Heel")[:2], whole[:2, seen])
