@@ -320,7 +320,5 @@ ANKLE_MOMENT: Final = Quantity("the largest moment of an ankle", _PER_MASS, 0.35
 """It is 0.6 to 2 Nm/kg in walking, 0.35 at the least on a patient's better side."""
 VERTICAL_FORCE: Final = Quantity("the largest vertical force", _PER_WEIGHT, 0.6, 3.0)
 """It is 0.8 to 1.5 body weights in walking."""
-SHEAR_FORCE: Final = Quantity("the largest horizontal force", _PER_WEIGHT, 0.03, 0.8)
-"""It is 0.05 to 0.35 body weights in walking."""
 MEAN_FORCE: Final = Quantity("the mean vertical force", _PER_WEIGHT[:3], 0.85, 1.1)
 """Over a cycle of both feet, of which it is 1 where gait repeats itself and plates are true."""

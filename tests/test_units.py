@@ -82,8 +82,6 @@ def test_a_word_that_is_unknown_or_missing_is_refused(word, match):
         (units.VERTICAL_FORCE, 110.0, "% of body weight"),
         (units.VERTICAL_FORCE, 640.0, "N"),
         (units.VERTICAL_FORCE, 10.5, "N/kg"),
-        (units.SHEAR_FORCE, 1.9, "N/kg"),
-        (units.SHEAR_FORCE, 200.0, "N"),
         (units.MEAN_FORCE, 9.42, "N/kg"),
         (units.STATURE, 1e7, ""),
     ],

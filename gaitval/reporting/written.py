@@ -5,7 +5,6 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self, get_args
 
-import numpy as np
 from pydantic import BaseModel
 
 from gaitval._internal.io.artefacts import versions, write_json, write_text
@@ -93,7 +92,7 @@ def plain(value: Any) -> Any:
         return plain(value._asdict())
     if isinstance(value, list | tuple):
         return [plain(each) for each in value]
-    return value.item() if isinstance(value, np.generic) else value
+    return value
 
 
 def taken(model: type[Result], source: object, **more: Any) -> dict[str, Any]:
