@@ -163,7 +163,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
             f"{trial}: {warning}" for trial, warning in found.warnings if warning.check != ONE_SIDE
         ],
         looked=_nearest(found.looked),
-        findings=[message for step, message in found.decisions if step not in _SHOWN_STEPS],
+        repairs=[message for step, message in found.decisions if step not in _SHOWN_STEPS],
         left_out=[
             page.LeftOut(walk.name, side, cycle.start, "; ".join(cycle.reasons))
             for walk in found.trials

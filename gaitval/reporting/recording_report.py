@@ -248,7 +248,7 @@ class RecordingSummary:
     missing : data of one side that were not recorded, why, and what can be done; sentences.
     warnings : where data contradict physics or normal gait, a sentence each.
     looked : every finding that was looked for, with its value and limits.
-    findings : what cleaning found and did, one sentence each.
+    repairs : what cleaning found and did, one sentence each.
     left_out : empty if every cycle is in the means.
     versions : of gaitval and the libraries that the results depend on.
     commit : of gaitval's code (`build_info.source_commit`); empty if not known.
@@ -290,7 +290,7 @@ class RecordingSummary:
     missing: Sequence[str] = ()
     warnings: Sequence[str] = ()
     looked: Sequence[Looked] = ()
-    findings: Sequence[str] = ()
+    repairs: Sequence[str] = ()
     left_out: Sequence[LeftOut] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
     commit: str = ""

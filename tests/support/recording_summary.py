@@ -119,7 +119,7 @@ def sample(**changes: object) -> page.RecordingSummary:
             page.SpatiotemporalRow("Stance", "1", (0.67, 0.01), None, digits=3),
         ],
         changes=[page.ConsistencyChange("residual force, RMS", 11.2, 4.1, "N")],
-        findings=["R.Knee: 2 gaps filled, the longest 0.08 s (rebuilt from its segment).",
+        repairs=["R.Knee: 2 gaps filled, the longest 0.08 s (rebuilt from its segment).",
                   "L.MT5: 1 spike of 14 mm at 12.35 s removed."],
         left_out=[page.LeftOut("walkT01.c3d", "right", 4.21, "both feet on one plate"),
                   page.LeftOut("walkT01.c3d", "left", 4.86, "both feet on one plate"),

@@ -25,7 +25,7 @@ CASES = {
     ),
     "import_decimal_commas": (
         "import --static standing.trc --trial walking.trc --forces walking.mot "
-        f"{BELTED}",
+        + BELTED,
         0, ("trial walking",),
     ),
     "import_exoskeleton_torques": (

@@ -351,6 +351,8 @@ def test_files_that_do_not_pair(laboratory: Laboratory, raw: Path) -> None:
     refuse(more, "--forces is given 2× and --trial 1×")
     twice = once.model_copy(update={"trials": once.trials * 2, "forces": ()})
     refuse(twice, "walk.trc", "given twice, with --trial and with --trial")
+    copied = once.model_copy(update={"trials": trials, "forces": (), "kinematics_only": True})
+    refuse(copied, "walk.trc", "again.trc", "are the same recording")
     both = once.model_copy(update={"trials": (raw / "WBDS01walkT01.c3d",)})
     refuse(both, "has 2 force plates", "Leave one out")
 
