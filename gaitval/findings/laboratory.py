@@ -73,7 +73,8 @@ def floor_slope(
     along: list[float] = []
     up: list[float] = []
     for side in SIDES:
-        for name in {landmarks.get(f"{side[0].upper()}.{at}", "") for at in ON_FEET}:
+        # each marker once, in the same order in every process
+        for name in dict.fromkeys(landmarks.get(f"{side[0].upper()}.{at}", "") for at in ON_FEET):
             if name not in recording.names:
                 continue
             rests = _rests(recording, recording.marker(name), whole, side)

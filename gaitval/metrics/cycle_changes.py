@@ -265,7 +265,7 @@ def _filters(cycles: Mapping[str, Array]) -> dict[str, Array]:
     whole cycle. None of a kind whose curves do not differ from stride to stride.
     """
     found = {}
-    for kind in {name.partition("/")[0] for name in cycles}:
+    for kind in dict.fromkeys(name.partition("/")[0] for name in cycles):
         deviations = []
         for name, values in cycles.items():
             own = values - values.mean(axis=0)
@@ -303,7 +303,7 @@ def _of_labels(
 ) -> dict[str, tuple[Array, Array, Array]]:
     """What `_LookedAt` has of each curve, (k, n), (k, 2) and (k, m), for each of k labellings."""
     found: dict[str, tuple[Array, Array, Array]] = {}
-    for kind in {name.partition("/")[0] for name in values}:
+    for kind in dict.fromkeys(name.partition("/")[0] for name in values):
         names = [name for name in values if name.partition("/")[0] == kind]
         curves = np.stack([values[name] for name in names], axis=1)
         points = _t(curves, second, moderated=True)
