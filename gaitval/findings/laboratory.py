@@ -73,8 +73,8 @@ def floor_slope(
     along: list[float] = []
     up: list[float] = []
     for side in SIDES:
-        # each marker once, in the same order in every process
-        for name in dict.fromkeys(landmarks.get(f"{side[0].upper()}.{at}", "") for at in ON_FEET):
+        names = (landmarks.get(f"{side[0].upper()}.{at}", "") for at in ON_FEET)
+        for name in dict.fromkeys(names):  # in the same order in every process
             if name not in recording.names:
                 continue
             rests = _rests(recording, recording.marker(name), whole, side)
