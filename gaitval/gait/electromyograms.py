@@ -60,7 +60,9 @@ ALIASES: Final[Mapping[str, str]] = {
 }  # fmt: skip
 """Muscles of the leg's table by what laboratories call them, without signs between letters."""
 
-_PARTS: Final = {part: part.lower() for group in dict.fromkeys(ALIASES.values()) for part in group.split()}
+_PARTS: Final = {
+    part: part.lower() for group in dict.fromkeys(ALIASES.values()) for part in group.split()
+}
 
 
 @dataclass(frozen=True)
