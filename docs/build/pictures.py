@@ -148,14 +148,6 @@ def whole(page: Any) -> list[bytes]:
     return [element(page, "main, svg, img")]
 
 
-def left_half(page: Any) -> list[bytes]:
-    """The left half of a drawing below its title, whose text is then read without a zoom."""
-    image = Image.open(io.BytesIO(whole(page)[0]))
-    half = io.BytesIO()
-    image.crop((0, image.height // 12, image.width // 2, image.height)).save(half, "PNG")
-    return [half.getvalue()]
-
-
 def beginning(page: Any) -> list[bytes]:
     """The top of a page, as high as it is wide."""
     page.wait_for_timeout(SETTLING)
@@ -206,7 +198,6 @@ PICTURES: Final = {
     "change": Picture("change", "change/change.html", beginning),
     "judge": Picture("judge", "judged/judge.html", beginning),
     "muscles": Picture("muscles", "muscles/muscles.html", beginning),
-    "markers": Picture("markers", "my.svg", left_half),
     "recording": Picture("treadmill", "treadmill/recording/recording.html", recording),
     "recording-failed": Picture("overground", "overground/recording/recording.html", failed),
     "check": Picture("check", "check/summary.md", whole),
@@ -246,10 +237,6 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
         *("--external-loads", "imported/recording/trial1_external_loads.xml"),
     ),
     "muscles": ("muscles", "imported", "--bands", "--out", "muscles"),
-    "markers": (
-        *("markers", "sample/walking.c3d", "--standing", "sample/standing.c3d"),
-        *("--out", "my.toml"),
-    ),
     "imported": (
         *("import", *SAMPLE, "--mass", "64.95", "--height", "1.53", "--sex", "F"),
         *("--belt", "1.1473", "--out", "imported"),
@@ -270,7 +257,6 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
 BEFORE: Final = {
     "judge": "imported",
     "muscles": "imported",
-    "markers": "sample",
     "imported": "sample",
     "second-half": "first-half",
     "change": "second-half",
@@ -307,9 +293,6 @@ def prepared(step: str, work: Path, done: set[str]) -> None:
         script = [sys.executable, "-P", "-c", PUSHED, "mujoco"]
         subprocess.run(script, cwd=work, env=os.environ | {"MUJOCO_GL": "egl"}, check=True)
     else:
-        if step == "markers":  # it does not write over a set that may be corrected by hand
-            for earlier in work.glob("my.*"):
-                earlier.unlink()
         words = STEPS[step]
         data = os.environ.get("GAITVAL_DATA")
         if data is None and any("{data}" in word for word in words):

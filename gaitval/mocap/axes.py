@@ -174,7 +174,7 @@ def standing_points(recording: Recording, landmarks: Mapping[str, str]) -> dict[
                 f"{recording.source}: no marker on {what} is seen, or the marker set names none, "
                 "so neither the laboratory's axes nor the person's size can be found. Label the "
                 "markers in the standing trial, or give a marker set that has your names for them "
-                "(--marker-set; `gaitval markers WALK --standing STAND` drafts one)."
+                "(--marker-set; `gaitval markers FILE` drafts one)."
             )
     _check_height(recording.source, float(np.linalg.norm(upward_of(found))))
     return found

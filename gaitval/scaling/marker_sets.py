@@ -53,7 +53,7 @@ def recognise(names: Iterable[str], sets: Sequence[MarkerSet] | None = None) -> 
     Of the sets with at least `RECOGNISED_SHARE` of their required markers among the names, it is
     the one with the most markers there. Raises RecordError if no set fits, or two fit nearly
     equally and mean different places by a name. The message lists what was found, what the nearest
-    set is missing and which names may be those, and shows how to write your own set.
+    set is missing, and how to draft your own.
     """
     names = tuple(names)
     scored = sorted(

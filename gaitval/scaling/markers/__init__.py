@@ -1,1 +1,1 @@
-"""Marker sets drafted from a recording: from names, from places on the body, from a walk."""
+"""Marker sets drafted from names, and a pelvis without markers on its anterior spines."""
