@@ -181,12 +181,6 @@ def cohort(folder: Path, rows: int) -> None:
     command("cohort", folder / "few.csv", "--out", folder / "out")
 
 
-def drafted(folder: Path, rows: int) -> None:
-    (folder / "few.trc").write_bytes((folder / "walk.trc").read_bytes())
-    cut(folder / "few.trc", rows)
-    command("markers", folder / "few.trc", "--out", folder / "set.toml")
-
-
 def electromyograms(folder: Path, rows: int) -> None:
     read_electromyograms(storage(folder / "few.sto", rows, ("soleus_r",)))
 
@@ -210,12 +204,11 @@ MORE: dict[str, Callable[[Path, int], None]] = {
     "WBDS moments": partial(wbds, "fewknt.txt"),
     "session": session,
     "cohort": cohort,
-    "draft": drafted,
     "electromyograms": electromyograms,
 }  # fmt: skip
 READ = {
     *(("people, CSV", rows) for rows in (0, 1, 2)),
-    *((name, rows) for name in ("draft", "devices") for rows in (1, 2)),
+    *(("devices", rows) for rows in (1, 2)),
 }
 """What may have so few rows: people, a standing pose, and torques beside forces that may not."""
 
