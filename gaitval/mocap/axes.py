@@ -11,16 +11,15 @@ It is long because the same few measures of the body (up, facing, sides) find th
 that the user gives, and turn a walk.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array, Flags, runs
-from gaitval.constants import GRAVITY
+from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.activities import check_level, check_on_ground, what_instead
+from gaitval.mocap.activities import check_level, check_on_ground
 from gaitval.mocap.recording import Recording
 from gaitval.units import PELVIS_HEIGHT, confused
 
@@ -37,13 +36,6 @@ LIMITS: Final[Mapping[str, float]] = {
     "farthest_lean": 45.0,
     # Walking is faster than this, m/s; standing sway is slower.
     "slowest_walk": 0.1,
-    # s. A shorter part of a trial has no gait cycle of both feet.
-    "least_part": 1.6,
-    # s, about a stride, over which the pelvis' own rotation is averaged.
-    "stride_s": 1.0,
-    # m/s, of one foot against the other, mean of a stride. Who is slower stands, or steps
-    # about.
-    "slowest_part": 0.3,
 }
 """What decides in this module: each in the unit and for the reason that is said before it."""
 
@@ -52,21 +44,8 @@ TURNED: Final = (float(np.cos(np.radians(45.0))), 0.25)
 """Who faces 45° off the usual direction in a quarter of the frames does not walk straight; pelvises
 rotate by 15° at most."""
 
-DIRECTIONS: Final = 100
-"""As many frames are tried for the direction that most others face."""
-
 ACROSS: Final = ("ASIS", "PSIS", "Knee", "Ankle", "Heel")
 """Landmarks of which the line from right to left shows where the person faces, the best first."""
-STRAIGHT: Final = float(np.radians(20.0))
-"""rad/s. Who turns does so by 45 to 180 degrees a second."""
-LARGEST_BEND: Final = float(np.radians(20.0))
-"""rad. In a straight part the pelvis, averaged over strides, faces one way to within this angle."""
-
-RUNS: Final = (0.3, 0.25)
-"""Least correlation of the pelvis' height with the distance between the heels, and least speed
-squared over gravity and leg length, of running. Who walks sinks as the feet part (-0.57 to -0.96 in
-recordings of nine laboratories, of children with cerebral palsy among others); runners rise."""
-
 ALONG_AXIS: Final = float(np.radians(5.0))
 """A path within this angle of an axis of the laboratory is taken to lie along it, as walkways and
 belts do; the rest of the angle is the person's own."""
@@ -315,8 +294,7 @@ def turn_to_walking_direction(
     _check_straight(shown, landmarks)
     velocity, how = _walking_velocity(shown, landmarks, pelvis)
     speed = float(np.linalg.norm(velocity))
-    check_level(shown, landmarks, pelvis)
-    _check_walks(shown, landmarks, pelvis, velocity)
+    check_level(shown, landmarks)
     check_on_ground(shown, landmarks)
     angle = float(np.arctan2(velocity[1], velocity[0]))
     quarter = round(angle / (np.pi / 2)) * np.pi / 2
@@ -382,14 +360,10 @@ def _walking_velocity(
         velocity, how = drift - ground, "on a treadmill"
     speed = float(np.linalg.norm(velocity))
     if speed < LIMITS["slowest_walk"]:
-        if message := what_instead(recording, landmarks, pelvis):
-            raise RecordError(
-                f"{where}: {message}. Only walking can be analysed; give a walking trial, or the "
-                "part of this one in which the person walks with --trial-time."
-            )
         raise RecordError(
             f"{where}: neither the pelvis nor a belt under the feet moves (at most {speed:.2f} "
-            "m/s): this is not a walking trial. Give it as --static if the person stands."
+            "m/s): this is not a walking trial. Give a walking trial, or the part of this one in "
+            "which the person walks with --trial-time; or give it as --static if the person stands."
         )
     return velocity, how
 
@@ -405,111 +379,10 @@ def _check_straight(recording: Recording, landmarks: Mapping[str, str]) -> None:
     across = across[seen] / np.linalg.norm(across[seen], axis=1)[:, None]
     usual = unit_vector(np.median(across, axis=0)) if len(across) else np.zeros(3)
     if np.sum(across @ usual < TURNED[0]) / max(len(across), 1) > TURNED[1]:
-        # Of who walks there and back the median is nowhere: the direction of a frame has the most.
-        some = across[:: len(across) // DIRECTIONS + 1]
-        most = (some @ across.T > TURNED[0]).mean(axis=1).max()
         raise RecordError(
-            f"{recording.source}: the person turns: there is no direction that the pelvis faces "
-            f"within 45° in more than {100 * most:.0f} % of the frames. "
-            + _parts(recording, landmarks, across, seen)
-        )
-
-
-def _parts(recording: Recording, landmarks: Mapping[str, str], across: Array, seen: Flags) -> str:
-    """Which parts of a trial of somebody who turns may be given: those in which the person walks
-    straight, by the line (n, 3) from right to left in the n frames `seen` (T,), and by the feet.
-    """
-    line = np.full((len(seen), 3), np.nan)
-    line[seen] = across
-    feet = [_path(recording, landmarks, (f"{side}.Heel", f"{side}.Toe")) for side in "RL"]
-    parts = []
-    for begin, end in zip(*runs(seen), strict=True):
-        for first, last in _straight(line[begin:end], feet[0][begin:end] - feet[1][begin:end],
-                                     recording.marker_rate):  # fmt: skip
-            times = recording.time[begin + first], recording.time[begin + last - 1]
-            if times[1] - times[0] >= LIMITS["least_part"]:
-                parts.append(
-                    f"{np.floor(1e3 * times[0]) / 1e3:.3f}:{np.ceil(1e3 * times[1]) / 1e3:.3f}"
-                )
-    if not parts:
-        return (
-            f"There is no part of {LIMITS['least_part']:g} s or more in which the person walks "
-            "straight. Give a trial of straight walking."
-        )
-    if len(parts) < 2:
-        return (
-            "Give a part in one direction with --trial-time BEGIN:END, in seconds; "
-            f"--trial-time {parts[0]} is straight."
-        )
-    files, times_said = "--trial FILE " * len(parts), " ".join(f"--trial-time {p}" for p in parts)
-    return f"Give its parts in one direction as trials: {files}{times_said} (s, of the recording)."
-
-
-def _straight(across: Array, apart: Array, rate: float) -> Iterator[tuple[int, int]]:
-    """First frame and the one after the last of each part in which somebody walks straight: by the
-    line (T, 3) from right to left, and the places of the feet `apart` (T, 3) m.
-    """
-    if len(across) < LIMITS["least_part"] * rate:
-        return
-    up = unit_vector(np.cross(*_spanning(across)))
-    east = unit_vector(across[0] - (across[0] @ up) * up)
-    yaw = np.unwrap(np.arctan2(across @ np.cross(up, east), across @ east))
-    # Over a stride the pelvis' own rotation is nothing.
-    yaw, turning = _over_a_stride(yaw, rate)
-    walks = np.ones(len(yaw), dtype=bool)
-    known = np.isfinite(apart).all(axis=1)
-    if known.sum() > 1:
-        # Who stands between two turns has feet that rest; on a belt, too, those of a walker swing.
-        frames = np.arange(len(apart))
-        path = np.stack([np.interp(frames, frames[known], apart[known, i]) for i in range(3)], 1)
-        swinging = np.linalg.norm(np.gradient(path, 1.0 / rate, axis=0), axis=1)
-        walks = _over_a_stride(swinging, rate)[0] > LIMITS["slowest_part"]
-    for begin, end in zip(*runs(walks & (np.abs(turning) < STRAIGHT)), strict=True):
-        # What is left must be straight as a whole, too.
-        bent = np.abs(yaw[begin:end] - np.median(yaw[begin:end])) > LARGEST_BEND
-        first, last = max(zip(*runs(~bent), strict=True), key=lambda part: part[1] - part[0])
-        yield int(begin + first), int(begin + last)
-
-
-def _spanning(lines: Array) -> tuple[Array, Array]:
-    """Two of the unit vectors `lines` (T, 3), far from parallel, of the plane that they are in."""
-    first = lines[0]
-    return first, lines[int(np.argmin(np.abs(lines @ first)))]
-
-
-def _over_a_stride(values: Array, rate: float) -> tuple[Array, Array]:
-    """Means of `values` (T,) over a stride, and their rate of change, per s."""
-    half = max(1, round(0.5 * LIMITS["stride_s"] * rate))
-    padded = (
-        np.pad(values, half, mode="reflect", reflect_type="odd") if len(values) > half else values
-    )
-    width = 2 * half + 1
-    if len(padded) < width:
-        return values, np.zeros(len(values))
-    means = np.convolve(padded, np.ones(width) / width, mode="valid")
-    return means, np.gradient(means, 1.0 / rate)
-
-
-def _check_walks(
-    recording: Recording, landmarks: Mapping[str, str], pelvis: Array, velocity: Array
-) -> None:
-    """Refuse a person who runs with a `velocity` (2,) m/s, by the path (T, 3) m of the `pelvis`."""
-    for name in ("Heel", "Ankle", *_TOES):
-        right, left = (_path(recording, landmarks, (f"{side}.{name}",)) for side in "RL")
-        apart = np.abs((right - left)[:, :2] @ unit_vector(velocity))
-        if np.isfinite(apart).any():
-            break
-    seen = np.isfinite(apart + pelvis[:, 2])
-    if (
-        np.count_nonzero(seen) < 2
-        or velocity @ velocity < RUNS[1] * GRAVITY * pelvis[seen, 2].mean()
-    ):
-        return
-    if np.corrcoef(apart[seen], pelvis[seen, 2])[0, 1] > RUNS[0]:
-        raise RecordError(
-            f"{recording.source}: at {np.linalg.norm(velocity):.1f} m/s the pelvis is highest when "
-            "the feet are furthest apart, but in walking it is lowest then: is it running? Only "
-            "walking can be analysed; give a walking trial."
+            f"{recording.source}: the person turns: the pelvis does not face within 45° of one "
+            "direction. Give each part in which the person walks straight, in s, as a trial: "
+            "--trial FILE --trial-time BEGIN:END."
         )
 
 

@@ -1,6 +1,5 @@
 """The laboratory's axes are found from who stands and walks in it, or refused with a reason."""
 
-import re
 from itertools import permutations, product
 
 import numpy as np
@@ -73,20 +72,6 @@ def walking(speed: float, *, belt: bool, drift: float = 0.0) -> Recording:
     return Recording("walk.c3d", "project", names, markers, 100.0)
 
 
-def circuit() -> Recording:
-    """A walk of 14 s at 1 m/s that turns by 180° in the first, the middle and the last 2 s."""
-    straight = walking(1.0, belt=True)
-    markers = np.concatenate([straight.markers] * 2)[:1400]
-    time = np.arange(1400) / 100.0
-    yaw = np.radians(np.interp(time, [0, 2, 6, 8, 12, 14], [-180, 0, 0, 180, 180, 360]))
-    steps = np.stack([np.cos(yaw), np.sin(yaw)], axis=1) / 100.0
-    middle = markers[..., :2].mean(axis=1, keepdims=True).mean(axis=0)
-    level = markers[..., :2] - middle
-    turn = np.stack([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]).transpose(2, 0, 1)
-    markers[..., :2] = np.einsum("tij,tmj->tmi", turn, level) + np.cumsum(steps, axis=0)[:, None]
-    return straight.with_markers(straight.names, markers)
-
-
 def turned(recording: Recording, degrees: float) -> Recording:
     return recording.turned(about_z(degrees))
 
@@ -157,13 +142,6 @@ class TestDetect:
         turns = still.with_markers(still.names, np.array(turning).transpose(0, 2, 1))
         with pytest.raises(RecordError, match="the person turns"):
             detect_axes(turns, LANDMARKS)
-
-    def test_half_of_a_walk_there_and_back_faces_each_way(self):
-        still = standing()
-        both = np.concatenate([still.markers, (about_z(180) @ still.markers[0].T).T[None]])
-        there_and_back = still.with_markers(still.names, np.repeat(both[[0, -1]], 30, axis=0))
-        with pytest.raises(RecordError, match=r"in more than 50 % of the frames"):
-            detect_axes(there_and_back, LANDMARKS)
 
     def test_front_and_rear_of_the_pelvis_exchanged(self):
         points = dict(PERSON)
@@ -335,19 +313,6 @@ class TestWalkingDirection:
         with pytest.raises(RecordError, match=r"feet point .*backwards"):
             turn_to_walking_direction(fewer, LANDMARKS)
 
-    @pytest.mark.parametrize(("speed", "rises"), [(3.5, True), (3.5, False), (1.0, True)])
-    def test_who_runs_is_highest_when_the_feet_are_furthest_apart(self, speed, rises):
-        """In walking the pelvis is lowest then; a limp may raise it, but not at a run's speed."""
-        recording = walking(speed, belt=True)
-        right, left = (recording.marker(f"{side}_Heel")[:, 0] for side in "RL")
-        pelvis = [i for i, name in enumerate(recording.names) if name.endswith("SIS")]
-        recording.markers[:, pelvis, 2] += (0.1 if rises else -0.1) * np.abs(right - left)[:, None]
-        if rises and speed > 2.0:
-            with pytest.raises(RecordError, match="is it running"):
-                turn_to_walking_direction(recording, LANDMARKS)
-        else:
-            turn_to_walking_direction(recording, LANDMARKS)
-
     def test_a_standing_trial(self):
         still = walking(0.0, belt=False)
         markers = np.tile(np.array(list(PERSON.values())), (len(still.time), 1, 1))
@@ -378,25 +343,6 @@ class TestWalkingDirection:
             with pytest.raises(RecordError, match="other axes than the standing trial"):
                 turn_to_walking_direction(fewer.turned(axes), LANDMARKS)
 
-    @pytest.mark.parametrize("lost", [(), ("ASIS",)])
-    def test_straight_parts_of_a_circuit_are_suggested_and_work(self, lost):
-        """Two straight walks of 4 s, there and back, with turns of 2 s before, between, after."""
-        recording = circuit()
-        names = [name for name in recording.names if name[2:] not in lost]
-        recording = recording.with_markers(names, recording.columns(names))
-        with pytest.raises(RecordError, match="parts in one direction as trials") as error:
-            turn_to_walking_direction(recording, LANDMARKS)
-        found = [
-            tuple(map(float, each))
-            for each in re.findall(r"--trial-time (\S+?):(\S+)", str(error.value))
-        ]
-        assert len(found) == 2
-        for part, straight in zip(found, ((2.0, 6.0), (8.0, 12.0)), strict=True):
-            assert straight[0] - 0.7 < part[0]
-            assert part[1] < straight[1] + 0.7
-            assert part[1] - part[0] > 2.5
-            turn_to_walking_direction(recording.between(part, "--trial-time"), LANDMARKS)
-
     @pytest.mark.parametrize("degrees", [10.0, -8.0, 2.0])
     @pytest.mark.parametrize("belt", [True, False])
     def test_a_slope_is_named(self, degrees, belt):
@@ -409,10 +355,10 @@ class TestWalkingDirection:
         if abs(degrees) < 4.0:
             turn_to_walking_direction(sloped, LANDMARKS)
             return
-        with pytest.raises(RecordError, match=f"{'up' if degrees > 0 else 'down'} by .*slope"):
+        with pytest.raises(RecordError, match=f"goes {'up' if degrees > 0 else 'down'}"):
             turn_to_walking_direction(sloped, LANDMARKS)
 
-    def test_stairs_are_named(self):
+    def test_stairs_are_no_level_ground(self):
         recording = walking(0.6, belt=False)
         markers = recording.markers.copy()
         time = recording.time
@@ -425,7 +371,7 @@ class TestWalkingDirection:
                 markers[:, i, 2] += 0.34 * done
             else:
                 markers[:, i, 2] += 0.34 * time
-        with pytest.raises(RecordError, match="these are stairs"):
+        with pytest.raises(RecordError, match=r"goes up by .*stairs"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
     @pytest.mark.parametrize("belt", [False, True], ids=["overground", "treadmill"])
@@ -437,8 +383,8 @@ class TestWalkingDirection:
         with pytest.raises(RecordError, match="both feet are off the ground at once"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
-    @pytest.mark.parametrize(("drop", "words"), [(-0.3, "jumps down"), (0.25, "gets onto")])
-    def test_a_box_is_no_slope(self, drop, words):
+    @pytest.mark.parametrize("drop", [-0.3, 0.25])
+    def test_a_box_is_no_level_ground(self, drop):
         recording = walking(0.6, belt=False)
         markers = recording.markers.copy()
         for i, name in enumerate(recording.names):
@@ -446,28 +392,8 @@ class TestWalkingDirection:
             late = 0.5 if name[0] == "L" else 0.0
             begin = 1.0 + (0.6 - late) % 1.0
             markers[:, i, 2] += drop * np.clip((recording.time - begin) / 0.4, 0, 1)
-        with pytest.raises(RecordError, match=f"two levels that are .*{words}"):
+        with pytest.raises(RecordError, match="two levels that are"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
-
-    @pytest.mark.parametrize(
-        "what",
-        ["sits down, stands up", "right foot .* stands on one leg", "jumps", "steps on the spot"],
-    )
-    def test_who_does_not_walk_is_told_what_is_seen(self, what):
-        still = walking(0.0, belt=False)
-        markers = np.tile(np.array(list(PERSON.values())), (len(still.time), 1, 1))
-        for i, name in enumerate(still.names):
-            if "sits" in what and name.endswith("SIS"):
-                markers[:, i, 2] -= 0.2 * (1 - np.cos(2 * np.pi * still.time / 5.0))
-            if "one leg" in what and name.startswith("R_") and not name.endswith("SIS"):
-                markers[:, i, 2] += 0.15 * ((still.time > 2) & (still.time < 8))
-            if what == "jumps":
-                markers[:, i, 2] += np.clip(0.3 * np.sin(2 * np.pi * still.time), 0.0, None)
-            if "spot" in what and not name.endswith("SIS"):
-                turn = np.sin(2 * np.pi * still.time) * (1 if name[0] == "R" else -1)
-                markers[:, i, 2] += np.clip(0.2 * turn, 0.0, None)
-        with pytest.raises(RecordError, match=what):
-            turn_to_walking_direction(still.with_markers(still.names, markers), LANDMARKS)
 
     def test_still_in_the_laboratorys_axes(self):
         with pytest.raises(RecordError, match="still in the laboratory's axes"):
