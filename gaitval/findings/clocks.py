@@ -61,20 +61,6 @@ def while_seen(
             yield event
 
 
-def _drift(of: Contacts, *, errors: float) -> Iterator[Seen]:
-    """s, by how much events of the forces are later at the end than at the beginning, by the
-    straight line through them; 0 if that is not beyond so many standard `errors`.
-    """
-    late = [one for each in of.late().values() for one in each]
-    if len(late) <= 2 * FEWEST_EVENTS:
-        return
-    _, times, lags = (np.array(column) for column in zip(*late, strict=True))
-    (slope, _), covariance = np.polyfit(times, lags, 1, cov=True)
-    certain = abs(slope) > errors * np.sqrt(covariance[0, 0])
-    way = "later" if slope > 0.0 else "earlier"
-    yield Seen(float(abs(slope) * np.ptp(times)) * certain, "forces and markers", {"way": way})
-
-
 def _stray(of: Contacts) -> Iterator[Seen]:
     """s, of the event of each kind that strays most."""
     for name, late in of.late().items():
@@ -101,23 +87,6 @@ def _nearest(event: Event, among: Sequence[Event]) -> float:
     return min(times, key=lambda time: abs(time - event.time), default=np.inf)
 
 
-CLOCKS: Final[Finding] = Finding(
-    name="clocks",
-    needs=Contacts,
-    values=_drift,
-    numbers={"errors": 3.0},
-    limits=0.02,
-    unit="s",
-    sentence=(
-        "over the events that both show, the forces come {way} and {way} than the markers, by "
-        "{value:.0f ms} at the end: a rate in the file is not that of its clock, or the clocks are "
-        "not locked"
-    ),
-    remedy="Correct the rate, or synchronise plates and cameras",
-    source="3 ms in the 30 s of WBDS01 T01",
-    # what was lost, not a clock or a plate, makes events differ
-    hidden_by=("weight", "lost frames"),
-)
 STRAY_EVENTS: Final[Finding] = Finding(
     name="events of forces and markers",
     needs=Contacts,
@@ -133,5 +102,6 @@ STRAY_EVENTS: Final[Finding] = Finding(
         "at most 0.025 s (67 strikes and toe-offs of WBDS01 T01 at 0.49 m/s), and 0.013 in the "
         "other recordings named in `findings.plates`"
     ),
-    hidden_by=("weight", "lost frames", "clocks"),
+    # what was lost, not a plate, makes events differ
+    hidden_by=("weight", "lost frames"),
 )

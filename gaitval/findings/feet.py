@@ -56,28 +56,6 @@ def _heights(beside: Beside, *, fewest: int) -> Iterator[Seen]:
         yield Seen(abs(change - floor), beside.landmarks[mark], {"way": way})
 
 
-def _unlike_heights(beside: Beside, *, fewest: int) -> Iterator[Seen]:
-    """m, by which such a change of one foot's marker, beside the foot's other markers, differs most
-    from that of the other foot. With the marker itself among these, one of two would hide half of
-    its change.
-    """
-    changes = _height_changes(beside)
-    apart: dict[str, dict[str, float]] = {"R": {}, "L": {}}
-    for side, found in apart.items():
-        own = {mark[2:]: change for mark, change in changes.items() if mark[0] == side}
-        for part, change in own.items() if len(own) > 1 else ():
-            found[part] = change - float(np.median([own[other] for other in own if other != part]))
-    both = sorted(apart["R"].keys() & apart["L"].keys())
-    if not both or len(changes) < fewest:
-        return
-    part = max(both, key=lambda part: abs(apart["R"][part] - apart["L"][part]))
-    right, left = (apart[side][part] for side in "RL")
-    # Of two markers each is beside the other, and either may have moved.
-    either = both if len(both) == 2 else [part]
-    where = [" and ".join(beside.landmarks[f"{side}.{part}"] for side in "RL") for part in either]
-    yield Seen(abs(right - left), ", or ".join(where), {"right": right, "left": left})
-
-
 def _height_changes(beside: Beside) -> dict[str, float]:
     """How much higher each landmark of the feet is in the walk's flat foot than in standing, m;
     none where the person did not stand.
@@ -144,25 +122,6 @@ HEIGHT: Final[Finding] = Finding(
         "is never put down flat"
     ),
     source="within 8 mm",
-)
-UNLIKE_HEIGHTS: Final[Finding] = Finding(
-    name="unlike heights of feet",
-    needs=Beside,
-    values=_unlike_heights,
-    numbers={"fewest": 4},
-    limits=0.014,
-    unit="m",
-    sentence=(
-        "from standing to the flat foot of the walk they rise by {right:.0f mm} and {left:.0f mm} "
-        "beside the rest of their feet (elsewhere within {limit:.0f mm} of each other): one of "
-        "them has moved or is mislabelled in one of the trials, or one foot is never put down flat"
-    ),
-    source=(
-        "at most 5 mm in 21 public recordings, 11 mm in the walk of Rajagopal et al. 2016 and 8 mm "
-        "in a walk of the OpenCap validation. A head of a metatarsal that is 12 mm lower in "
-        "standing turns the subtalar joint by 3 degrees"
-    ),
-    hidden_by=("height of a foot's marker",),
 )
 SCALE: Final[Finding] = Finding(
     name="scale of the trials",

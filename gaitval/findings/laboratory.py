@@ -1,5 +1,5 @@
-"""What the walk says of the cameras and of the belt: whether the floor is level, whether the frame
-rate is one that cameras are set to, and whether feet go back as fast as the belt is said to run.
+"""What the walk says of the cameras and of the belt: whether the floor is level, and whether feet
+go back as fast as the belt is said to run.
 
 A foot that stands lies on the floor, so the same marker rests at the same height wherever the foot
 is put down, and does not sink while a belt carries it back. Cameras whose vertical is tilted by
@@ -39,12 +39,10 @@ class Laboratory:
 
     Attributes
     ----------
-    rate : Hz, of the markers.
     slope : of the floor (`floor_slope`).
     belt, feet : m/s, speed of the belt as it is given, and as flat feet show it; 0 over ground.
     """
 
-    rate: float
     slope: "FloorSlope | None"
     belt: float
     feet: float
@@ -126,14 +124,6 @@ def _level(of: Laboratory, *, belt: float) -> Iterator[Seen]:
         yield Seen(abs(value), "cameras", words, limits=(-np.inf, most + 2.0 * error))
 
 
-def _odd_rate(of: Laboratory, *, usual: Sequence[float]) -> Iterator[Seen]:
-    """How far the rate is from one that cameras are set to, over that."""
-    every = (*usual, *(step * round(of.rate / step) for step in (10.0, 25.0)))
-    nearest = min(every, key=lambda each: abs(of.rate - each))
-    words = {"rate": f"{of.rate:.6g}", "nearest": f"{nearest:g}"}
-    yield Seen(abs(of.rate / nearest - 1.0) if nearest else np.inf, "cameras", words)
-
-
 def _belt(of: Laboratory, *, share: float) -> Iterator[Seen]:
     """m/s, by which flat feet move otherwise than the belt."""
     limits = (-np.inf, max(share * of.belt, ROLLING))
@@ -159,36 +149,6 @@ FLOOR_TILTED: Final[Finding] = Finding(
         "over ground the floor rises by 0.20 (SD) in eleven recordings of McGill, at most 0.34; on "
         "a belt, where feet roll a little while they count as flat, by 0.3 to 0.8 in three"
     ),
-)
-ODD_RATE: Final[Finding] = Finding(
-    name="odd frame rate",
-    needs=Laboratory,
-    values=_odd_rate,
-    # beside tens and multiples of 25
-    numbers={
-        "usual": (
-            24.0,
-            48.0,
-            64.0,
-            72.0,
-            83.333,
-            96.0,
-            128.0,
-            144.0,
-            166.667,
-            256.0,
-            333.333,
-            512.0,
-        )
-    },
-    limits=0.005,
-    unit="1",
-    sentence=(
-        "the file says {rate} Hz, which is no rate that cameras are set to ({nearest} Hz is the "
-        "nearest). Speeds are wrong by as much as it is, what accelerates by twice that"
-    ),
-    remedy="Check the frame rate in the recording program",
-    source="what a file's average over its times, or video (1000/1001), may be off by",
 )
 BELT: Final[Finding] = Finding(
     name="belt",

@@ -18,7 +18,6 @@ from gaitval.arrays import Array, Flags
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.findings.finding import Finding, Limits, Seen
-from gaitval.findings.stances import HORIZONTAL, Stance
 from gaitval.gait.agreement import both_known
 from gaitval.mocap.recording import Event, FootForces
 
@@ -40,15 +39,12 @@ class Balance:
     needed : (T, 3) N, total ground reaction that the motion needs (measured plus residual), at the
         marker frames.
     loads : on the feet there, filtered as the motion is.
-    stances : of `whole_stances`, in samples of the plates at `force_rate` Hz.
     mass_kg : of the person.
     aid : what carries a part of the body, which is in none of the balances.
     """
 
     needed: Array
     loads: FootForces
-    stances: Sequence[Stance]
-    force_rate: float
     mass_kg: float
     aid: str | None = None
 
@@ -107,28 +103,6 @@ def _frame_rate(balance: Balance) -> Iterator[Seen]:
     if correlation > LEAST_CORRELATION:
         factor = float(np.sqrt(ratio)) if ratio > 0.0 else float("nan")
         yield Seen(ratio, "markers and plates", {"factor": factor})
-
-
-def _along(balance: Balance) -> Iterator[Seen]:
-    """What the motion needs fore and aft over what a plate shows. The other plates are taken to be
-    right: this one has to supply what they leave.
-    """
-    known, loads = balance.known, balance.loads
-    for name in dict.fromkeys(stance.plate for stance in balance.stances):
-        carried = np.zeros(len(known))
-        for stance in balance.stances:
-            if stance.plate == name:
-                # Stances are in force samples, the loads at the marker frames.
-                ends = (stance.begin, stance.end)
-                frames = slice(*(round(at * loads.rate / balance.force_rate) for at in ends))
-                carried[frames] += loads.force[frames, SIDES.index(stance.side), 0]
-        rest = loads.force[..., 0].sum(axis=1) - carried
-        alone = known & (np.abs(carried) > 0.0)
-        if np.count_nonzero(alone) < LEAST_SECONDS * loads.rate:
-            continue
-        ratio, together = _against(carried[alone], (balance.needed[:, 0] - rest)[alone])
-        if abs(together) > LEAST_CORRELATION:
-            yield Seen(ratio, f"plate {name}", plate=name)
 
 
 def _drift(balance: Balance) -> Iterator[Seen]:
@@ -241,27 +215,6 @@ FRAME_RATE: Final[Finding] = Finding(
     source=("0.72 to 1.06; a rate that is written double makes it at least 2.9, half at most 0.27"),
     hidden_by=("weight", "aid"),
 )
-ALONG: Final[Finding] = Finding(
-    name="fore-aft force and motion",
-    needs=Balance,
-    values=_along,
-    limits=(0.4, 1.8),
-    impossible=(0.0, np.inf),
-    unit="1",
-    sentence=(
-        "the body's fore-aft acceleration needs {value:.2f} times the force that the plate shows "
-        "({low:g} to {high:g} elsewhere)"
-    ),
-    remedy="Check its calibration and axes",
-    source="0.62 to 1.19",
-    # a sideways force or a free moment does not say why the fore-aft force disagrees
-    hidden_by=(
-        "weight", "aid", "frame rate", *(HORIZONTAL - {"push towards the middle line"}),
-        "dead channel", "dead channel: point", "dead channel: moment", "dead channel: vertical",
-        "saturated channel",
-        "stuck channel", "forces cut off", "centre of pressure under the foot", "unloaded plate",
-    ),
-)  # fmt: skip
 DRIFT: Final[Finding] = Finding(
     name="horizontal impulse",
     needs=Balance,

@@ -118,62 +118,6 @@ def _saturated(of: Plates, *, samples: int, near: float, least: float) -> Iterat
                 yield _seen(plate, longest / of.rate, what=name)
 
 
-def _stuck(of: Plates, *, samples: int, steps: float, rounding: float) -> Iterator[Seen]:
-    """s, of the channel of a plate that repeats itself for longest under load and then jumps."""
-    for plate in of.plates:
-        if not (known := _loaded(plate)):
-            continue
-        loaded, weight = known
-        longest, stuck = 0, ""
-        for name, values in _channels(plate).items():
-            # A channel that hardly moves repeats itself without being stuck; it is called dead.
-            if (
-                np.ptp(values[loaded])
-                > DEAD_FORCE.impossible[0] * DEAD_MOMENT.impossible[0] * weight
-            ):
-                frames = _longest_stuck(values, loaded, rounding * weight, steps)
-                longest, stuck = max((longest, stuck), (frames, name))
-        if longest > samples:
-            yield _seen(plate, longest / of.rate, what=stuck)
-
-
-def _channels(plate: Plate) -> dict[str, Array]:
-    """A repeated sample is exactly equal only in the plate's own axes and about its own middle:
-    turned into other axes each component mixes several channels.
-    """
-    axes, centre = _own_axes(plate)
-    channels = {
-        f"{name} force": (plate.force @ axes)[:, axis]
-        for axis, name in enumerate(("first horizontal", "second horizontal", "vertical"))
-    }
-    channels["free moment"] = plate.free_moment[:, 2]
-    if plate.moment is None:  # the file has the point itself
-        point = (plate.centre_of_pressure - centre) @ axes
-        return channels | {
-            "centre of pressure, sideways": point[:, 1], "centre of pressure": point[:, 0],
-        }  # fmt: skip
-    about = (plate.moment - np.cross(centre, plate.force)) @ axes
-    return channels | {
-        f"moment about the {name} axis": about[:, axis]
-        for axis, name in enumerate(("first", "second", "vertical"))
-    }
-
-
-def _longest_stuck(values: Array, loaded: Flags, rounding: float, steps: float) -> int:
-    """Samples under load for which a channel repeats itself and then jumps.
-
-    A channel that is stored in steps also repeats itself at a peak, but then changes by one step.
-    """
-    changes = np.abs(np.diff(values))
-    # The smallest change above rounding is the step in which the file stores the channel.
-    jump = steps * float(changes[changes > rounding].min(initial=np.inf))
-    longest = 0
-    for begin, end in zip(*runs(loaded[1:] & (changes <= rounding)), strict=True):
-        if end == len(changes) or changes[end] > jump:
-            longest = max(longest, int(end - begin))
-    return longest
-
-
 def _cut_off(of: Plates, *, nothing: float, edges: int) -> Iterator[Seen]:
     """N, of the smallest first or last sample of a contact, beside which the force is exactly 0."""
     for plate in of.plates:
@@ -289,21 +233,6 @@ SATURATED: Final[Finding] = Finding(
         "a peak of walking of 3 Hz is within a thousandth of its height for 5 ms, and stored in "
         "steps of 0.5 N for 13 ms"
     ),
-)
-STUCK: Final[Finding] = Finding(
-    name="stuck channel",
-    needs=Plates,
-    values=_stuck,
-    numbers={"samples": 5, "steps": 4.0, "rounding": 1e-10},
-    limits=0.025,
-    unit="s",
-    sentence=(
-        "its {what} stays exactly the same for {value:.0f ms} while a foot is on it: samples were "
-        "lost there and the last one repeated"
-    ),
-    remedy="Look at the raw channels",
-    source="at most one sample of 300 Hz repeats the one before",
-    hidden_by=("saturated channel",),
 )
 CUT_OFF: Final[Finding] = Finding(
     name="forces cut off",

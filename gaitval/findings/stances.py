@@ -67,7 +67,6 @@ class StanceFigures:
     fall : what `braking` would be of a force from the foot to the pelvis; NaN where it is not seen.
     lean : how far the pelvis is inward of the centre of pressure, over its height, likewise.
     twist : m, 95th percentile of the free moment over the vertical force.
-    late_twist : m, mean free moment of the second half over the vertical force, positive inwards.
     """
 
     braking: float
@@ -76,7 +75,6 @@ class StanceFigures:
     fall: float
     lean: float
     twist: float
-    late_twist: float
 
 
 def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceFigures:
@@ -105,7 +103,6 @@ def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceF
     seen = np.isfinite(towards).mean() > MOSTLY_SEEN
     twist = forces.free_moment[window, column, 2]
     heavy = force[:, 2] > LOADED * force[:, 2].max()
-    half = samples // 2
     return StanceFigures(
         braking=float(difference[0]),
         sideways=float(difference[1]),
@@ -114,7 +111,6 @@ def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceF
         lean=float(inward * np.mean(away[:, 1] / away[:, 2])) if len(away) else np.nan,
         # A percentile, because one sample of noise would decide the largest value.
         twist=float(np.percentile(np.abs(twist[heavy]) / force[heavy, 2], 95.0)),
-        late_twist=float(inward * twist[half:].sum() / force[half:, 2].sum()),
     )
 
 
@@ -203,16 +199,6 @@ def _free_moment(of: Stances) -> Iterator[Seen]:
         yield Seen(twist, where, {"friction": LONGEST_LEVER_M}, plate)
 
 
-def _turned_free_moment(of: Stances) -> Iterator[Seen]:
-    """m, mean free moment of the second half of stance over the vertical force, positive where it
-    turns the foot inwards (right foot: to the left).
-    """
-    for plate, where, count, (late,) in of.means("late_twist"):
-        # one stance may be of an odd step
-        words = {"out": -late, "has": "has" if count > 1 else "may have"}
-        yield Seen(late, where, words, plate)
-
-
 EXCHANGED_AXES: Final[Finding] = Finding(
     name="fore-aft and sideways force",
     needs=Stances,
@@ -276,17 +262,4 @@ FREE_MOMENT: Final[Finding] = Finding(
     ),
     source="at most 0.014 m, and 0.010 m on plates that were zeroed by their maker",
     hidden_by=(*HORIZONTAL, "weight"),
-)
-FREE_MOMENT_TURNED: Final[Finding] = Finding(
-    name="direction of the free moment",
-    needs=Stances,
-    values=_turned_free_moment,
-    limits=(-0.002, np.inf),
-    unit="m",
-    sentence=(
-        "in late stance the ground turns the foot outwards ({out:.1f mm} times the vertical "
-        "force), which in walking is inwards: the free moment {has} the wrong sign"
-    ),
-    source="0.001 to 0.011 m",
-    hidden_by=HORIZONTAL,
 )

@@ -61,14 +61,14 @@ def _of_forces(
     needed = loads.force.sum(axis=1) + dynamics.residual_force
     if aid is not None:
         # The aid is in none of the balances of force and motion; channels can still be dead.
-        yield Balance(needed, loads, (), forces.rate, mass_kg, aid)
+        yield Balance(needed, loads, mass_kg, aid)
         yield Plates(recording.plates, recording.force_rate, {}, {})
         return
     frames = (forces.time - recording.start) * recording.marker_rate
     pelvis = interpolated(pelvis_markers(recording, landmarks), frames)
     stances = stances_of(recording, forces, pelvis)
     yield stances
-    yield Balance(needed, loads, stances.every, forces.rate, mass_kg)
+    yield Balance(needed, loads, mass_kg)
     yield Plates(
         recording.plates,
         recording.force_rate,

@@ -230,17 +230,6 @@ class FindingResult(Result):
     unit: str
 
 
-class StoredEventsResult(Result):
-    """Events of one kind in the file, beside those found; found less stored, s."""
-
-    kind: Literal["heel_strike", "toe_off"]
-    stored: Count
-    matched: Count
-    other_foot: Count
-    mean_s: _Figure
-    sd_s: _Figure
-
-
 class TrialResult(Result):
     """One walking trial."""
 
@@ -251,7 +240,6 @@ class TrialResult(Result):
     frames_not_converged: Count
     gait: GaitBySide
     findings: list[str]
-    stored_events: Annotated[list[StoredEventsResult], Field(default_factory=list)]
     residuals: dict[str, ResidualsResult]
     """As recorded, and made consistent; empty without forces of both feet."""
     consistent: ConsistentResult | None = None

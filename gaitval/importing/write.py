@@ -265,7 +265,6 @@ def _trial_record(walk: WalkingTrial) -> dict[str, Any]:
         "frames_not_converged": int((~walk.kinematics.converged).sum()),
         "gait": {side: walk.gait[side].summary() for side in SIDES},
         "findings": [str(finding) for finding in walk.findings],
-        "stored_events": [asdict(compared) for compared in walk.stored_events],
         "residuals": {target or "recorded": asdict(left) for target, left in trial_residuals(walk)},
     }
     if walk.consistent is not None:

@@ -268,11 +268,6 @@ def _widest(name: str) -> float:
     return float(high - low)
 
 
-def remedy_of(source: str) -> str:
-    """Which recording would make a `source` of the variance smaller."""
-    return REMEDIES[_group(source)]
-
-
 def _group(source: str) -> str:
     if source == "cycle to cycle":
         return "cycles"

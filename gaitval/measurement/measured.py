@@ -11,7 +11,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side, split_side
-from gaitval.findings.clocks import CLOCKS, STRAY_EVENTS
+from gaitval.findings.clocks import STRAY_EVENTS
 from gaitval.findings.laboratory import FLOOR_TILTED
 from gaitval.findings.markers import SMOOTHED
 from gaitval.findings.motion import WEIGHT
@@ -20,7 +20,6 @@ from gaitval.findings.stances import (
     BRAKING,
     EXCHANGED_AXES,
     FREE_MOMENT,
-    FREE_MOMENT_TURNED,
     INWARD,
 )
 from gaitval.gait.cycles import AverageCurve
@@ -49,10 +48,6 @@ from gaitval.measurement.page import (
     band_rows,
     curves_with_bands,
     draw_bands,
-    draw_hips,
-    hip_curves,
-    hip_rows,
-    remedies,
 )
 from gaitval.measurement.standing import standing_of
 from gaitval.session.pelvis_markers import FROM_CRESTS
@@ -72,11 +67,9 @@ TOLD: Final[Mapping[str, Set[str]]] = {
     BRAKING.name: {"fore-aft sign"},
     INWARD.name: {"sideways sign"},
     FREE_MOMENT.name: {"free moment sign"},
-    FREE_MOMENT_TURNED.name: {"free moment sign"},
     # a horizontal force that is another's looks like each of these on every plate
     EXCHANGED_AXES.name: _OF_A_PLATE,
     OUTSIDE_FOOT.name: _OF_A_PLATE | _OF_A_FOOT,
-    CLOCKS.name: {"clock", "delay"},
     STRAY_EVENTS.name: frozenset(),
     SMOOTHED.name: {"markers low-passed", "one-way filter of the markers"},
 }
@@ -99,7 +92,6 @@ class Measurement:
         where a correction was asked for; else empty.
     bands : of the mean curves.
     curves : what is drawn, of `page.curves_with_bands`.
-    hips : hip moments by each regression of the hip centre, of `page.hip_curves`.
     template : of this part of the page.
     """
 
@@ -108,7 +100,6 @@ class Measurement:
     uncorrected: dict[str, AverageCurve | dict[Side, AverageCurve]]
     bands: Bands | None = None
     curves: dict[str, tuple[Array, Array]] = field(default_factory=dict)
-    hips: dict[str, tuple[str, Array, Array | None]] = field(default_factory=dict)
     template: str = "gaitval.measurement:measurement.html.j2"
 
     def columns(self) -> dict[str, Array]:
@@ -153,24 +144,11 @@ class Measurement:
 
     def drawings(self) -> dict[str, Callable[[], str]]:
         """The figures of the page."""
-        drawn: dict[str, Callable[[], str]] = {}
-        if self.curves:
-            drawn["bands"] = partial(draw_bands, self.curves)
-        if self.hips:
-            drawn["hips"] = partial(draw_hips, self.hips)
-        return drawn
-
-    def hip_rows(self) -> list[tuple[str, float, float, float]]:
-        """Rows of the page's table of hip centres."""
-        return [] if self.bands is None else hip_rows(self.hips, self.bands)
+        return {"bands": partial(draw_bands, self.curves)} if self.curves else {}
 
     def band_rows(self) -> list[BandRow]:
         """Rows of the page's table of bands."""
         return [] if self.bands is None else band_rows(self.curves, self.bands)
-
-    def remedies(self) -> list[tuple[str, str]]:
-        """What would narrow the bands of curves, and of which, in words."""
-        return remedies([each for each in self.band_rows() if each.unit != "mm"])
 
     def at_once(self) -> float | None:
         """`Bands.at_once`; None without bands."""
@@ -257,7 +235,7 @@ def _of_places(found: Import) -> Iterator[QualityFlag]:
 def untold(found: Iterable[FoundFault], checks: Set[str]) -> tuple[FoundFault, ...]:
     """Those of the faults `found` that no warning of the `checks` says better."""
     told = frozenset[str]().union(*(TOLD.get(check, ()) for check in checks))
-    other = bool(checks & (TOLD.keys() - {FREE_MOMENT.name, FREE_MOMENT_TURNED.name}))
+    other = bool(checks & (TOLD.keys() - {FREE_MOMENT.name}))
     return tuple(
         each for each in found if not (other if each.fault is None else each.fault.kind in told)
     )
@@ -325,7 +303,6 @@ def measured(found: Import, notify: Notify) -> Import:
             uncorrected,
             around,
             curves_with_bands(result, around),
-            hip_curves(result, around),
         )
     return replace(
         result,

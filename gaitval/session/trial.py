@@ -39,7 +39,6 @@ from gaitval.session.request import Notify, Request, silent
 from gaitval.session.scale import FittedBody
 
 if TYPE_CHECKING:  # few ask for the one, and few files store events
-    from gaitval.gait.stored_events import StoredEvents
     from gaitval.inverse.consistent_motion import ConsistentMotion
     from gaitval.session.whole_stride import WholeStride
 
@@ -75,7 +74,6 @@ class WalkingTrial:
     cycles : of each side.
     gait : spatiotemporal parameters of each side.
     findings : about forces and plates.
-    stored_events : the events of the file, beside `events`.
     warnings : what physics or everybody's walking contradicts.
     looked : what was looked for, with value and limits.
     """
@@ -95,7 +93,6 @@ class WalkingTrial:
     cycles: Mapping[Side, tuple[GaitCycle, ...]]
     gait: Mapping[Side, SpatioTemporal]
     findings: tuple[Repair, ...]
-    stored_events: "tuple[StoredEvents, ...]"
     warnings: tuple[QualityFlag, ...]
     looked: tuple[Looked, ...] = ()
 
@@ -153,18 +150,16 @@ def work_out_trial(
             return work_out_trial(
                 request, processing, session, body, name, stride.recording, notify, stride
             )
-    stored, of_file = _stored_events(notify, name, recording, events)
     feet = _belt(recording, events, landmarks, cycles)
     belt = feet if request.belt is None else request.belt
     slope = floor_slope(recording, events, landmarks, belt)
     found = findings_of_trial(
         recording, landmarks, events, ground.findings, ground.measured,
         height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
-        laboratory=Laboratory(recording.marker_rate, slope, belt, feet),
+        laboratory=Laboratory(slope, belt, feet),
         before={warning.check for trial, warning in session.warnings if trial == name},
     )  # fmt: skip
     warnings = (
-        *of_file,
         *of_knees,
         *unsolved(kinematics, recording),
         *held_angles(kinematics, body.markers),
@@ -193,7 +188,6 @@ def work_out_trial(
             for side in SIDES
         },
         findings=ground.findings,
-        stored_events=stored,
         warnings=warnings,
         looked=found.looked,
     )
@@ -266,20 +260,6 @@ def _on_plates(
     return _Ground(
         carried.recording, carried.forces, carried.loads, dynamics, consistent, carried.findings
     )
-
-
-def _stored_events(
-    notify: Notify, name: str, recording: Recording, events: Sequence[Event]
-) -> "tuple[tuple[StoredEvents, ...], tuple[QualityFlag, ...]]":
-    """The events of the file beside those found, and warnings about them."""
-    if not recording.events:
-        return (), ()
-    from gaitval.gait.stored_events import event_warnings, stored_events
-
-    stored = stored_events(recording.events, events)
-    for each in stored:
-        notify("events", f"{name}: {each}")
-    return stored, tuple(event_warnings(stored))
 
 
 @dataclass(frozen=True)

@@ -76,18 +76,6 @@ def test_a_band_about_one_curve_holds_nine_tenths_of_what_is_normal_about_anothe
     assert float(half_holding(np.array(away), np.array(0.0))) == pytest.approx(away)
 
 
-def test_the_page_draws_the_hip_moment_by_each(found):
-    drawn, bands_of = found.measurement.hips, found.measurement.bands
-    title, mean, half = drawn["chosen_r"]
-    assert title == "Harrington"
-    np.testing.assert_array_equal(mean, found.moments["hip_flexion_r"].mean)
-    np.testing.assert_array_equal(half, bands_of.half["moment_hip_flexion_r"])
-    _, other, _ = drawn["bell_r"]
-    np.testing.assert_allclose(other - mean, bands_of.by_hip["bell"]["moment_hip_flexion_r"])
-    assert len(found.measurement.hip_rows()) == len(REGRESSIONS) - 1
-    assert "Gait2392" in found.measurement.drawings()["hips"]()
-
-
 def test_an_angle_that_is_not_shown_is_no_further_off_than_its_range_is_wide():
     """Of the bands of Plug-in Gait's two markers on a foot, ± 118° was one; the joint has 69°."""
     made = _summed({"landmark MT2": {"angle_subtalar_angle_l": np.full(101, 4.0)}}, {}, 3.0)

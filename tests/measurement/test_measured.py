@@ -12,7 +12,7 @@ from gaitval.consistency import Verdict
 from gaitval.errors import ConfigurationError
 from gaitval.findings.laboratory import FLOOR_TILTED
 from gaitval.findings.markers import SMOOTHED
-from gaitval.findings.motion import ALONG, WEIGHT
+from gaitval.findings.motion import WEIGHT
 from gaitval.findings.stances import EXCHANGED_AXES, INWARD
 from gaitval.findings.trial import findings_of_trial
 from gaitval.importing.importing import work_out
@@ -97,14 +97,13 @@ def test_what_something_found_before_explains_is_no_fault_of_a_plate():
     assert told(EXCHANGED_AXES.name) == {"gain", "offset", "place", "sideways sign"}
     assert told(SMOOTHED.name) == {"markers low-passed"}
     assert untold([other], {"build"}) == (other,)
-    assert untold([other], {"clocks"}) == ()
+    assert untold([other], {WEIGHT.name}) == ()
 
 
 @pytest.mark.parametrize(
     ("along", "weight", "told"),
     [
         (1.0, 1.0, {INWARD.name}),
-        (0.4, 1.0, {INWARD.name, ALONG.name}),
         (1.0, 0.7, {INWARD.name, WEIGHT.name}),
     ],
 )
@@ -123,7 +122,7 @@ def test_a_sideways_sign_is_told_beside_what_it_does_not_explain(imported, along
         ),
         height_m=found.request.height_m, mass_kg=weight * found.request.mass_kg,
     ).flags  # fmt: skip
-    assert {flag.check for flag in flags} & {INWARD.name, ALONG.name, WEIGHT.name} == told
+    assert {flag.check for flag in flags} & {INWARD.name, WEIGHT.name} == told
 
 
 @pytest.mark.parametrize(

@@ -9,28 +9,22 @@ from gaitval.constants import STANDARD_GRAVITY
 from gaitval.findings import look
 from gaitval.findings.laboratory import Laboratory
 from gaitval.findings.motion import LEG_SHARE, Balance, Swings
-from gaitval.findings.stances import Stance
 from gaitval.mocap.recording import Event, FootForces
 
 MASS = 70.0
 WEIGHT = MASS * STANDARD_GRAVITY
-RATE, PLATE_RATE = 100.0, 1000.0
+RATE = 100.0
 STEP = 0.5
 """s, on each foot in turn, without double support."""
-STANCES = tuple(
-    Stance(side, plate, round((at + first) * PLATE_RATE), round((at + first + STEP) * PLATE_RATE))
-    for side, plate, first in (("right", "A", 0.0), ("left", "B", STEP))
-    for at in np.arange(0.0, 4.0, 2 * STEP)
-)
 
 
-def motion_warnings(needed, loads, stances, rate, mass):
-    flags = look(Balance(needed, loads, stances, rate, mass)).flags
+def found(needed, loads):
+    flags = look(Balance(needed, loads, MASS)).flags
     return [each for each in flags if each.check != "weight"]
 
 
 def weight_warnings(needed, loads, aid=None):
-    flags = look(Balance(needed, loads, (), PLATE_RATE, MASS, aid)).flags
+    flags = look(Balance(needed, loads, MASS, aid)).flags
     return [each for each in flags if each.check in ("weight", "aid")]
 
 
@@ -54,10 +48,6 @@ def walked(seconds=4.0):
 def needs(loads):
     """What the motion needs where the plates are right."""
     return loads.force.sum(axis=1)
-
-
-def found(needed, loads, stances=STANCES):
-    return list(motion_warnings(needed, loads, stances, PLATE_RATE, MASS))
 
 
 def test_forces_that_the_motion_needs():
@@ -150,52 +140,6 @@ def test_no_frame_rate_from_forces_that_have_nothing_to_do_with_the_motion():
     assert "frame rate" not in {each.check for each in found(needed, loads)}
     loads.force[:, 1] = 0.0
     assert "frame rate" not in {each.check for each in found(with_rate(loads, 4.0), loads)}
-
-
-@pytest.mark.parametrize(
-    ("ratio", "limit", "certain"),
-    [(-1.0, 0.4, True), (0.3, 0.4, False), (0.5, None, False), (1.7, None, False),
-     (2.0, 1.8, False)],
-)  # fmt: skip
-@pytest.mark.parametrize(("column", "plate"), [(0, "A"), (1, "B")])
-def test_the_fore_aft_force_of_one_plate(ratio, limit, certain, column, plate):
-    """The other plate is taken to be right, and is not blamed."""
-    loads = walked()
-    needed = needs(loads)
-    needed[:, 0] += (ratio - 1.0) * loads.force[:, column, 0]
-    warnings = [each for each in found(needed, loads) if each.check == "fore-aft force and motion"]
-    expected = [] if limit is None else [(plate, limit, certain)]
-    assert [(each.plate, each.limit, each.certain) for each in warnings] == expected
-    for each in warnings:
-        assert each.value == pytest.approx(ratio)
-
-
-def test_what_other_plates_show_at_the_same_time_is_not_asked_of_a_plate():
-    """Both feet carry throughout, the left one less and less: it is not blamed for the right's."""
-    loads = walked()
-    whole = needs(loads)
-    share = np.linspace(0.2, 0.8, len(whole))[:, None]
-    force = np.stack([(1.0 - share) * whole, share * whole], axis=1)
-    stances = [Stance(side, plate, 0, 4000) for side, plate in (("right", "A"), ("left", "B"))]
-    both = FootForces(RATE, 10.0, force, loads.centre_of_pressure, 0.0 * force, loads.valid)
-    assert not found(whole, both, stances)
-    needed = whole.copy()
-    needed[:, 0] -= 2.0 * force[:, 0, 0]
-    warnings = {each.plate: each for each in found(needed, both, stances) if each.plate}
-    assert warnings["A"].value == pytest.approx(-1.0)
-    assert warnings["A"].certain
-
-
-def test_a_plate_that_carried_too_little_or_that_has_nothing_to_do_with_the_motion():
-    loads = walked()
-    needed = needs(loads)
-    needed[:, 0] -= 2.0 * loads.force[:, 0, 0]
-    short = Stance("right", "A", 0, round(0.29 * PLATE_RATE))
-    assert not [each for each in found(needed, loads, [short]) if "fore-aft" in each.check]
-    long = Stance("right", "A", 0, round(0.31 * PLATE_RATE))
-    assert [each.check for each in found(needed, loads, [long])] == ["fore-aft force and motion"]
-    needed[:, 0] = 0.15 * WEIGHT * np.sin(2 * np.pi * 7.3 * loads.time)
-    assert not [each for each in found(needed, loads) if "fore-aft" in each.check]
 
 
 @pytest.mark.parametrize(("axis", "words"), [(0, "6.0 % of its weight forward"), (1, "6.0 % to")])
@@ -301,7 +245,7 @@ def test_the_median_swing_of_both_feet_counts():
     ],
 )
 def test_a_belt_at_another_speed_than_the_feet(belt: float, feet: float, warned: bool) -> None:
-    warnings = list(look(Laboratory(100.0, None, belt, feet)).flags)
+    warnings = list(look(Laboratory(None, belt, feet)).flags)
     assert len(warnings) == warned
     for warning in warnings:
         assert f"move back at {feet:.3f} m/s" in str(warning)

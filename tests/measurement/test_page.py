@@ -11,10 +11,7 @@ from gaitval.measurement.page import (
     SHOWN,
     TITLES,
     UNITS,
-    BandRow,
     draw_bands,
-    draw_hips,
-    remedies,
 )
 from gaitval.reporting.figures import COLOURS
 from gaitval.reporting.recording_report import _drawings
@@ -33,27 +30,6 @@ def test_each_sagittal_curve_has_a_row_with_its_sources(found):
     assert knee.unit == "°"
     shares = [float(part.split(" %")[0]) for part in knee.sources.split("; ")]
     assert shares == sorted(shares, reverse=True)
-
-
-def test_what_would_narrow_bands_is_said_once_with_its_curves():
-    def row(curve, remedy):
-        return BandRow(curve, 1.0, "°", 1, "", "", remedy)
-
-    rows = [row("Hip, angle, right", "a"), row("Knee, moment, left", "b"), row("Knee, x", "a")]
-    assert remedies(rows) == [("b", "knee, moment, left"), ("a", "all others")]
-    assert remedies(rows[:1]) == [("a", "all curves")]
-
-
-def test_the_legend_of_the_hips_is_beside_the_side_that_has_moments(recwarn):
-    """Of one side alone, too, and no library says anything."""
-    mean = np.linspace(0.0, 1.0, 101)
-    for side in "rl":
-        curves = {f"{name}_{side}": (name, mean, None) for name in ("harrington", "bell")}
-        figure = figure_of(lambda curves=curves: draw_hips(curves))
-        texts = [each.get_text() for axes in figure.axes if axes.get_legend()
-                 for each in axes.get_legend().get_texts()]  # fmt: skip
-        assert texts == ["harrington", "bell"]
-    assert not recwarn.list
 
 
 def test_bands_are_drawn(found):

@@ -109,10 +109,9 @@ class TestMadeUp:
         ("change", "check"),
         [
             (twisted(3.0), "size of the free moment"),
-            (twisted(-1.0), "direction of the free moment"),
             (clipped, "saturated channel"),
         ],
-        ids=["free moment x 3", "free moment turned", "clipped"],
+        ids=["free moment x 3", "clipped"],
     )
     def test_what_is_unlikely_is_doubted(self, made, tmp_path, change, check):
         found = work_out(with_forces(made, tmp_path / "f.mot", change), PROCESSING)
@@ -170,18 +169,18 @@ def command(request: Request, out: Path, *more: str) -> Any:
 
 class TestWhereADoubtIsSaid:
     def test_page_record_and_summary(self, made, tmp_path):
-        request = with_forces(made, tmp_path / "f.mot", twisted(-1.0))
+        request = with_forces(made, tmp_path / "f.mot", twisted(3.0))
         result = command(request, tmp_path / "out")
         assert result.exit_code == 0, result.output
         assert "Warning: walk.trc: plate r" in " ".join(result.output.split())
         folder = tmp_path / "out" / "recording"
         stored, other = read_json(folder / "import.json")["warnings"]
         assert other["check"] == CONTRADICTED
-        assert (stored["check"], stored["trial"]) == ("direction of the free moment", "walk.trc")
-        assert stored["value"] < stored["limit"] < 0.0
+        assert (stored["check"], stored["trial"]) == ("size of the free moment", "walk.trc")
+        assert stored["value"] > stored["limit"] > 0.0
         page = (folder / "recording.html").read_text()
         assert page.index("2 warnings about the recording") < page.index("quality limits")
-        assert "turns the foot outwards" in page
+        assert "times the vertical force" in page
 
     @pytest.mark.slow  # that a clean recording raises none is tested always
     def test_a_clean_page_has_no_doubts(self, made, tmp_path):
@@ -279,17 +278,12 @@ class TestWbds:
         raw = gait_data / "wbds" / "raw"
         return lambda change: work_out(damaged(raw, tmp_path / "w.c3d", change), PROCESSING)
 
-    def test_a_clean_recording_raises_no_doubt_and_agrees_with_its_events(self, imported):
+    def test_a_clean_recording_raises_no_doubt(self, imported):
         found = imported(lambda _: None)
         # The right plate is some 25 mm from where the file says: built-in S01 corrects it, too.
         known = ("measurement: place", "plate 2")
         left = [str(d) for _, d in found.warnings if (d.check, d.where) != known]
         assert left == []
-        strikes, offs = found.trials[0].stored_events
-        assert strikes.matched == strikes.stored > 5
-        assert abs(strikes.mean_s) < 0.01
-        assert offs.matched == offs.stored > 5
-        assert abs(offs.mean_s) < 0.03
 
     @pytest.mark.parametrize(
         ("change", "words"),
