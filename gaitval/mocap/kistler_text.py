@@ -4,7 +4,7 @@ A header is followed by a line of names, which begins with `abs time (s)`, and m
 units. For each plate there are either Fx, Fy, Fz, Ax, Ay (and Tz, if it was exported): force and
 centre of pressure in the plate's axes; or its eight sensors Fx12, Fx34, Fy14, Fy23, Fz1 to Fz4.
 Several plates have the same names again, or their number behind or before them. A Tz is that of
-the plate of its number or, without numbers, of the plate whose columns come before it.
+the plate of its number; without numbers, every plate has one or none has.
 
 BioWare does not know where in the laboratory a plate is. `NAME.plates.toml` beside `NAME.txt`, or
 `plates.toml` in its folder, says so, with a table for each plate in the order of the columns:
@@ -39,7 +39,7 @@ from gaitval.mocap.laboratory_forces import person_of
 from gaitval.mocap.pressed_plates import measured_points
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.repairs import passed_over
-from gaitval.mocap.text_cells import cells_of, numbers, whole_rows
+from gaitval.mocap.text_cells import cells_of, numbers
 from gaitval.mocap.text_table import sample_rate, text_lines
 from gaitval.mocap.wbds_text import read_wbds_forces
 from gaitval.units import FORCE, LENGTH, MOMENT, TIME, stated_factor
@@ -75,12 +75,6 @@ def read_kistler_text(path: Path, recording: Recording) -> tuple[float, float, t
     names = cells_of(lines[at], separator)
     units, begin = _units(lines, at, separator, len(names))
     rows = [line for line in lines[begin:] if line.strip()]
-    if not rows:
-        raise RecordError(
-            f"{path}: line {begin + 1}: no samples below the names of the columns: the file is "
-            "truncated. Export the trial from BioWare again."
-        )
-    whole_rows(path, rows, begin + 1, len(names), separator)
     table = numbers(path, rows, begin + 1, len(names), separator)
     rate = sample_rate(path, _factor(path, "time", units[0]) * table[:, 0])
     found = _plates_of(path, at + 1, names)
@@ -127,12 +121,9 @@ def _plates_of(path: Path, line: int, names: Sequence[str]) -> list[dict[str, in
     eight = "fx12" in map(_plain, names)
     wanted = _SENSORS if eight else _RESULTS
     found: list[tuple[str, dict[str, int]]] = []
-    torques: dict[str, list[int]] = {}
     for place, name in enumerate(names):
         plain, number = _numbered(name, eight)
-        if plain == "tz" and not eight:
-            torques.setdefault(number, []).append(place)
-        if plain not in wanted:
+        if plain not in wanted and (eight or plain != "tz"):
             continue
         own = (plate for of, plate in found if of == number and plain not in plate)
         plate = next(own, None)
@@ -140,7 +131,14 @@ def _plates_of(path: Path, line: int, names: Sequence[str]) -> list[dict[str, in
             plate = {}
             found.append((number, plate))
         plate[plain] = place
-    for order, (_, plate) in enumerate(found, start=1):
+    plates = [plate for _, plate in found]
+    without_number = ["tz" in plate for number, plate in found if not number]
+    if len({*without_number}) > 1 or {"tz"} in [plate.keys() for plate in plates]:
+        raise RecordError(
+            f"{path}: line {line}: nothing shows of which plate a Tz is. Export Tz of every plate "
+            "from BioWare, or of none."
+        )
+    for order, plate in enumerate(plates, start=1):
         missing = [name.capitalize() for name in wanted if name not in plate]
         if missing:
             raise RecordError(
@@ -148,12 +146,6 @@ def _plates_of(path: Path, line: int, names: Sequence[str]) -> list[dict[str, in
                 f"its force has no place. Export {', '.join(n.capitalize() for n in wanted)} of "
                 "every plate from BioWare."
             )
-    plates = [plate for _, plate in found]
-    for number, places in torques.items():
-        own_plates = [plate for of, plate in found if of == number] or (
-            plates if not number else []
-        )
-        _give_torques(path, line, number, own_plates, places)
     without = [str(i) for i, plate in enumerate(plates, start=1) if "tz" not in plate]
     if without and not eight:
         passed_over(
@@ -170,27 +162,6 @@ def _numbered(name: str, eight: bool) -> tuple[str, str]:
     behind = None if eight else re.search(r"_?(\d+)$", plain)  # of the eight it is the sensor's
     number = before or behind
     return plain[: behind.start()] if behind else plain, number[1] if number else ""
-
-
-def _give_torques(
-    path: Path, line: int, number: str, plates: Sequence[dict[str, int]], places: Sequence[int]
-) -> None:
-    """Add the columns `tz` at `places` to those of the plates with the same number."""
-    if len(places) == len(plates):
-        owners: list[dict[str, int] | None] = [*plates]
-    else:
-        started = [[each for each in plates if min(each.values()) < place] for place in places]
-        owners = [each[-1] if each else None for each in started]
-    ends = [max(plate.values()) for plate in plates]
-    mixed = any(min(plate.values()) < end for plate, end in zip(plates[1:], ends, strict=False))
-    for owner, place in zip(owners, places, strict=True):
-        if owner is None or "tz" in owner or (mixed and len(places) != len(plates)):
-            raise RecordError(
-                f"{path}: line {line}: column {place + 1} is Tz{number}, but nothing shows of "
-                f"which plate it is ({len(places)} such, {len(plates)} plates that may have it). "
-                "Export Tz of every plate from BioWare, or of none."
-            )
-        owner["tz"] = place
 
 
 def _factor(path: Path, name: str, unit: str) -> float:

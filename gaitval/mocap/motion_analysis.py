@@ -25,7 +25,7 @@ from gaitval.mocap.force_plates import certain_load, plate_or_fault
 from gaitval.mocap.laboratory_forces import FEWEST, sign_on_person, vertical_of
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate, Recording
-from gaitval.mocap.text_cells import numbers, positive, whole_rows
+from gaitval.mocap.text_cells import numbers, positive
 from gaitval.mocap.text_table import text_lines
 from gaitval.units import MILLIMETRE
 
@@ -83,7 +83,6 @@ def read_motion_analysis_forces(
     separator = "\t" if "\t" in rows[0] else " "
     if separator == " ":
         rows = [" ".join(row.split()) for row in rows]
-    whole_rows(path, rows, first, width, separator)
     table = numbers(path, rows, first, width, separator)[:, 1:]
     plates = []
     for number in range(len(names) // 7):

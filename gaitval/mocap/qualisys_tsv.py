@@ -23,7 +23,7 @@ from gaitval.mocap.force_plates import plate_axes, plate_or_fault
 from gaitval.mocap.laboratory_forces import placed_plate
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.separate_forces import with_plates
-from gaitval.mocap.text_cells import cells_of, markers_named, numbers, positive, whole_rows
+from gaitval.mocap.text_cells import cells_of, markers_named, numbers, positive
 from gaitval.mocap.text_table import text_lines, with_gaps
 from gaitval.units import MILLIMETRE
 
@@ -35,10 +35,9 @@ _PlateForces = tuple[float, float, tuple[Plate, ...]]
 
 
 class _Table(NamedTuple):
-    """Header by name, the names of the columns if there is a line of them, and the numbers."""
+    """Header by name, and the numbers."""
 
     header: dict[str, list[str]]
-    columns: list[str]
     values: Array
 
 
@@ -170,7 +169,6 @@ def _corner(path: Path, table: _Table, quadrant: str, axis: str) -> float:
 
 def _table(path: Path, lines: list[str]) -> _Table:
     header: dict[str, list[str]] = {}
-    columns: list[str] = []
     begin = 0
     for number, line in enumerate(lines):
         cells = cells_of(line, "\t")
@@ -181,8 +179,6 @@ def _table(path: Path, lines: list[str]) -> _Table:
         begin = number + 1
         if re.fullmatch(r"[A-Z][A-Z0-9_]*", cells[0]) and not _are_columns(cells):
             header[cells[0]] = cells[1:]
-        else:
-            columns = cells
     # Nobody is seen in a row of tabs, but it is one of the frames.
     rows = [line for line in lines[begin:] if "\t" in line or line.strip()]
     if not rows or not header:
@@ -194,8 +190,8 @@ def _table(path: Path, lines: list[str]) -> _Table:
         len(rows[0].rstrip("\r\n").split("\t"))
     ]
     width = max(widths, key=widths.count)
-    whole_rows(path, rows, begin + 1, width - 1, "\t")  # rows may end with a tab
-    return _Table(header, columns, numbers(path, rows, begin + 1, width, "\t"))
+    # rows may end with a tab
+    return _Table(header, numbers(path, rows, begin + 1, width, "\t", fewest=width - 1))
 
 
 def _are_columns(cells: list[str]) -> bool:

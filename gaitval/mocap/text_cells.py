@@ -11,10 +11,6 @@ from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.text_table import numbers_of
 
-_GAPS = re.compile(
-    r"(?<![^\t,;])\s*(?:NULL|null|NaN|nan|NAN|-nan\(ind\)|#?N/A|-{1,3})\s*(?![^\t,;])"
-)
-
 
 def cells_of(line: str, separator: str) -> list[str]:
     """Cells without blanks and quotation marks at their ends, and without empty ones at the end."""
@@ -24,27 +20,32 @@ def cells_of(line: str, separator: str) -> list[str]:
     return cells
 
 
-def numbers(path: Path, rows: Sequence[str], first_line: int, width: int, separator: str) -> Array:
-    """Numbers (rows, width) in lines, NaN where a cell is empty, NULL or NaN; a row that ends early
-    lacks its last cells if they are empty ones of a gap. Raises RecordError as `numbers_of`.
+def numbers(
+    path: Path,
+    rows: Sequence[str],
+    first_line: int,
+    width: int,
+    separator: str,
+    fewest: int | None = None,
+) -> Array:
+    """Numbers (rows, width) in lines, NaN where a cell is empty or a gap by any program's word; a
+    row that ends early lacks its last cells. Raises RecordError as `numbers_of`, without rows, and
+    for a last one of fewer than `fewest` cells (`width` if not given): the file was cut off.
     """
-    full = []
-    for row in rows:
-        cells = _GAPS.sub("", row.rstrip("\r\n")).split(separator)
-        full.append(separator.join(cells + [""] * (width - len(cells))))
-    return numbers_of(path, full, first_line, width, separator)
-
-
-def whole_rows(
-    path: Path, rows: Sequence[str], first_line: int, fewest: int, separator: str
-) -> None:
-    """Refuse a last row of fewer than `fewest` cells, which shows that the file was cut off."""
-    count = len(rows[-1].split(separator))
-    if count < fewest:
+    if not rows:
+        raise RecordError(
+            f"{path}: line {first_line}: no rows of numbers below the names of the columns: the "
+            "file is truncated. Export it again."
+        )
+    fewest = width if fewest is None else fewest
+    if (count := len(rows[-1].split(separator))) < fewest:
         raise RecordError(
             f"{path}: line {first_line + len(rows) - 1} has {count} cells, but the header has "
             f"{fewest}: the file is truncated. Copy or export it again."
         )
+    short = [separator * (width - 1 - row.count(separator)) for row in rows]
+    full = [row.rstrip("\r\n") + more for row, more in zip(rows, short, strict=True)]
+    return numbers_of(path, full, first_line, width, separator)
 
 
 def positive(path: Path, text: str, what: str) -> float:

@@ -29,7 +29,6 @@ from gaitval.mocap.text_cells import (
     markers_named,
     numbers,
     positive,
-    whole_rows,
     without_prefix,
 )
 from gaitval.mocap.text_table import text_lines, with_gaps
@@ -114,7 +113,7 @@ def _sections(path: Path, lines: list[str]) -> dict[str, _Section]:
 def _section(path: Path, lines: list[str], begin: int, end: int) -> _Section:
     block = lines[begin:end]
     title = block[0].strip().strip(",;\t")
-    if len(block) <= _HEADER:
+    if len(block) < _HEADER:
         raise RecordError(
             f"{path}: line {begin + 1}: section {title} has {len(block)} lines, but five of header "
             "and the frames must follow its name: the file is truncated. Export it again."
@@ -134,10 +133,7 @@ def _section(path: Path, lines: list[str], begin: int, end: int) -> _Section:
         if not line.strip(" \t,;"):
             break
         rows.append(line)
-    if not rows:
-        raise RecordError(f"{path}: line {begin + 6}: section {title} has no frames. Export again.")
     first = begin + _HEADER + 1
-    whole_rows(path, rows, first, len(columns), separator)
     values = numbers(path, rows, first, len(columns), separator)
     if not np.isfinite(values[:, :2]).all():
         raise RecordError(
