@@ -7,19 +7,18 @@ wrench, and a filtered centre of pressure would not belong to the filtered force
 Axes: the project's (REP-103, z up). Forces act on the person.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from gaitval.arrays import Array, Flags, runs
+from gaitval.arrays import Array, Flags
 from gaitval.configuration import ProcessingSettings
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
-from gaitval.gait.divided import divided
 from gaitval.gait.events import foot_contacts
 from gaitval.gait.feet_on_plates import FEET, Feet, distances_to_feet, feet_of, shared_by_both
 from gaitval.gait.filters import low_pass
@@ -72,7 +71,6 @@ def assign_forces(
     *,
     landmarks: Mapping[str, str],
     cutoff_hz: float | None = None,
-    divide: Collection[str] = (),
 ) -> tuple[FootForces, tuple[Repair, ...]]:
     """Ground reaction on each foot from the plates that it was on.
 
@@ -92,7 +90,6 @@ def assign_forces(
     processing : cut-offs and order of the low-pass, and the force threshold.
     landmarks : see `foot_markers`.
     cutoff_hz : Hz; `force_cutoff_hz` if not given, `moment_force_cutoff_hz` for inverse dynamics.
-    divide : names of plates whose force under both feet is divided (`gaitval.gait.divided`).
 
     Returns
     -------
@@ -116,10 +113,7 @@ def assign_forces(
     )
     findings: list[Repair] = []
     for plate in recording.plates:
-        findings += _share_out(
-            *(recording, plate, feet, processing, shares),
-            landmarks if plate.name in divide else None,
-        )
+        findings += _share_out(recording, plate, feet, processing, shares)
     if not shares.touched.any():
         largest = max(float(plate.force[:, 2].max()) for plate in recording.plates)
         raise RecordError(
@@ -200,11 +194,8 @@ def _share_out(
     feet: Feet,
     processing: ProcessingSettings,
     shares: _Shares,
-    divide: Mapping[str, str] | None,
 ) -> list[Repair]:
-    """Assign each contact with a plate to a foot, in place; returns the objections as findings.
-    What is under both feet is divided with the landmarks `divide`.
-    """
+    """Assign each contact with a plate to a foot, in place; returns the objections as findings."""
     vertical = low_pass(
         plate.force[:, 2],
         rate=recording.force_rate,
@@ -221,15 +212,7 @@ def _share_out(
     sharing = shared_by_both(plate, feet, recording.force_rate)
     if plate.foot is not None:
         sharing = np.zeros(samples, dtype=bool)
-    used, owners = np.zeros(samples, dtype=bool), np.full(samples, -1)
-    halved, parts = None, []
-    if divide is not None:
-        halved = np.zeros(samples, dtype=bool)
-        if sharing.any():
-            level = shares.heights[-1]
-            parts = divided(recording, divide, feet.stance, sharing, whole, level, processing)
-        for during, _ in parts:
-            halved[during] = True
+    used = np.zeros(samples, dtype=bool)
     for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
         # the filter also needs the rise and fall below the threshold
         # They reach at most half-way to the next contact, so that no sample counts twice.
@@ -254,23 +237,14 @@ def _share_out(
                 mine[end : window.stop] = True
             # All wrenches are about the same origin, so those of a foot on two plates simply add
             # up.
-            owners[mine] = column
             shares.wrench[mine, column] += whole[mine]
         # One foot owns a shared contact, but both touch the plate.
         shares.touched[begin:end] |= sharing[begin:end, None]
         if plate.foot is None:
             findings += judge_contact(
-                recording, plate, feet, begin, end, owner, distances, sharing, halved, shares.valid
+                recording, plate, feet, begin, end, owner, distances, sharing, shares.valid
             )
         used[begin:end] = True
-    if halved is not None:
-        # The load of a double support that is cut off is not known, nor when it began.
-        reach = int(FEET.settling_seconds * recording.force_rate)
-        for begin, end in zip(*runs(sharing & ~halved), strict=True):
-            shares.valid[max(begin - reach, 0) : end + reach] = False
-    for during, part in parts:  # in the place of what its owner was given of it
-        given = owners[during, None] == np.arange(2)
-        shares.wrench[during] += part - given[..., None] * whole[during, None]
     findings += judge_brushes(recording, plate, feet, vertical, used, processing, shares.valid)
     return findings
 

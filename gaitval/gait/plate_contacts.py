@@ -5,7 +5,6 @@ Axes: the project's (REP-103, z up). Forces act on the person.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from shlex import quote
 from typing import Final
 
 import numpy as np
@@ -104,30 +103,27 @@ def judge_contact(
     owner: NDArray[np.int64],
     distances: Array,
     sharing: Flags,
-    halved: Flags | None,
     valid: Flags,
 ) -> list[Repair]:
     """Findings where a contact on a `plate` of `recording` (in the project's axes), from force
     sample `begin` to before `end` (n), is not one foot's only, or not completely on the plates.
 
     `feet` are of `feet_of`, `owner` (n,) of `owners_of`, `distances` (n, 2) m of
-    `distances_to_feet`, `sharing` (T,) of `shared_by_both` over the whole trial. `halved` (T,) is
-    where the force is divided between the feet, None if that is not asked for. `valid` (T, 2) is
+    `distances_to_feet`, `sharing` (T,) of `shared_by_both` over the whole trial. `valid` (T, 2) is
     set to False in place where a foot's force is not known.
     """
     findings = []
-    whole = sharing if halved is None else sharing & ~halved
-    for start, stop in zip(*runs(whole[begin:end]), strict=True):
+    for start, stop in zip(*runs(sharing[begin:end]), strict=True):
         first, last = begin + int(start), begin + int(stop)
         # Of both feet: a plate measures the sum of two forces.
         valid[first:last] = False
         names = (f"plate {plate.name}", *(f"{side} foot" for side in SIDES))
-        action = _why_shared(recording, plate, feet, slice(first, last), cut_off=halved is not None)
+        action = _why_shared(recording, plate, feet, slice(first, last))
         findings.append(repair(recording, "contact", names, first, last, action))
     load = plate.force[begin:end, 2]
     heavy = load > CONTACTS.well_loaded * load.max()
     for column, side in enumerate(SIDES):
-        mine = (owner == column) & ~(sharing if halved is None else sharing | halved)[begin:end]
+        mine = (owner == column) & ~sharing[begin:end]
         if not mine.any():
             continue
         first, last = begin + int(np.argmax(mine)), begin + len(mine) - int(np.argmax(mine[::-1]))
@@ -149,12 +145,8 @@ def _placed_plates(recording: Recording) -> list[Plate]:
     return [plate for plate in recording.plates if np.isfinite(plate.corners).all()]
 
 
-def _why_shared(
-    recording: Recording, plate: Plate, feet: Feet, samples: slice, *, cut_off: bool
-) -> str:
-    """Why both feet are on a `plate` in these `samples`, in which no force is divided; `cut_off` if
-    others are.
-    """
+def _why_shared(recording: Recording, plate: Plate, feet: Feet, samples: slice) -> str:
+    """Why both feet are on a `plate` in these `samples`."""
     points = [
         (over_plate(plate, feet.outlines[c][samples]) & feet.low[c][samples]).mean(axis=0)
         for c in (0, 1)
@@ -170,9 +162,7 @@ def _why_shared(
             f"the {SIDES[guest]} foot crosses onto this plate, where the {SIDES[1 - guest]} one "
             "is standing; forces not used"
         )
-    return "both feet on this plate; forces not used" + (
-        ": it is cut off" if cut_off else f", or divided with --plate {quote(plate.name)}=both"
-    )
+    return "both feet on this plate; forces not used"
 
 
 def _seen_whole(feet: Feet, column: int, begin: int, end: int) -> Flags:

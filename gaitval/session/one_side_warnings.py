@@ -22,9 +22,6 @@ REASONS_SHOWN: Final = 3
 MOST: Final = 4
 """Lines of cycles, and of plates, in a message."""
 
-_DIVIDE: Final = re.compile(r"--plate (?:'[^']*'|\S)+=both")
-"""The option that a finding advises."""
-
 SAME_PLACE: Final = 0.02
 """m between the middles of two plates that lie upon each other; two that lie side by side are a
 width apart.
@@ -102,7 +99,6 @@ def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:
         if not cycle.kinetics_valid
     ]
     plates = [f"{walk.name}: {finding}" for walk in walks for finding in walk.findings]
-    divide = " ".join(dict.fromkeys(found for each in plates for found in _DIVIDE.findall(each)))
     raise RecordError(
         "no gait cycle whose ground reaction the plates show from heel strike to heel strike, so a "
         "subject's mean moments and forces cannot be computed.\n"
@@ -112,12 +108,12 @@ def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:
         + "Give a trial (or several, with --trial repeated) in which a foot lands on a plate of "
         "its own. If this is one, the forces are of another trial, of the other foot or in other "
         "axes than the markers: check their file. Or use --kinematics-only."
-    ).with_way_on(*filter(None, [divide]), "--kinematics-only")
+    ).with_way_on("--kinematics-only")
 
 
 def _upon_each_other(walks: Sequence[WalkingTrial]) -> str:
-    """What to say of two plates at the same place, as of a belt that was divided between the feet,
-    or of a walk that was simulated; nothing if there are none.
+    """What to say of two plates at the same place, as of a belt whose force another program divided
+    between the feet, or of a walk that was simulated; nothing if there are none.
     """
     for walk in walks:
         for one, other in combinations(walk.recording.plates, 2):

@@ -29,7 +29,7 @@ JointCentres = Literal[
 ]
 """Where the joint centres of the standing trial come from: hips from a regression of
 `gaitval.scaling.hip_regressions` or a range-of-motion trial, or all as given."""
-PlateUse = Literal["right", "left", "both", "none", "x", "y", "z"]
+PlateUse = Literal["right", "left", "none", "x", "y", "z"]
 """What a force plate is to be taken for; see `ImportOptions.plate`."""
 Halves = Literal["odd-even", "first-last"]
 """How gait cycles are shared out to two trials."""
@@ -178,12 +178,11 @@ class ImportOptions(BaseModel):
     plate: Annotated[
         tuple[tuple[str, PlateUse], ...],
         BeforeValidator(_pairs),
-        OptionDisplay("N=right|left|both|none|x|y|z"),
+        OptionDisplay("N=right|left|none|x|y|z"),
     ] = ()
     """What a force plate is, by its number or name in the file: whose foot is on it (found if left
-    out); both, whose force is divided between the feet by its centre of pressure where both are on
-    it, and else not used there; none, which is left out; x, y or z, the axis of the file along
-    which its force has the wrong sign."""
+    out); none, which is left out; x, y or z, the axis of the file along which its force has the
+    wrong sign."""
     correct: Annotated[tuple[str, ...], BeforeValidator(_files), OptionDisplay("FAULT")] = ()
     """Take away a fault that the session is found to have: delay, place, rotation, gain, cross-talk
     (of plates), or several with commas. Both results are shown."""
@@ -292,11 +291,6 @@ class Request(ImportOptions):
             "elbow_width": self.elbow_width,
             "hip_regression": self.hip_regression,
         }
-
-    @property
-    def divided_plates(self) -> list[str]:
-        """The plates whose force is divided between the feet."""
-        return [name for name, use in self.plate if use == "both"]
 
     @property
     def hip_regression(self) -> str:

@@ -16,7 +16,7 @@ from gaitval.mocap.recording import Plate, Recording
 def with_stated_plates(recording: Recording, stated: Sequence[tuple[str, str]]) -> Recording:
     """A `recording` with its plates as `stated`, a list of names and `request.PlateUse`: with the
     feet that are on them, without those that do not count, and no force along an axis of the file
-    turned the wrong way. One that is divided between both feet is so later (`assign_forces`).
+    turned the wrong way.
 
     Raises RecordError if a plate is not there, or is said to be of either foot alone.
     """

@@ -1,6 +1,6 @@
 """One walking trial: its motion, events, forces, moments and cycles."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -246,7 +246,7 @@ def _on_plates(
     notify: Notify,
 ) -> _Ground:
     """The forces on the feet, their inverse dynamics, and the consistent motion if asked for."""
-    carried = trial_loads(recording, processing, landmarks, shown, divide=request.divided_plates)
+    carried = trial_loads(recording, processing, landmarks, shown)
     for finding in carried.findings:
         notify("forces", str(finding))
     mechanics = (model, carried.recording.time, motion.positions, *carried.wrenches)
@@ -409,20 +409,18 @@ def trial_loads(
     processing: ProcessingSettings,
     landmarks: Mapping[str, str],
     shown: Mapping[Side, Flags],
-    *,
-    divide: Collection[str] = (),
 ) -> TrialLoads:
     """The ground reaction on each foot, for gait cycles and for inverse dynamics.
 
     `recording` is cleaned, in the project's axes, with force plates; `landmarks` names its markers;
     `processing` has two cut-offs of forces; `shown` (T,) is whether the markers show each leg, see
-    `leg_shown`; `divide` names plates, see `assign_forces`.
+    `leg_shown`.
     """
     recording, zeroing = zero_plates(recording, landmarks=landmarks)
-    forces, assigning = assign_forces(recording, processing, landmarks=landmarks, divide=divide)
+    forces, assigning = assign_forces(recording, processing, landmarks=landmarks)
     # Different cut-offs of motion and force make impact artefacts (`ProcessingSettings`).
     slow, _ = assign_forces(
-        recording, processing, landmarks=landmarks, divide=divide,
+        recording, processing, landmarks=landmarks,
         cutoff_hz=processing.moment_force_cutoff_hz,
     )  # fmt: skip
     loads = resample_forces(slow, recording.time)

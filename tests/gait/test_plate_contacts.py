@@ -96,11 +96,11 @@ def feet_at(right, left):
     return Feet((outlines[0], outlines[1]), (low, low.copy()), np.ones((N, 2), bool))
 
 
-def judged(plate, feet, owner, away, *, sharing=None, halved=None, others=()):
+def judged(plate, feet, owner, away, *, sharing=None, others=()):
     valid = np.ones((N, 2), bool)
     found = judge_contact(
         trial(plate, *others), plate, feet, 100, 200, owner, away,
-        np.zeros(N, bool) if sharing is None else sharing, halved, valid,
+        np.zeros(N, bool) if sharing is None else sharing, valid,
     )  # fmt: skip
     return found, valid
 
@@ -180,22 +180,11 @@ def test_both_feet_on_a_plate_and_one_that_comes_from_another():
     feet = feet_at([0.0, 0.1], [0.2, 0.5])
     away = distances(NEAR, FAR)
     found, valid = judged(loaded(), feet, RIGHT, away, sharing=sharing)
-    assert [each.action for each in found] == [
-        "both feet on this plate; forces not used, or divided with --plate 1=both"
-    ]
+    assert [each.action for each in found] == ["both feet on this plate; forces not used"]
     assert found[0].names == ("plate 1", "right foot", "left foot")
     expected = np.ones((N, 2), bool)
     expected[150:180] = False
     np.testing.assert_array_equal(valid, expected)
-    # Who asked for it to be divided is told what could not be, and not asked again.
-    halved = np.zeros(N, bool)
-    found, _ = judged(loaded(), feet, RIGHT, away, sharing=sharing, halved=halved)
-    assert [each.action for each in found] == [
-        "both feet on this plate; forces not used: it is cut off"
-    ]
-    found, valid = judged(loaded(), feet, RIGHT, away, sharing=sharing, halved=sharing)
-    assert found == []
-    assert valid.all()
     other = loaded(name="2", corners=Rectangle(x=(0.3, 0.9), y=(-0.2, 0.2)).corners)
     found, _ = judged(loaded(), feet, RIGHT, away, sharing=sharing, others=[other])
     assert [each.action for each in found] == [
