@@ -38,11 +38,10 @@ class AsRead:
 
 @dataclass(frozen=True)
 class Walking:
-    """The markers of a walk, cleaned, in the project's axes, with the landmarks' markers."""
+    """The markers of a walk, cleaned, in the project's axes, and the segment of each."""
 
     recording: Recording
     segments: Mapping[str, str]
-    landmarks: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -218,14 +217,11 @@ def _smoothed(read: AsRead) -> Iterator[Seen]:
     yield Seen(fall, "all markers", {"fall": -fall})
 
 
-def _loose(
-    walk: Walking, *, shakes_hz: float, path_m: float, times: float, frames: int
-) -> Iterator[Seen]:
-    """By what shakes against the other markers of its segment, m; where none does, by what shakes
-    more than the same landmark of the other side. The trunk, in which shoulder blades move, is left
-    out. Of two that only each other shows, either may be it.
+def _loose(walk: Walking, *, shakes_hz: float, frames: int) -> Iterator[Seen]:
+    """By what shakes against the other markers of its segment, m. The trunk, in which shoulder
+    blades move, is left out. Of two that only each other shows, either may be it.
     """
-    limit, any_loose = LOOSE.high, False
+    limit = LOOSE.high
     of: dict[str, list[str]] = {}
     for name in walk.recording.names:
         if walk.segments.get(name, "torso") != "torso":
@@ -245,36 +241,7 @@ def _loose(
         worst = max(found, key=lambda name: found[name])
         # What shakes moves its distances to all others; theirs to each other stay.
         every = [name for name in found if min(own[name]) > limit]
-        any_loose |= found[worst] > limit
-        yield Seen(
-            found[worst], " or ".join(every if worst in every else [worst]),
-            {"what": f"its distance to the other markers of its segment changes by "
-                     f"{1000 * found[worst]:.1f} mm (SD; elsewhere below 1 mm)"},
-        )  # fmt: skip
-    if not any_loose:
-        yield from _loose_paths(walk, shakes_hz, path_m, times, frames)
-
-
-def _loose_paths(
-    walk: Walking, shakes_hz: float, path_m: float, times: float, frames: int
-) -> Iterator[Seen]:
-    for landmark, right in walk.landmarks.items():
-        left = walk.landmarks.get(f"L.{landmark[2:]}", "") if landmark.startswith("R.") else ""
-        known = [name for name in (right, left) if walk.segments.get(name, "torso") != "torso"]
-        if len(known) < 2 or not all(name in walk.recording.names for name in known):
-            continue
-        paths = (walk.recording.marker(name) for name in known)
-        own = [_fast(path, walk.recording.marker_rate, frames, shakes_hz) for path in paths]
-        sizes = [
-            0.0 if each is None else float(np.median(np.linalg.norm(each, axis=1))) for each in own
-        ]
-        yield Seen(
-            max(sizes), known[int(np.argmax(sizes))],
-            {"what": f"its path has {1000 * max(sizes):.1f} mm in the median, that of the other "
-                     f"side {1000 * min(sizes):.1f} mm (elsewhere at most 2.7 mm, and twice the "
-                     "other side's)"},
-            limits=(-np.inf, max(path_m, times * min(sizes))),
-        )  # fmt: skip
+        yield Seen(found[worst], " or ".join(every if worst in every else [worst]))
 
 
 def _fast(path: Array, rate: float, frames: int, shakes_hz: float) -> Array | None:
@@ -403,17 +370,18 @@ LOOSE: Final[Finding] = Finding(
     name="loose marker",
     needs=Walking,
     values=_loose,
-    numbers={"shakes_hz": 5.0, "path_m": 0.004, "times": 2.5, "frames": 60},
+    numbers={"shakes_hz": 5.0, "frames": 60},
     limits=0.002,
     unit="m",
     sentence=(
-        "above 5 Hz {what}: it is loose and shakes, or the cameras lose it. Moments, and angles of "
-        "its segment, shake with it"
+        "above 5 Hz its distance to the other markers of its segment changes by {value:.1f mm} "
+        "(SD; elsewhere below 1 mm): it is loose and shakes, or the cameras lose it. Moments, and "
+        "angles of its segment, shake with it"
     ),
     remedy="Fix it, or leave it out of the file",
     source=(
         "SD above 5 Hz of the distances to the other markers of a segment: at most 0.9 mm in 22 "
-        "recordings of 20 people; a landmark's own path 2.7 mm, and 2.0 times the other side's"
+        "recordings of 20 people"
     ),
     hidden_by=("noise",),
 )

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
-from gaitval.findings.finding import Finding, Seen
+from gaitval.findings.finding import Finding, Limits, Seen
 from gaitval.mocap.force_plates import CERTAIN_LOAD_N, RENUMBER, numbered_other_way, plate_axes
 from gaitval.mocap.recording import Plate
 
@@ -52,45 +52,40 @@ def _loaded(plate: Plate) -> tuple[Flags, float] | None:
     return loaded, float(np.percentile(plate.force[loaded, 2], 95.0))
 
 
-def _dead_vertical(of: Plates) -> Iterator[Seen]:
-    """The vertical force of a plate that somebody pushes along, over the horizontal one."""
-    for plate in of.plates:
-        along = float(np.ptp(plate.force[:, :2], axis=0).max())
-        if _loaded(plate) is None and along > CERTAIN_LOAD_N / 4:
-            down = float(np.abs(plate.force[:, 2]).max())
-            yield _seen(plate, down / along, down=down, along=along)
-
-
-def _dead_force(of: Plates) -> Iterator[Seen]:
-    """Range of a horizontal force under load over the vertical one."""
-    for plate in of.plates:
-        if known := _loaded(plate):
-            for axis, name in ((0, "fore-aft"), (1, "sideways")):
-                size = float(np.ptp(plate.force[known[0], axis])) / known[1]
-                yield _seen(plate, size, what=f"the {name} force")
-
-
-def _dead_point(of: Plates) -> Iterator[Seen]:
-    """Range of the centre of pressure along an axis of the plate, m."""
-    for plate in of.plates:
-        if known := _loaded(plate):
-            axes, centre = _own_axes(plate)
-            point = (plate.centre_of_pressure[known[0]] - centre) @ axes
-            for axis, name in ((0, "first"), (1, "second")):
-                what = f"the centre of pressure along the {name} axis"
-                yield _seen(plate, float(np.ptp(point[:, axis])), what=what)
-
-
-def _dead_moment(of: Plates) -> Iterator[Seen]:
-    """Range of the vertical moment about the plate's middle over the vertical force, m. Of a foot
-    in the very middle of a plate only the free moment is left.
+def _dead(of: Plates, *, limits: Mapping[str, Limits]) -> Iterator[Seen]:
+    """Ranges under load of what a plate shows, each over its least one in walking: horizontal
+    forces and the vertical moment about the middle over the vertical force (of a foot in the very
+    middle of a plate only the free moment is left), and the centre of pressure along the plate's
+    axes, m. The vertical force is held against the horizontal one of who pushes along.
     """
     for plate in of.plates:
         known = _loaded(plate)
-        if known and plate.moment is not None:
+        ranges = dict[str, tuple[float, Limits]]()
+        if known is None:
+            along = float(np.ptp(plate.force[:, :2], axis=0).max())
+            if along > CERTAIN_LOAD_N / 4:
+                down = float(np.abs(plate.force[:, 2]).max())
+                ranges["the vertical force"] = down / along, limits["vertical"]
+        else:
+            loaded, weight = known
             axes, centre = _own_axes(plate)
-            about = (plate.moment - np.cross(centre, plate.force)) @ axes
-            yield _seen(plate, float(np.ptp(about[known[0], 2])) / known[1])
+            force = np.ptp(plate.force[loaded], axis=0) / weight
+            point = np.ptp((plate.centre_of_pressure[loaded] - centre) @ axes, axis=0)
+            ranges["the fore-aft force"] = float(force[0]), limits["force"]
+            ranges["the sideways force"] = float(force[1]), limits["force"]
+            for axis, name in enumerate(("first", "second")):
+                what = f"the centre of pressure along the {name} axis"
+                ranges[what] = float(point[axis]), limits["point"]
+            if plate.moment is not None:
+                about = (plate.moment - np.cross(centre, plate.force)) @ axes
+                ranges["the vertical moment"] = (
+                    float(np.ptp(about[loaded, 2])) / weight, limits["moment"],
+                )  # fmt: skip
+        for what, (value, (least, possible)) in ranges.items():
+            words = {"what": what}
+            yield Seen(
+                value, f"plate {plate.name}", words, plate.name, (least, np.inf), value < possible
+            )
 
 
 def _own_axes(plate: Plate) -> tuple[Array, Array]:
@@ -171,51 +166,26 @@ def _unloaded(of: Plates, *, light: float, least_s: float, window_s: float) -> I
         yield _seen(plate, abs(worst) / peak, **words)
 
 
-DEAD_VERTICAL: Final[Finding] = Finding(
-    name="dead channel: vertical",
-    needs=Plates,
-    values=_dead_vertical,
-    limits=(0.5, np.inf),
-    impossible=(0.5, np.inf),
-    unit="of the horizontal force",
-    sentence=(
-        "its vertical force is at most {down:.3g} N, but its horizontal force changes by "
-        "{along:.0f} N: the vertical channel is dead, or has no calibration"
-    ),
-)
-_DEAD: Final = (
-    "{what} hardly changes under load (range {value:.2g}, in walking above {limit:g}): its channel "
-    "is dead, or has no calibration"
-)
-DEAD_FORCE: Final[Finding] = Finding(
+DEAD: Final[Finding] = Finding(
     name="dead channel",
     needs=Plates,
-    values=_dead_force,
+    values=_dead,
+    # the least of walking, and the least that is possible
+    numbers={
+        "limits": {
+            "vertical": (0.5, 0.5),
+            "force": (0.01, 0.002),
+            "point": (0.005, 0.001),
+            "moment": (0.003, 0.0005),
+        }
+    },
     limits=(0.01, np.inf),
-    impossible=(0.002, np.inf),
-    unit="of the weight",
-    sentence=_DEAD,
-    source="at least 0.06 sideways and 0.2 along",
-)
-DEAD_POINT: Final[Finding] = Finding(
-    name="dead channel: point",
-    needs=Plates,
-    values=_dead_point,
-    limits=(0.005, np.inf),
-    impossible=(0.001, np.inf),
-    unit="m",
-    sentence=_DEAD,
-    source="at least 0.011 m",
-)
-DEAD_MOMENT: Final[Finding] = Finding(
-    name="dead channel: moment",
-    needs=Plates,
-    values=_dead_moment,
-    limits=(0.003, np.inf),
-    impossible=(0.0005, np.inf),
-    unit="m of the weight",
-    sentence=_DEAD.replace("{what}", "the vertical moment"),
-    source="at least 0.008 m",
+    unit="of the weight, or m",
+    sentence=(
+        "{what} hardly changes under load (range {value:.2g}, in walking above {limit:g}): its "
+        "channel is dead, or has no calibration"
+    ),
+    source="at least 0.06 sideways and 0.2 along, 0.011 m (point) and 0.008 m (moment)",
 )
 SATURATED: Final[Finding] = Finding(
     name="saturated channel",

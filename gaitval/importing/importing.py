@@ -173,7 +173,6 @@ LIKELY: Final = (
     "lost frames", "lost marker", "filled gap", "loose marker",
     "stuck coordinate", "displaced marker", "unloaded plate",
     "noise", "poses", "vertical force and motion", "dead channel",
-    "dead channel: point", "dead channel: moment", "dead channel: vertical",
 )  # fmt: skip
 """Checks of warnings about what may be why a mean gait cannot be that of a walk."""
 

@@ -32,8 +32,6 @@ class SessionPerson(NamedTuple):
     knee_width: Width
     ankle_width: Width
     elbow_width: Width
-    taped_legs: tuple[float | None, float | None]
-    """Lengths of the right and the left leg in the file of the standing trial, m."""
     recorded_name: tuple[str, str]
     """The person's name in a recording, and the name of that file; empty where none says it."""
 
@@ -108,8 +106,6 @@ def person_of_session(options: ImportOptions, notify: Notify) -> SessionPerson:
         if each.name or each.system:
             words = [each.name or "no name", *([f"made by {each.system}"] if each.system else [])]
             notify("person", f"{each.source}: {', '.join(words)}")
-        if measured := _measured(each):
-            notify("person", f"{each.source} also says {measured}: the markers are used instead")
     mass = _one(facts, lambda each: each.mass_kg, options.mass, "--mass", "kg", notify)
     height = _one(facts, lambda each: each.height_m, options.height, "--height", "m", notify)
     missing = [
@@ -133,9 +129,6 @@ def person_of_session(options: ImportOptions, notify: Notify) -> SessionPerson:
         knee_width=_width(facts, "knee", options.knee_width, notify),
         ankle_width=_width(facts, "ankle", options.ankle_width, notify),
         elbow_width=_width(facts, "elbow", None, notify),
-        taped_legs=next(
-            (each.leg_length_m for each in facts if each.source == str(files[0])), (None, None)
-        ),
         recorded_name=next((found for each in facts if (found := _name(each))[0]), ("", "")),
     )
 
@@ -147,18 +140,6 @@ def _name(facts: PersonFacts) -> tuple[str, str]:
     """
     names_nobody = facts.system == "Cortex" or facts.name.lower() in _NOBODY
     return ("", "") if names_nobody else (facts.name, Path(facts.source).name)
-
-
-def _measured(facts: PersonFacts) -> str:
-    """What a file says of the person that scaling takes from the markers, in words."""
-    (right, left), message = facts.leg_length_m, []
-    if right is not None and left is not None:
-        message.append(f"leg lengths (right, left) {right:.4g}, {left:.4g} m")
-    if facts.asis_distance_m is not None:
-        message.append(f"distance of the ASIS {facts.asis_distance_m:.4g} m")
-    if facts.marker_diameter_m is not None:
-        message.append(f"marker diameter {1000 * facts.marker_diameter_m:.3g} mm")
-    return ", ".join(message)
 
 
 def _one(

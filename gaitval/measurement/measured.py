@@ -34,10 +34,6 @@ from gaitval.measurement.misplaced import (
     KNOWN_BY,
     knee_forward,
     knee_warnings,
-    low_knees,
-    low_knees_warnings,
-    low_spines,
-    low_spines_warnings,
     moved_warnings,
     standing_warnings,
 )
@@ -50,7 +46,6 @@ from gaitval.measurement.page import (
     draw_bands,
 )
 from gaitval.measurement.standing import standing_of
-from gaitval.session.pelvis_markers import FROM_CRESTS
 from gaitval.session.request import Notify
 from gaitval.session.session import Import
 from gaitval.session.standing import standing_places
@@ -211,8 +206,7 @@ def bands_text(found: Bands) -> str:
 
 def _of_places(found: Import) -> Iterator[QualityFlag]:
     """What the walk says of the places of the markers: of the knees', else of all that are in
-    standing, too; and of a standing trial in which both sides are misplaced alike, or the person
-    did not stand as people walk.
+    standing, too; and of a standing trial in which the person did not stand as people walk.
     """
     marker_set, body = found.session.marker_set, found.body
     landmarks, stood = marker_set.landmarks, standing_places(found.session.standing)
@@ -223,13 +217,7 @@ def _of_places(found: Import) -> Iterator[QualityFlag]:
         return
     if not of_knees and not any(warning.check in KNOWN_BY for _, warning in found.warnings):
         yield from moved_warnings(body.model, body.markers, found.trials, landmarks)
-    # what is wrong on both sides alike explains nothing of one side
     yield from standing_warnings(body.model, body.placement.standing, found.trials)
-    yield from low_knees_warnings(low_knees(found.trials, landmarks, points), landmarks)
-    marked = not any(warning.check == FROM_CRESTS for _, warning in found.session.warnings)
-    if marked and found.request.joint_centres == "harrington":
-        spines = low_spines(body, points, found.request.taped_legs)
-        yield from low_spines_warnings(spines, landmarks, body.chosen.pelvic_tilt)
 
 
 def untold(found: Iterable[FoundFault], checks: Set[str]) -> tuple[FoundFault, ...]:

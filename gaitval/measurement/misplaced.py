@@ -4,17 +4,12 @@
   knee look straighter in standing, and is moved forward by the fit to the walk. Skin does the first
   to both knees, people stand with knees bent unlike, and each of the three alone is as large in
   sound recordings; their sum, right less left, is not.
-- Both knees: markers that are too low come nearer to the ankle by the share 1 - cos of the flexion.
-  Skin does so too, in everybody by about as much; people's knees are about as high below the front
-  spines.
-- Both front spines: the pelvis looks tilted, and its regression puts the hips too far back, which
-  the joint fit brings forward again to where the thighs turn.
 - Any marker that was moved between the trials: the body is fitted to both, so it is beside its
   place all through the walk, by a quarter to a half of what it was moved by. Skin does the same on
   both sides, so right less left is looked at.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
@@ -32,38 +27,11 @@ if TYPE_CHECKING:
     from gaitval.session.scale import FittedBody
 
 
-class Sound(NamedTuple):
-    """Mean and SD of sound people."""
-
-    mean: float
-    sd: float
-
-
-PEOPLE: Final[Mapping[str, Sound]] = {
-    "knee": Sound(0.0, 0.0033),
-    "nearer": Sound(-0.0316, 0.0095),
-    "knee share": Sound(0.512, 0.0165),
-    "knees": Sound(0.0, 0.0070),
-    "forward": Sound(0.0013, 0.0029),
-    "tilt": Sound(float(np.radians(10.5)), float(np.radians(7.5))),
-    "spines": Sound(0.0, 0.012),
-    "leg": Sound(0.008, 0.011),
-}
-"""Of 13 to 20 people (children of McGill; adults of Stanford, Luxembourg, WBDS and other samples):
-the sum of what shows one knee's marker too far forward, right less left (m); by how much the knee's
-and the ankle's marker part for each 1 - cos of the flexion (m); height of the knees' markers over
-that of the front spines; what both say together of the knees (m); by how much the joint fit moves
-the hips forward from Harrington's regression (m); tilt of the plane of the spines in standing
-(rad); what both say together of the spines (m); by how much a leg measured with a tape is longer
-than from spine to malleolus (m)."""
+KNEE: Final = 0.0033
+"""m, SD of the sum of what shows one knee's marker too far forward, right less left, of 13 people
+(children of McGill; adults of Stanford, Luxembourg, WBDS and other samples)."""
 BEYOND: Final = 3.0
 """SD that nobody who is sound is beyond."""
-UNTAPED: Final = 4.0
-"""The same of the front spines where no leg was measured with a tape: hips and tilt alone differ
-more in children with cerebral palsy (3.4 SD in one of two)."""
-FORWARD_BY: Final = 0.25
-"""Of what both spines are too low by, how far the fit moves the hips: 0.21 to 0.27 in five people.
-"""
 KNEE_BY: Final[Mapping[str, float]] = {"nearer": 0.47, "fitted": 1.6, "straighter": 0.062}
 """m too far forward, for each m by which the distance to the ankle grows more with the sine of the
 flexion, for each m that the fit to the walk moves the marker forward, and for each rad that the
@@ -73,9 +41,6 @@ HALF_SEEN: Final = 0.7
 LEAST_SHARE: Final = 0.25
 """Of that sum, what the walk itself shows at least of a misplaced marker: 0.36 to 1.0 of 18 mm in
 four people. Who stands with one knee more bent, as after a stroke, has less."""
-SKINLESS: Final = 0.001
-"""m, left of the distance from knee to ankle beside the flexion, below which no skin was between
-markers and bones: 2 to 6 mm in people, 0 in simulated markers."""
 STANDS: Final[Mapping[str, float]] = {
     "knees": float(np.radians(10.0)), "knee": float(np.radians(13.0)),
     "foot": float(np.radians(20.0)),
@@ -103,8 +68,6 @@ KNOWN_BY: Final = frozenset((
     "place of a knee's marker", "stuck coordinate",
 ))  # fmt: skip
 """Checks of warnings about what puts a marker beside its place too, or says so better."""
-FRONT: Final = ("R.ASIS", "L.ASIS")
-REAR: Final = ("R.PSIS", "L.PSIS", "Sacrum")
 LEAST_FLEXION: Final = float(np.radians(30.0))
 LEAST_FRAMES: Final = 20
 FLAT: Final = 0.25
@@ -113,18 +76,15 @@ WAYS: Final = (("forward", "back"), ("outward", "inward"), ("up", "down"))
 
 
 class Off(NamedTuple):
-    """How far markers are off, and the SD of that in sound people, m, of which a warning needs as
-    many as `beyond`.
-    """
+    """How far markers are off, and the SD of that in sound people, m."""
 
     value: float
     sound: float
-    beyond: float = BEYOND
 
     @property
     def limit(self) -> float:
         """m."""
-        return self.beyond * self.sound
+        return BEYOND * self.sound
 
     @property
     def told(self) -> bool:
@@ -146,78 +106,19 @@ def knee_forward(
     knees = [landmarks.get(f"{side}.Knee", "") for side in "RL"]
     fitted = {marker.name: marker.position[0] for marker in body.markers}
     placed = {marker.name: marker.position[0] for marker in body.placement.markers}
-    grows = [_parting(walks, landmarks, side, _by_sine) for side in "RL"]
+    grows = [_parting(walks, landmarks, side) for side in "RL"]
     if grows[0] is None or grows[1] is None or not {*knees} <= fitted.keys() & placed.keys():
         return None
     moved = np.subtract(*(fitted[name] - placed[name] for name in knees))
     bent = np.subtract(
         *(body.placement.standing[COORDINATES.index(f"knee_angle_{side}")] for side in "rl")
     )
-    in_walk = float(KNEE_BY["nearer"] * (grows[0][0] - grows[1][0]) + KNEE_BY["fitted"] * moved)
+    in_walk = float(KNEE_BY["nearer"] * (grows[0] - grows[1]) + KNEE_BY["fitted"] * moved)
     forward = in_walk + float(KNEE_BY["straighter"] * bent)
     if abs(in_walk) < LEAST_SHARE * abs(forward) or in_walk * forward < 0.0:
         return None
     seen = HALF_SEEN if any(f"{side}.Knee.Medial" in points for side in "RL") else 1.0
-    return Off(forward / seen, PEOPLE["knee"].sd / seen)
-
-
-def low_knees(
-    walks: Sequence[WalkingTrial], landmarks: Mapping[str, str], points: "Mapping[str, Place]"
-) -> Off | None:
-    """How much both knees' markers are too low; None where the walks do not show both knees' and
-    ankles' markers.
-    """
-    nearer = [_parting(walks, landmarks, side, _by_sine_and_cosine) for side in "RL"]
-    names = [f"{side}.{name}" for side in "RL" for name in ("Knee", "ASIS")]
-    if nearer[0] is None or nearer[1] is None or any(name not in points for name in names):
-        return None
-    if min(nearer[0][-1], nearer[1][-1]) <= SKINLESS:
-        return None
-    knees, spines = (
-        float(np.mean([points[f"{side}.{name}"][2] for side in "RL"])) for name in ("Knee", "ASIS")
-    )
-    share, walked = PEOPLE["knee share"], PEOPLE["nearer"]
-    by_walk = Off(0.5 * (nearer[0][1] + nearer[1][1]) - walked.mean, walked.sd)
-    by_build = Off(share.mean * spines - knees, share.sd * spines)
-    return _together(by_walk, by_build)._replace(sound=PEOPLE["knees"].sd)
-
-
-def low_spines(
-    body: "FittedBody", points: "Mapping[str, Place]", taped: Sequence[float | None] = ()
-) -> Off | None:
-    """How much both front spines' markers are too low, by the joint fit of the `body`, its tilt in
-    standing, and the lengths of the legs, right and left, if they were `taped` (m). None where the
-    fit moves no hips.
-    """
-    forward = body.chosen.hip_forward
-    rear = [np.asarray(points[name]) for name in REAR if name in points]
-    if forward is None or not rear or any(name not in points for name in FRONT):
-        return None
-    front = np.mean([np.asarray(points[name]) for name in FRONT], axis=0)
-    depth = float(np.linalg.norm(front - np.mean(rear, axis=0)))
-    tilt, fit, both, leg = (PEOPLE[name] for name in ("tilt", "forward", "spines", "leg"))
-    by_tilt = Off(depth * (body.chosen.pelvic_tilt - tilt.mean), depth * tilt.sd)
-    if by_tilt.told:  # the fit moves hips by 8 mm at most, and a tape says nothing of rear spines
-        return by_tilt
-    by_hips = Off((forward - fit.mean) / FORWARD_BY, fit.sd / FORWARD_BY)
-    found = _together(by_hips, by_tilt)._replace(sound=both.sd)
-    longer = [
-        length - float(np.linalg.norm(np.subtract(points[f"{side}.ASIS"], points[f"{side}.Ankle"])))
-        for side, length in zip("RL", taped, strict=False)
-        if length is not None and f"{side}.Ankle" in points
-    ]
-    by_tape = Off(float(np.mean(longer)) - leg.mean, leg.sd) if longer else None
-    # another's legs, or measured otherwise
-    if by_tape is None or abs(by_tape.value - found.value) > BEYOND * np.hypot(both.sd, leg.sd):
-        return found._replace(beyond=UNTAPED)
-    return _together(found, by_tape)
-
-
-def _together(one: Off, other: Off) -> Off:
-    """The mean of two with the weights of their variances."""
-    weights = np.array([one.sound**-2, other.sound**-2])
-    value = float(weights @ [one.value, other.value] / weights.sum())
-    return Off(value, float(weights.sum() ** -0.5))
+    return Off(forward / seen, KNEE / seen)
 
 
 def knee_warnings(off: Off | None, landmarks: Mapping[str, str]) -> Iterator[QualityFlag]:
@@ -235,49 +136,6 @@ def knee_warnings(off: Off | None, landmarks: Mapping[str, str]) -> Iterator[Qua
         "alike or was moved between standing and walk, and the leg's angles are off by some "
         "degrees. Put both on the axis that the knee bends about, and record standing and walk "
         "with the markers untouched",
-    )  # fmt: skip
-
-
-def low_knees_warnings(off: Off | None, landmarks: Mapping[str, str]) -> Iterator[QualityFlag]:
-    """Warning about both knees' markers: one at most."""
-    if off is None or not off.told:
-        return
-    yield QualityFlag(
-        "height of the knees' markers", " and ".join(landmarks[f"{side}.Knee"] for side in "RL"),
-        abs(off.value), off.limit, "m",
-        f"by how the knees turn in the walk, and by where knees are below the front spines, both "
-        f"are some {1000 * abs(off.value):.0f} mm too {'low' if off.value > 0.0 else 'high'} "
-        f"(sound people are within {1000 * off.limit:.0f} mm): thighs and shanks have "
-        "wrong lengths, and hips and knees bend by some degrees too much or too little. Put them "
-        "on the epicondyles, where the knee turns, in all trials",
-    )  # fmt: skip
-
-
-def low_spines_warnings(
-    off: Off | None, landmarks: Mapping[str, str], tilt: float
-) -> Iterator[QualityFlag]:
-    """Warning about the front spines' markers of a pelvis that is tilted by `tilt` (rad) in
-    standing: one at most.
-    """
-    if off is None or not off.told:
-        return
-    low, usual = off.value > 0.0, PEOPLE["tilt"]
-    shown = (
-        "more than anybody sound"
-        if abs(tilt - usual.mean) > BEYOND * usual.sd
-        else f"and the walk shows the hips farther {'forward' if low else 'back'} than these "
-        "spines say"
-    )
-    yield QualityFlag(
-        "height of the front spines",
-        " and ".join(landmarks.get(name, name) for name in FRONT),
-        abs(off.value), off.limit, "m",
-        f"the pelvis is tilted by {np.degrees(tilt):.0f}° in standing "
-        f"({np.degrees(usual.mean):.0f} ± {np.degrees(usual.sd):.0f}° in others), {shown}: both "
-        f"are some {1000 * abs(off.value):.0f} mm too {'low' if low else 'high'} on the pelvis "
-        f"(sound people are within {1000 * off.limit:.0f} mm), as over a belt or a belly, or "
-        "the rear ones the other way. Tilt of the pelvis and flexion of the hips are off by some "
-        "degrees all the time. Feel for all four spines and put the markers on them",
     )  # fmt: skip
 
 
@@ -361,23 +219,11 @@ def standing_warnings(
         )  # fmt: skip
 
 
-def _by_sine(angle: Array) -> Array:
-    return np.column_stack([np.sin(angle), np.ones(len(angle))])
-
-
-def _by_sine_and_cosine(angle: Array) -> Array:
-    return np.column_stack([np.sin(angle), 1.0 - np.cos(angle), np.ones(len(angle))])
-
-
 def _parting(
-    walks: Sequence[WalkingTrial],
-    landmarks: Mapping[str, str],
-    side: str,
-    table: Callable[[Array], Array],
-) -> Array | None:
-    """m, by which the distance from the knee's to the ankle's marker grows with each column of the
-    `table` of the knee's flexion, and the root mean square of the rest; None where they are not
-    seen, or the knee does not bend.
+    walks: Sequence[WalkingTrial], landmarks: Mapping[str, str], side: str
+) -> float | None:
+    """m, by which the distance from the knee's to the ankle's marker grows with the sine of the
+    knee's flexion; None where they are not seen, or the knee does not bend.
     """
     names = [landmarks.get(f"{side}.{joint}", "") for joint in ("Knee", "Ankle")]
     angles, parted = list[Array](), list[Array]()
@@ -393,10 +239,8 @@ def _parting(
     angle = np.concatenate(angles) if angles else np.empty(0)
     if len(angle) < LEAST_FRAMES or np.ptp(angle) < LEAST_FLEXION:
         return None
-    columns, apart = table(angle), np.concatenate(parted)
-    found = np.linalg.lstsq(columns, apart, rcond=None)[0]
-    left = float(np.sqrt(np.mean((apart - columns @ found) ** 2)))
-    return np.append(found[:-1], left)
+    columns = np.column_stack([np.sin(angle), np.ones(len(angle))])
+    return float(np.linalg.lstsq(columns, np.concatenate(parted), rcond=None)[0][0])
 
 
 def _turned(model: BodyModel, standing: Array, walks: Sequence[WalkingTrial]) -> float | None:

@@ -32,12 +32,9 @@ _RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "mass_kg": (8.0, 300.0),
     "height_m": (0.7, 2.4),
     "age_years": (1.0, 110.0),
-    "leg_length_m": (0.3, 1.3),
     "knee_width_m": (0.04, 0.17),
     "ankle_width_m": (0.03, 0.12),
     "elbow_width_m": (0.03, 0.12),
-    "asis_distance_m": (0.1, 0.5),
-    "marker_diameter_m": (0.002, 0.04),
 }
 """Lowest and highest plausible value, from children to adults, kg and m."""
 
@@ -51,7 +48,7 @@ class PersonFacts:
     source : the file.
     name : of the person in the recording program.
     system : the program that made the file.
-    leg_length_m, knee_width_m, ankle_width_m, elbow_width_m : right and left, m.
+    knee_width_m, ankle_width_m, elbow_width_m : right and left, m.
     """
 
     source: str
@@ -60,12 +57,9 @@ class PersonFacts:
     mass_kg: float | None = None
     height_m: float | None = None
     age_years: float | None = None
-    leg_length_m: SideValues = (None, None)
     knee_width_m: SideValues = (None, None)
     ankle_width_m: SideValues = (None, None)
     elbow_width_m: SideValues = (None, None)
-    asis_distance_m: float | None = None
-    marker_diameter_m: float | None = None
 
 
 def read_person(path: Path) -> PersonFacts:
@@ -123,10 +117,7 @@ def person_of(source: str, contents: Contents) -> PersonFacts:
         mass_kg=one("mass", "mass_kg"),
         height_m=one("height", "height_m"),
         age_years=one("age", "age_years"),
-        leg_length_m=both("leglength", "leg_length_m"),
         knee_width_m=both("kneewidth", "knee_width_m"),
         ankle_width_m=both("anklewidth", "ankle_width_m"),
         elbow_width_m=both("elbowwidth", "elbow_width_m"),
-        asis_distance_m=one("interasisdistance", "asis_distance_m"),
-        marker_diameter_m=one("markerdiameter", "marker_diameter_m"),
     )

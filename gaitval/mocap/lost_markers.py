@@ -164,9 +164,11 @@ def leave_out_lost(
                 float(furthest[during].max()),
                 (end - begin) / rate,
             )
-            how = _how(path[during], markers[during], number, rate)
             until = "from there on" if end == len(markers) else f"for {seconds:.2f} s"
-            action = f"{how}: up to {largest:.2f} m off its place on the body; left out {until}"
+            action = (
+                f"is not on its segment, but up to {largest:.2f} m off its place on the body; "
+                f"left out {until}"
+            )
             if seen[during, number].any():
                 findings.append(repair(recording, "lost", [name], begin, end, action))
     for found in findings:
@@ -365,23 +367,3 @@ def _merged(lost: Flags, away: _Away, path: Array, rate: float) -> list[tuple[in
 def _step(path: Array, frame: int) -> float:
     """m from the frame before to this one; 0 where one of them is not seen."""
     return float(np.nan_to_num(np.linalg.norm(path[frame] - path[max(frame - 1, 0)])))
-
-
-def _how(path: Array, markers: Array, number: int, rate: float) -> str:
-    """How a marker is lost in these frames."""
-    step = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    if len(step) and np.mean(step == 0.0) > 0.5:
-        return "stays exactly where it was last seen"
-    if len(step) and np.nanmedian(step) < LIMITS["rests"] / rate:
-        low = np.nanpercentile(markers[..., 2], 5.0)
-        on_floor = np.nanmedian(path[:, 2]) < low + LIMITS["leaves_m"]
-        return "lies still" + (" on the floor" if on_floor else "") + " while its segment moves on"
-    others = np.delete(markers, number, axis=1)
-    with np.errstate(invalid="ignore"):
-        near = np.nanmin(
-            np.where(np.isfinite(others), np.abs(others - path[:, None]), np.inf).max(axis=2),
-            axis=1,
-        )
-    if np.median(near) < 0.01:
-        return "is at another marker's place"
-    return "is not on its segment (a reflection, a fallen marker or another label)"

@@ -227,7 +227,7 @@ def _doubts_beside(
     segments = {name: marker.segment for name, marker in marker_set.markers.items()}
     return look(
         AsRead(as_recorded, segments),
-        Walking(walk, segments, marker_set.landmarks),
+        Walking(walk, segments),
         Beside(standing, walk, marker_set.landmarks, moved, stood=not request.stands_in_walk),
     )
 

@@ -241,8 +241,6 @@ class Request(ImportOptions):
     """Name of the subject."""
     elbow_width: float | tuple[float, float] | None = None
     """Elbow width in the files, m, of both sides or right and left."""
-    taped_legs: tuple[float | None, float | None] = (None, None)
-    """Lengths of the right and the left leg in the file of the standing trial, m."""
     recorded_name: tuple[str, str] = ("", "")
     """The person's name in a recording, and the name of that file."""
 

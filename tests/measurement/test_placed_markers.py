@@ -16,8 +16,8 @@ def filled_warnings(recording, segments):
     return [each for each in look(AsRead(recording, segments)).flags if each.check == "filled gap"]
 
 
-def loose_warnings(recording, segments, landmarks):
-    return look(Walking(recording, segments, landmarks)).flags
+def loose_warnings(recording, segments):
+    return look(Walking(recording, segments)).flags
 
 
 def pelvis_level_warnings(standing, walking, landmarks):
@@ -104,26 +104,14 @@ def test_a_marker_that_shakes_on_its_segment(size, number, found):
     recording = foot()
     shake = size * np.sin(2 * np.pi * 9.0 * recording.time)
     recording.markers[:, number] += shake[:, None] * [1.0, 0.5, 0.5]
-    assert [flag.where for flag in loose_warnings(recording, SET, {})] == found
+    assert [flag.where for flag in loose_warnings(recording, SET)] == found
 
 
 def test_of_two_markers_either_may_shake():
     recording = foot()
     recording.markers[:, 1, 0] += 0.006 * np.sin(2 * np.pi * 9.0 * recording.time)
     alone = replace(recording, names=("a", "b"), markers=recording.markers[:, :2])
-    assert [flag.where for flag in loose_warnings(alone, SET, {})] == ["a or b"]
-
-
-@pytest.mark.parametrize(("size", "found"), [(0.009, ["a"]), (0.002, [])])
-def test_a_marker_that_shakes_across_the_line_to_the_only_other(size, found):
-    """Its own path shows it, beside the other side's."""
-    recording = foot()
-    recording.markers[:, 0, 1] += size * np.sin(2 * np.pi * 9.0 * recording.time)
-    names, columns = ("a", "b", "left"), [0, 1, 2]
-    three = replace(recording, names=names, markers=recording.markers[:, columns])
-    sides = {"a": "foot_r", "b": "foot_r", "left": "foot_l"}
-    warnings = loose_warnings(three, sides, {"R.Heel": "a", "L.Heel": "left"})
-    assert [flag.where for flag in warnings] == found
+    assert [flag.where for flag in loose_warnings(alone, SET)] == ["a or b"]
 
 
 def filled(frames, number=1):

@@ -56,10 +56,7 @@ def test_a_file_of_plug_in_gait_knows_the_person(tmp_path):
     assert facts.height_m == pytest.approx(1.45)
     assert facts.knee_width_m == pytest.approx((0.084, 0.083))
     assert facts.ankle_width_m == pytest.approx((0.062, 0.061))
-    assert facts.leg_length_m == pytest.approx((0.74, 0.742))
     assert facts.elbow_width_m[1] is None
-    assert facts.asis_distance_m == pytest.approx(0.159)
-    assert facts.marker_diameter_m == pytest.approx(0.01)
     assert (facts.name, facts.system) == ("HC002D", "Vicon Nexus")
 
 
@@ -87,7 +84,6 @@ def test_qualisys_and_luxembourg_know_the_person_too(tmp_path):
         if of_group:
             assert facts.knee_width_m == pytest.approx((0.095, 0.096))
             assert facts.ankle_width_m == (None, None)
-            assert facts.leg_length_m == pytest.approx((0.71, 0.73))
             assert found([path]).age == pytest.approx(10.0)
 
 
@@ -95,15 +91,6 @@ def test_an_age_that_cannot_be_is_refused_before_any_work():
     options = ImportOptions(trials=[Path("none.trc")], mass=60, height=1.7, sex="F", age=1.0)
     with pytest.raises(SubjectError, match="--age 1: outside the plausible 2-105 years"):
         person_of_session(options, lambda *_: None)
-
-
-def test_what_scaling_takes_from_the_markers_is_told(tmp_path):
-    messages = []
-    found([c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)], message=messages)
-    text = next(line for line in messages if "also says" in line)
-    for part in ("0.74, 0.742 m", "ASIS 0.159 m", "diameter 10 mm"):
-        assert part in text
-    assert any("Vicon Nexus" in line for line in messages)
 
 
 def test_cortex_writes_its_name_in_small_letters(tmp_path):
@@ -121,17 +108,6 @@ def test_what_was_not_measured_is_not_known(tmp_path, value):
     assert facts.mass_kg is None
     assert facts.height_m is None
     assert facts.knee_width_m == (None, None)
-
-
-def test_taped_legs_are_those_of_the_standing_trial(tmp_path):
-    """Which the files are opened for once: an import is only told them."""
-    walk = PLUG_IN_GAIT | {"LLegLength": 700.0, "RLegLength": 700.0}
-    standing, walking = c3d(tmp_path / "s.c3d", PLUG_IN_GAIT), c3d(tmp_path / "w.c3d", walk)
-    assert found([walking], static=standing).taped_legs == read_person(standing).leg_length_m
-    assert found([walking]).taped_legs == pytest.approx((0.7, 0.7))
-    other = tmp_path / "s.trc"
-    other.write_text("PathFileType")
-    assert found([walking], static=other).taped_legs == (None, None)
 
 
 def test_other_formats_know_nothing(tmp_path):
