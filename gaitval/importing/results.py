@@ -236,6 +236,7 @@ class TrialResult(Result):
     trial: str
     belt_speed_m_s: _Figure
     marker_errors_m: dict[Literal["joint fit", "marker pairs"], MarkerErrorsResult]
+    """Of the body; older files also have those of one scaled by marker pairs."""
     anchoring: AnchoringResult
     frames_not_converged: Count
     gait: GaitBySide
@@ -260,8 +261,6 @@ class ImportResult(Result):
     lengths_m: list[LengthResult]
     measurements: dict[str, Number | Point | dict[str, str]]
     """`Measurements` of the body, m and rad, and where they come from."""
-    factors: dict[str, Number]
-    """By which marker pairs scale the generic body."""
     model: Sha256
     """Of the masses, joints and inertias of the body."""
     weight_ratio: _Figure
@@ -284,5 +283,7 @@ class ImportResult(Result):
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)
     given_centres: list[GivenCentreResult] = Field(default_factory=list)
+    factors: dict[str, Number] = Field(default_factory=dict)
+    """In older files, by which marker pairs would scale the generic body."""
     quantities: dict[str, QuantityResult] = Field(default_factory=dict)
     """What follows from the mean curves (`gaitval.quantities`), by name."""

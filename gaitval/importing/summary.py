@@ -138,7 +138,6 @@ def summary_of(found: Import) -> page.RecordingSummary:
         ],
         marker_rms_limit=limits["ik-marker-rms"] / 100,
         marker_largest_limit=limits["ik-marker-largest"] / 100,
-        scaling_methods=scaling_methods(found),
         functional=[joint.row() for joint in found.functional],
         given_centres=[centre.row() for centre in found.given],
         weight_ratio=found.weight_ratio,
@@ -337,27 +336,6 @@ def unseen_residuals(found: Import) -> str:
         "whether motion and forces agree, for in no frame do the plates show both feet. Moments "
         "are those of single stances"
     )
-
-
-def scaling_methods(found: Import) -> list[page.ScalingMethod]:
-    """Marker errors of both ways to scale the body of `found`, in standing and the first walk."""
-    body, walk = found.body, found.trials[0]
-    paired, fitted = marker_errors(walk.compared), marker_errors(walk.kinematics)
-    return [
-        page.ScalingMethod(
-            "marker pairs, as OpenSim's ScaleTool",
-            *_rms_and_largest(body.paired[1]),
-            paired.whole_rms,
-            paired.whole_largest,
-        ),
-        page.ScalingMethod(
-            "joint centres of the standing trial, then joint fit to both trials",
-            *_rms_and_largest(body.placement),
-            fitted.whole_rms,
-            fitted.whole_largest,
-            chosen=True,
-        ),
-    ]
 
 
 def _rms_and_largest(placement: MarkerPlacement) -> tuple[float, float]:

@@ -209,7 +209,6 @@ def _record(found: Import) -> dict[str, Any]:
         "decisions": [list(decision) for decision in found.decisions],
         "lengths_m": [asdict(length) for length in body.fit.lengths],
         "measurements": body.chosen.to_dict(),
-        "factors": dict(body.factors),
         "model": value_hash(_model_figures(body.model)),
         "weight_ratio": found.weight_ratio,
         "walking_speed_m_s": speed(found),
@@ -246,20 +245,17 @@ _OF_A_WARNING: Final = ("check", "where", "value", "limit", "unit", "message")
 
 
 def _trial_record(walk: WalkingTrial) -> dict[str, Any]:
+    errors = marker_errors(walk.kinematics)
     record: dict[str, Any] = {
         "trial": walk.name,
         "belt_speed_m_s": walk.belt,
         "marker_errors_m": {
-            method: {
+            "joint fit": {
                 "rms": errors.whole_rms,
                 "largest": errors.whole_largest,
                 "worst": errors.worst_marker,
                 "by_marker": dict(zip(errors.names, errors.rms.tolist(), strict=True)),
             }
-            for method, errors in (
-                ("joint fit", marker_errors(walk.kinematics)),
-                ("marker pairs", marker_errors(walk.compared)),
-            )
         },
         "anchoring": {name: getattr(walk.anchoring, name) for name in AnchoringResult.model_fields},
         "frames_not_converged": int((~walk.kinematics.converged).sum()),

@@ -116,24 +116,6 @@ class MarkerError(NamedTuple):
     seen: float = 1.0
 
 
-class ScalingMethod(NamedTuple):
-    """Marker errors of one way to scale the model, m; NaN where not measured.
-
-    Attributes
-    ----------
-    static_rms, static_largest : in the standing trial.
-    trial_rms, trial_largest : in the walking trial.
-    chosen : True for the one that the model uses.
-    """
-
-    name: str
-    static_rms: float
-    static_largest: float
-    trial_rms: float = NAN
-    trial_largest: float = NAN
-    chosen: bool = False
-
-
 class FunctionalRow(NamedTuple):
     """A joint of a range-of-motion trial, in words with units; empty where there is nothing.
 
@@ -272,7 +254,6 @@ class RecordingSummary:
     marker_errors: Sequence[MarkerError]
     marker_rms_limit: float
     marker_largest_limit: float
-    scaling_methods: Sequence[ScalingMethod]
     segments: Sequence[ScaledSegment]
     angles: Mapping[str, MeanAndDeviation]
     moments: Mapping[str, MeanAndDeviation] = field(default_factory=dict)

@@ -1,1 +1,1 @@
-"""From measurements to lengths and masses: by markers, marker pairs, tape or stature."""
+"""From measurements to lengths and masses: by markers, tape or stature."""

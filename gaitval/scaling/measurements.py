@@ -1,8 +1,7 @@
 """The lengths of a body: what scaling builds the model from, and how they are stored.
 
 Metres and radians. A standing trial gives them (`joint_centres.measure`), a tape measure
-(`tape.measure_by_tape`), a mean body scaled by pairs (`scale_factors.scale_by_pairs`), or a fit to
-standing and walking (`with_fitted_lengths`).
+(`tape.measure_by_tape`), or a fit to standing and walking (`with_fitted_lengths`).
 """
 
 from collections.abc import Callable, Mapping

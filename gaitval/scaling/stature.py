@@ -76,13 +76,6 @@ def mean_lengths(height_m: float) -> dict[str, float]:
     return {name: fraction * height_m for name, fraction in FRACTIONS.items()}
 
 
-def measure_by_stature(*, height_m: float) -> Measurements:
-    """Lengths of the mean body of the stature `height_m`, m; right and left are alike."""
-    lengths = mean_lengths(height_m)
-    lengths["hip_height"] = lengths["ankle_height"] + lengths["shank"] + lengths["thigh"]
-    return measurements_of_lengths(lengths, SOURCES)
-
-
 def measurements_of_lengths(
     lengths: Mapping[str, float], sources: Mapping[str, str]
 ) -> Measurements:

@@ -25,7 +25,6 @@ from gaitval.scaling.joint_centres import FUNCTIONAL, measure, unused_widths
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.markers.spines import SPINES
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
-from gaitval.scaling.scale_factors import scale_by_pairs
 from gaitval.scaling.scaling import PLAUSIBLE, ScaledBody, build_body
 from gaitval.session.odd_sides import odd_sides
 from gaitval.session.pelvis_markers import FROM_CRESTS
@@ -36,7 +35,7 @@ from gaitval.session.standing import standing_places
 
 @dataclass(frozen=True)
 class FittedBody:
-    """The person's body, scaled in each way.
+    """The person's body.
 
     Attributes
     ----------
@@ -45,8 +44,6 @@ class FittedBody:
     markers : on that model.
     placement : of the markers on the body of the standing trial alone.
     fit : the joint fit.
-    factors : of the marker pairs, relative to the mean body of this stature.
-    paired : the body scaled by these factors, with its markers, for comparison.
     centres : (3,) m in standing, joint centres that the body was given.
     walking : the walking trials with the labels of the standing one.
     warnings : warnings about the labels of each walking trial, and in the first about lengths.
@@ -57,8 +54,6 @@ class FittedBody:
     markers: tuple[ModelMarker, ...]
     placement: MarkerPlacement
     fit: ModelFit
-    factors: Mapping[str, float]
-    paired: tuple[BodyModel, MarkerPlacement]
     walking: tuple[Recording, ...]
     warnings: tuple[tuple[QualityFlag, ...], ...]
     centres: Mapping[str, Array] = field(default_factory=dict)
@@ -134,28 +129,24 @@ def scale_body(
     for remark in () if of_model else knee_axis_remarks(fit, session.marker_set.landmarks):
         notify("scaling", remark)
     chosen = _with_lengths_of(fit, stood.measured)
-    factors, paired = _by_pairs(request, session, stood.places)
     return FittedBody(
         chosen=chosen,
         scaled=build_body(request, chosen),
         markers=fit.markers,
         placement=placement,
         fit=fit,
-        factors=factors,
         walking=tuple(walking for walking, _ in checked),
         warnings=tuple(
             (*(odd if number == 0 else ()), *warnings)
             for number, (_, warnings) in enumerate(checked)
         ),
-        paired=paired,
         centres=centres or {},
     )
 
 
 class _Standing(NamedTuple):
-    """The body by the standing trial alone, where its markers are, m, and warnings about it."""
+    """The body by the standing trial alone, and warnings about it."""
 
-    places: Mapping[str, Array]
     measured: Measurements
     scaled: ScaledBody
     odd: tuple[QualityFlag, ...]
@@ -197,7 +188,7 @@ def _by_standing(
         placement = place_markers(
             scaled.model, measured, places, marker_set, **request.widths, centres=centres
         )
-    return _Standing(places, measured, scaled, odd, placement)
+    return _Standing(measured, scaled, odd, placement)
 
 
 def _fit_to_trials(
@@ -283,26 +274,6 @@ def _with_lengths_of(fit: ModelFit, measured: Measurements) -> Measurements:
         or length.name in ("lumbar_forward", "lumbar_up", "shoulder_up")
     }
     return with_fitted_lengths(measured, taken, "joint fit to standing and walking")
-
-
-def _by_pairs(
-    request: Request, session: SessionRecordings, places: Mapping[str, Array]
-) -> tuple[Mapping[str, float], tuple[BodyModel, MarkerPlacement]]:
-    """The factors of the marker pairs in standing, and the body scaled by them with its markers."""
-    marker_set = session.marker_set
-    with about_file(str(request.static)):
-        by_pairs, factors = scale_by_pairs(
-            {
-                landmark: session.standing.marker(name)
-                for landmark, name in marker_set.landmarks.items()
-                if name in places
-            },
-            height_m=request.height_m,
-            sex=request.sex,
-            **request.widths,
-        )
-        model = build_body(request, by_pairs).model
-    return factors, (model, place_markers(model, by_pairs, places, marker_set, **request.widths))
 
 
 def _odd_lengths(scaled: ScaledBody, *, stood: bool = True) -> Iterator[QualityFlag]:

@@ -62,7 +62,6 @@ class WalkingTrial:
     recording : cleaned.
     kinematics : of every frame as recorded, with the resting feet anchored.
     anchoring : what that changed.
-    compared : the same trial with the body that was scaled by marker pairs.
     positions : (T, 31) low-passed, with trunk and arms where no marker shows them upright and
         hanging.
     events : of both feet.
@@ -82,7 +81,6 @@ class WalkingTrial:
     recording: Recording
     kinematics: InverseKinematics
     anchoring: AnchoredFeet
-    compared: InverseKinematics
     positions: Array
     events: tuple[Event, ...]
     forces: FootForces | None
@@ -172,7 +170,6 @@ def work_out_trial(
         recording=recording,
         kinematics=kinematics,
         anchoring=anchoring,
-        compared=_on_paired_body(body, given, motion),
         positions=positions,
         events=events,
         forces=forces,
@@ -206,15 +203,6 @@ def _belt(
         if any(cycle.kinematics_valid for side in SIDES for cycle in cycles[side]):
             raise
         return float("nan")
-
-
-def _on_paired_body(
-    body: FittedBody, recording: Recording, motion: "TrialMotion"
-) -> InverseKinematics:
-    """The same trial on the body scaled by marker pairs, for the comparison on the page."""
-    model, placement = body.paired
-    placed = [marker for marker in placement.markers if marker.name in recording.names]
-    return inverse_kinematics(model, placed, motion.measured)
 
 
 class _Ground(NamedTuple):

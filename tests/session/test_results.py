@@ -24,7 +24,7 @@ LIMIT = {"limit": 2.0, "unit": "cm", "passed": True, "value": 1.1}
 TRIAL = {
     "trial": "walk.c3d",
     "belt_speed_m_s": 0.0,
-    "marker_errors_m": {"joint fit": ERRORS, "marker pairs": ERRORS},
+    "marker_errors_m": {"joint fit": ERRORS},
     "anchoring": {
         f"{name}_{when}": 0.1
         for name in ("sliding", "largest", "marker_rms")
@@ -46,7 +46,6 @@ RECORD = {
     "decisions": [["read", "walk.c3d: 28 markers"]],
     "lengths_m": [LENGTH | {"name": "thigh", "at_bound": False}],
     "measurements": {"thigh_right": 0.42, "heel_right": [-0.08, 0.0, -0.05], "sources": {"a": "b"}},
-    "factors": {"thigh": 0.95},
     "model": "ab" * 32,
     "weight_ratio": None,
     "walking_speed_m_s": 1.2,
@@ -74,6 +73,12 @@ def test_the_earlier_key_of_warnings_is_read(record: Json) -> None:
                "unit": "1", "message": "m"}  # fmt: skip
     earlier = record | {"schema_version": 1, "doubts": [warning]}
     assert ImportResult.model_validate(earlier).as_dict() == record | {"warnings": [warning]}
+
+
+def test_what_older_files_say_of_marker_pairs_is_read(record: Json) -> None:
+    record["factors"] = {"thigh": 0.95}
+    record["trials"][0]["marker_errors_m"]["marker pairs"] = ERRORS
+    assert ImportResult.model_validate(record).as_dict() == record
 
 
 def test_the_published_schema_takes_a_record(record: Json) -> None:

@@ -93,10 +93,6 @@ def sample(**changes: object) -> page.RecordingSummary:
         marker_errors=markers,
         marker_rms_limit=0.02,
         marker_largest_limit=0.04,
-        scaling_methods=[
-            page.ScalingMethod("Pair distances, as the ScaleTool", 0.0142, 0.0310, 0.0151, 0.0388),
-            page.ScalingMethod("Joint fit", 0.0080, 0.0191, 0.0102, 0.0286, chosen=True),
-        ],
         segments=[
             ScaledSegment("pelvis", None, None, 0.1712, 8.71, 1.021,
                           "hip joint centres (Harrington 2007)"),

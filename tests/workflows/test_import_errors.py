@@ -511,16 +511,6 @@ def test_a_marker_that_was_put_on_again_is_told(laboratory: Laboratory) -> None:
     assert not any("Check the labels" in text for text in messages)
 
 
-def test_standing_markers_that_are_never_seen_together(laboratory: Laboratory) -> None:
-    def alternate(markers: np.ndarray, names: list[str]) -> None:
-        markers[:75, names.index("R.Knee")] = np.nan
-        markers[75:, names.index("L.Knee")] = np.nan
-
-    request = laboratory.request(standing=changed(laboratory.standing, alternate))
-    words = ("stand.trc", "no frame of the standing trial shows all", "fill the gaps")
-    refuse(request, *words, through=everything, kind=ScalingError)
-
-
 @pytest.mark.parametrize("person", ["WBDS02", "WBDS14", "WBDS26"])
 def test_the_standing_trial_of_another_person(
     gait_data: Path, laboratory: Laboratory, person: str
