@@ -290,6 +290,7 @@ POINT_FROM_FOOT: Final = Quantity(
     "the way from a centre of pressure to the nearest marker of its foot",
     _length("metres", "millimetres", "centimetres", "inches"), 0.0, 0.25,
 )  # fmt: skip
+PLACE: Final = Quantity("the place of a walker in a laboratory", _length(), 0.0, 20.0)
 STATURE: Final = Quantity("a stature", _length(), 0.8, 2.3)
 BODY_MASS: Final = Quantity(
     "a body mass",

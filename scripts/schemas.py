@@ -15,7 +15,7 @@ from gaitval.apps.balance.results import PerturbResult
 from gaitval.apps.changes.results import ChangeResult
 from gaitval.apps.cohort.report import CohortResult
 from gaitval.apps.devices.results import DeviceResult
-from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
+from gaitval.apps.judge.results import JudgeResult
 from gaitval.apps.muscles.write import MuscleResult
 from gaitval.importing.results import IMPORT_VERSION, ImportResult
 from gaitval.metrics.results import (
@@ -32,6 +32,7 @@ WRITTEN: dict[str, type[Written]] = {
     "changes": ChangeResult,
     "cohort": CohortResult,
     "devices": DeviceResult,
+    "judge": JudgeResult,
     "muscles": MuscleResult,
 }
 """Results of applications, by folder."""
@@ -46,9 +47,6 @@ def schemas() -> dict[Path, dict[str, Any]]:
         ),
         PACKAGE / "identification/identification.schema.json": schema(
             IdentificationResult, name="identification", version=IDENTIFICATION_VERSION
-        ),
-        PACKAGE / "apps/judge/judge.schema.json": schema(
-            JudgeResult, name="judge", version=JUDGE_VERSION
         ),
         PACKAGE / "importing/import.schema.json": schema(
             ImportResult, name="import", version=IMPORT_VERSION

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from known_walk import KnownWalk, known_walk
 
-from gaitval.apps.judge.judge import SAGITTAL
+from gaitval.apps.judge.motion_units import LEGS
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, SIDES
@@ -68,7 +68,7 @@ def _as_recorded(walk: KnownWalk, dynamics: InverseDynamics) -> InverseDynamics:
     moments = dynamics.moments.copy()
     for side in SIDES:
         phase = walk.time / record.stride_time - (record.left_phase if side == "left" else 0.0)
-        for name in SAGITTAL:
+        for name in LEGS:
             curve = record.moments[f"{name}_{side[0]}"]
             column = ACTUATED.index(f"{name}_{side[0]}")
             moments[:, column] = curve(phase) * walk.model.mass

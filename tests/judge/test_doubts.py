@@ -85,26 +85,27 @@ HALF = round(100 * STRIDE / 2)
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
+        ({"ik": times("knee_angle_l", factor=np.pi / 180)}, "knee_angle_l is in radians"),
         ({"ik": times("ankle_angle_r", "ankle_angle_l", factor=-1.0)},
          "ankle_angle_r and ankle_angle_l have the other sign"),
         ({"ik": times("pelvis_tilt", factor=-1.0)}, "pelvis_tilt has the other sign"),
         ({"ik": sides_exchanged}, "right and left are exchanged"),
         ({"ik": lambda names, time, values: values - 0.055 * np.array(
-            [name == "pelvis_ty" for name in names])}, "off the floor .* of another person"),
+            [name == "pelvis_ty" for name in names])}, "off the floor"),
         ({"ik": rolled(HALF, "_l")}, "the left foot strikes .* half a stride off, or a copy"),
         ({"ik": copied}, "the left foot strikes .* half a stride off, or a copy"),
         ({"grf": lambda names, time, values: times(
             *(n for n in names if n.endswith("_vx")), factor=-1.0)(names, time, values)},
          "forward and back they point away"),
         ({"id": moments_exchanged}, "moments are over the other side's cycle, half a str"),
-        ({"id": times("knee_angle_r_moment", factor=0.0)}, "knee_angle_r are 0 throughout"),
-        ({"id": times("knee_angle_r_moment", factor=np.nan)}, "knee_angle_r are not a number"),
+        ({"id": times("knee_angle_r_moment", factor=0.0)}, "of knee_angle_r .* not judged"),
+        ({"id": times("knee_angle_r_moment", factor=np.nan)}, "of knee_angle_r .* not judged"),
         ({"id": lambda names, time, values: (
             [n.replace("pelvis", "hips") for n in names], time, values)},
          "residuals could not be judged"),
         ({"id": lambda names, time, values: (
             [n.replace("_l_moment", "_l_torque") for n in names], time, values)},
-         "hip_flexion_l, .* are not in it"),
+         "hip_flexion_l, .* not judged"),
         ({"ik": lambda names, time, values: (
             [n.replace("knee_angle_r", "knee_r") for n in names], time, values)},
          "lacks knee_angle_r"),
@@ -116,7 +117,7 @@ def test_what_no_walk_is_like_is_named_and_is_no_pass(changed, changes, message)
 
 
 def test_forces_of_the_other_step_are_said_before_axes_are_blamed(changed):
-    with pytest.raises(RecordError, match=r"half a stride (later|earlier) than the motion"):
+    with pytest.raises(RecordError, match="100% of the forces act beside the feet"):
         judge(changed({"grf": rolled(HALF, "x", "y", "z")}))
 
 
@@ -129,7 +130,7 @@ def test_the_sound_walk_is_not_doubted(changed):
     ("changes", "message"),
     [
         ({"ik": lambda names, time, values: (names, 1000.0 * time, values)}, "milliseconds"),
-        ({"ik": lambda names, time, values: (names, time / time[-1] / 2, values)}, "°/s"),
+        ({"ik": lambda names, time, values: (names, time / time[-1] / 2, values)}, "another trial"),
         ({"ik": lambda names, time, values: (names, time[::-1], values[::-1])}, "goes back"),
         ({"ik": lambda names, time, values: np.where(
             np.arange(len(time))[:, None] == 50, 9999.0, values)}, "stands for a value"),
@@ -149,30 +150,6 @@ def test_a_belt_in_kilometres_an_hour_is_said(everything):
 def test_results_without_the_motion_are_not_judged(everything):
     found = judge(replace(everything, ik=None))
     assert any("nothing is judged without --ik" in each for each in found.undecided)
-
-
-def test_a_log_of_marker_errors_in_millimetres_is_refused(everything, tmp_path):
-    time = np.arange(100) / 100
-    values = np.column_stack([12.0 + 0.0 * time, 30.0 + np.sin(time)])
-    names = ("marker_error_RMS", "marker_error_max")
-    write_storage(tmp_path / "errors.sto", StorageTable(names, time, values, in_degrees=False))
-    with pytest.raises(RecordError, match="it looks like mm"):
-        judge(replace(everything, markers=None, marker_errors=tmp_path / "errors.sto"))
-
-
-@pytest.mark.parametrize(
-    ("option", "size", "message"),
-    [("activations", 50.0, "activations are 0 to 1"), ("muscle_forces", 0.4, "look like activati")],
-)
-def test_activations_and_forces_of_muscles_are_told_apart(
-    everything, tmp_path, option, size, message
-):
-    time = np.arange(100) / 100
-    values = np.column_stack([size + 0.3 * size * np.sin(time)] * 2)
-    names = ("soleus_r", "soleus_l")
-    write_storage(tmp_path / "muscles.sto", StorageTable(names, time, values, in_degrees=False))
-    with pytest.raises(RecordError, match=message):
-        judge(replace(everything, **{option: tmp_path / "muscles.sto"}))
 
 
 @pytest.mark.parametrize(("rows", "said"), [(0, "no rows"), (1, "one row"), (2, "two rows")])

@@ -1,7 +1,6 @@
 """`gaitval judge` on a walk whose faults are known, because the tests put them in."""
 
 import json
-import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -14,11 +13,9 @@ from verdict_words import headline, rows_of, says
 
 import gaitval.apps.judge
 from gaitval import cli
-from gaitval._internal.io.folder_lock import locked
 from gaitval.apps.judge import gait
 from gaitval.apps.judge.judge import SHOWN_ONLY, Judgement, judge
 from gaitval.apps.judge.loads import read_loads
-from gaitval.apps.judge.markers import logged_errors
 from gaitval.apps.judge.moments import bands, speed_group
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.skeleton import skeleton
@@ -141,7 +138,6 @@ def test_a_knee_that_bends_negatively_is_understood(everything, judged_files, tm
     assert found.skeleton.senses["knee_angle_r"] == -1
     assert found.skeleton.senses["knee_angle_l"] == 1
     assert failed(found) == set()
-    assert any("opposite directions in this model" in one for one in found.findings)
     np.testing.assert_allclose(
         found.moments["knee_angle_r"][0], judge(everything).moments["knee_angle_r"][0], atol=1e-9
     )
@@ -169,8 +165,7 @@ def test_a_model_of_ten_times_the_mass_is_noticed(everything, tmp_path):
     assert {("model-mass", "model"), ("model-weight", "model"),
             ("body-mass-index-high", "model")} <= failed(found)  # fmt: skip
     # Also without knowing the person, from the model's own legs.
-    alone = judge(JudgeRequest(model=model))
-    assert failed(alone) >= {("body-mass-index-high", "model")}
+    assert failed(judge(JudgeRequest(model=model))) >= {("body-mass-index-high", "model")}
 
 
 def test_a_heavy_shank_and_an_impossible_inertia_are_noticed(everything, tmp_path):
@@ -184,7 +179,6 @@ def test_a_heavy_shank_and_an_impossible_inertia_are_noticed(everything, tmp_pat
     negative = edited(model, tmp_path / "negative.osim", toes, r"\g<1>-1 1 1 0 0 0\g<2>")
     found = judge(JudgeRequest(model=negative))
     assert ("inertia", "toes_l") in failed(found)
-    assert any("toes_l is not positive" in one for one in found.findings)
 
 
 def test_a_marker_that_moved_is_noticed_and_named(everything, tmp_path):
@@ -281,10 +275,7 @@ def test_an_angle_is_beyond_its_range_by_as_much_as_it_is(everything, tmp_path):
         assert seen == pytest.approx(beyond, abs=1e-6)
 
 
-def test_coordinates_that_are_not_in_the_motion_are_named_unless_something_holds_them(
-    everything, tmp_path
-):
-    """A locked one, and one that another determines, need no column."""
+def test_coordinates_that_are_not_in_the_motion_are_named(everything, tmp_path):
     lost = {"elbow_flex_r", "elbow_flex_l", "lumbar_bending"}
     table = read_storage(everything.ik)
     kept = [i for i, name in enumerate(table.columns) if name not in lost]
@@ -295,63 +286,9 @@ def test_coordinates_that_are_not_in_the_motion_are_named_unless_something_holds
     (message,) = [one for one in found.findings if "nor in the file" in one]
     assert "(3)" in message
     assert all(name in message for name in lost)
-    fixed = r'(<Coordinate name="elbow_flex_r">.*?<locked>)false'
-    model = edited(everything.model, tmp_path / "locked.osim", fixed, r"\1true")
-    follows = (
-        '<ConstraintSet name="constraints"><objects><CoordinateCouplerConstraint name="follows">'
-        "<coupled_coordinates_function><LinearFunction><coefficients>1 0</coefficients>"
-        "</LinearFunction></coupled_coordinates_function>"
-        "<independent_coordinate_names>elbow_flex_r</independent_coordinate_names>"
-        "<dependent_coordinate_name>elbow_flex_l</dependent_coordinate_name>"
-        "</CoordinateCouplerConstraint></objects></ConstraintSet></Model>"
-    )
-    model = edited(model, tmp_path / "coupled.osim", "</Model>", follows)
-    found = judge(JudgeRequest(model=model, ik=path))
-    (message,) = [one for one in found.findings if "nor in the file" in one]
-    assert "(1)" in message
-    assert message.endswith("lumbar_bending.")
 
 
 # ---- What is given, and what can be judged of it. ----
-
-
-def test_the_log_of_inverse_kinematics_stands_in_for_markers(everything, tmp_path):
-    log = tmp_path / "errors.sto"
-    errors = np.array([[0.01, 0.02], [0.03, 0.05]])
-    names = ("marker_error_RMS", "marker_error_max")
-    write_storage(log, StorageTable(names, np.array([0.0, 0.01]), errors))
-    found = judge(replace(everything, markers=None, marker_errors=log))
-    assert value(found, "ik_marker_largest", "trial") == pytest.approx(5.0)
-    assert value(found, "ik_marker_rms", "trial") == pytest.approx(100 * np.sqrt(5e-4))
-    assert ("ik-marker-largest", "trial") in failed(found)
-
-
-def test_a_log_of_another_trial_is_noticed(everything, tmp_path):
-    log = tmp_path / "errors.sto"
-    names = ("marker_error_RMS", "marker_error_max")
-    write_storage(log, StorageTable(names, np.array([0.0, 0.01]), np.full((2, 2), 0.08)))
-    found = judge(replace(everything, marker_errors=log))
-    (said,) = (one for one in found.findings if "inverse kinematics differs by" in one)
-    assert "--ik-setup" in said  # which was not given
-    assert logged_errors(log).whole_rms == pytest.approx(0.08)
-
-
-def test_only_markers_that_the_set_up_uses_count(everything, tmp_path):
-    setup = tmp_path / "ik.xml"
-    tasks = "".join(
-        f'<IKMarkerTask name="{name}"><apply>{apply}</apply><weight>{weight}</weight>'
-        "</IKMarkerTask>"
-        for name, apply, weight in (
-            ("pelvis.0", "true", 1), ("pelvis.1", "false", 1), ("pelvis.2", "true", 0),
-            ("foot_l.1", "true", 5),
-        )
-    )  # fmt: skip
-    setup.write_text(
-        '<OpenSimDocument Version="40000"><InverseKinematicsTool><IKTaskSet><objects>'
-        f"{tasks}</objects></IKTaskSet></InverseKinematicsTool></OpenSimDocument>"
-    )
-    found = judge(replace(everything, ik_setup=setup))
-    assert found.marker_errors.names == ("pelvis.0", "foot_l.1")
 
 
 def test_a_model_alone_is_judged_as_far_as_it_goes(everything):
@@ -380,9 +317,7 @@ def test_without_forces_the_residuals_have_no_share(everything):
             "x\nendheader\ntime\tknee_angle_r_moment\n90.00\t1\n90.01\t1\n90.02\t1\n",
             "same trial",
         ),
-        ("marker_errors", "x\nendheader\ntime\tfish\n0\t1\n", "marker_error_RMS"),
         ("external_loads", "<OpenSimDocument/>", "no <ExternalLoads>"),
-        ("ik_setup", "<OpenSimDocument/>", "no <InverseKinematicsTool>"),
         ("model", "<OpenSimDocument/>", "another version"),
         ("grf", "nothing", "endheader"),
         ("markers", "nothing", "not a TRC file"),
@@ -394,16 +329,6 @@ def test_a_file_that_cannot_be_used_is_refused(everything, tmp_path, field, text
     with pytest.raises(GaitvalError, match=message) as refused:
         judge(replace(everything, **{field: path}))
     assert refused.value.exit_code == 2
-
-
-def test_markers_of_another_time_are_refused(everything, tmp_path):
-    table = read_storage(everything.ik)
-    late = tmp_path / "late.mot"
-    write_storage(
-        late, StorageTable(table.columns, table.time + 99, table.values, table.in_degrees)
-    )
-    with pytest.raises(RecordError, match="same trial"):
-        judge(replace(everything, ik=late, id=None, external_loads=None))
 
 
 # ---- Bands. ----
@@ -509,16 +434,6 @@ def run(*arguments: object) -> tuple[int, str]:
     return result.exit_code, result.output
 
 
-def test_two_do_not_write_into_one_folder(everything, tmp_path):
-    with locked(tmp_path):
-        code, output = run(everything.model, "--out", tmp_path)
-        assert code == 2
-        assert f"process {os.getpid()}" in output
-        assert "--out" in output
-        assert not list(tmp_path.glob("judge.*"))
-    assert run(everything.model, "--out", tmp_path)[0] == 0
-
-
 def test_exit_codes_say_fine_failed_and_unusable(everything, tmp_path):
     code, output = run(everything.model, "--out", tmp_path / "fine")
     assert code == 0, output
@@ -564,13 +479,6 @@ def test_half_of_the_moments_is_noticed_at_the_ankle(everything, tmp_path):
         assert ("moment-size", f"ankle_angle_{side}") not in failed(whole)
 
 
-def test_stand_ins_are_at_the_frames_of_the_motion(sound):
-    recording = gait._stand_ins(sound.skeleton, sound.motion, None)
-    np.testing.assert_allclose(recording.time, sound.motion.time, atol=1e-9)
-    faster = gait._stand_ins(sound.skeleton, sound.motion, 1000.0)
-    assert faster.marker_rate == pytest.approx(100.0)
-
-
 def test_the_height_of_the_centre_of_mass_is_above_the_plates(sound, judged_files):
     """In a laboratory whose floor is 0.3 m above the origin of its axes."""
     loads = read_loads(None, judged_files / "loads.xml", sound.skeleton)
@@ -586,42 +494,14 @@ def test_the_height_of_the_centre_of_mass_is_above_the_plates(sound, judged_file
     assert raised.height == pytest.approx(sound.gait.height, abs=1e-3)
 
 
-def test_forces_of_a_longer_time_are_cut_to_that_of_the_motion(sound, judged_files):
-    loads = read_loads(None, judged_files / "loads.xml", sound.skeleton)
-    beside = np.full((100, 3), 1.0)
-
-    def longer(values):
-        return np.concatenate([beside, values, beside])
-
-    plates = tuple(
-        replace(
-            plate,
-            force=longer(plate.force),
-            centre_of_pressure=longer(plate.centre_of_pressure),
-            free_moment=longer(plate.free_moment),
-        )
-        for plate in loads.plates
-    )
-    more = replace(loads, start=loads.start - 100.0 / loads.rate, plates=plates)
-    stand_ins = gait._stand_ins(sound.skeleton, sound.motion, loads.rate)
-    own, cut = (
-        gait._with_loads(stand_ins, each, sound.skeleton.model.up) for each in (loads, more)
-    )
-    for plate, same in zip(own.plates, cut.plates, strict=True):
-        np.testing.assert_array_equal(same.force, plate.force)
-        np.testing.assert_array_equal(same.free_moment, plate.free_moment)
-
-
-@pytest.mark.parametrize("known", ["all but one", "none"])
-def test_the_speed_is_known_without_that_of_every_stride(everything, monkeypatch, known):
+def test_the_speed_is_known_without_that_of_any_stride(everything, monkeypatch):
     """A foot that is not flat again at the end of the motion has gone no measured way."""
     speed = judge(everything).gait.speed
     measure = gait.spatiotemporal
 
     def lacking(*given, **named):
         found = measure(*given, **named)
-        lost = np.arange(len(found.speed)) == len(found.speed) - 1
-        return replace(found, speed=np.where(lost | (known == "none"), np.nan, found.speed))
+        return replace(found, speed=np.full_like(found.speed, np.nan))
 
     monkeypatch.setattr(gait, "spatiotemporal", lacking)
     found = judge(everything)
@@ -656,29 +536,15 @@ def _with_unit(folder: Path, to: Path, factor: float, header: str) -> Path:
         (180 / np.pi, "inDegrees=yes", "export it again"),
     ],
 )
-@pytest.mark.parametrize("alone", [True, False])
 def test_angles_that_cannot_be_of_the_headers_unit_are_refused(
-    everything, judged_files, tmp_path, factor, unit, message, alone
+    everything, judged_files, tmp_path, factor, unit, message
 ):
     header = f"Coordinates\nversion=1\n{unit}\nendheader\n"
     ik = _with_unit(judged_files, tmp_path / "ik.mot", factor, header)
-    request = JudgeRequest(model=everything.model, ik=ik) if alone else replace(everything, ik=ik)
     with pytest.raises(RecordError, match=message) as error:
-        judge(request)
+        judge(JudgeRequest(model=everything.model, ik=ik))
     assert "knee_angle" in str(error.value)
     assert str(ik) in str(error.value)
-
-
-def test_a_column_in_another_unit_than_the_others_is_named_and_is_no_pass(
-    everything, judged_files, tmp_path
-):
-    table = read_storage(judged_files / "ik.mot")
-    values = table.values.copy()
-    values[:, table.columns.index("knee_angle_l")] *= np.pi / 180
-    write_storage(tmp_path / "ik.mot", replace(table, values=values))
-    found = judge(JudgeRequest(model=everything.model, ik=tmp_path / "ik.mot"))
-    assert any("knee_angle_l" in one and "radians" in one for one in found.undecided)
-    assert not result_of(found).passed
 
 
 def test_nothing_judged_is_no_pass(everything, judged_files, tmp_path):
@@ -713,7 +579,7 @@ def test_moments_in_another_unit_are_refused_with_its_name(judged_files, tmp_pat
         id=other,
         external_loads=judged_files / "loads.xml",
     )
-    with pytest.raises(RecordError, match=re.escape(f"in {unit} they would be like theirs")):
+    with pytest.raises(RecordError, match=f"this looks like {unit} "):
         judge(request)
 
 
@@ -726,36 +592,5 @@ def test_a_root_that_is_not_in_metres_is_refused(judged_files, tmp_path, factor,
     request = JudgeRequest(
         model=judged_files / "model.osim", ik=other, grf=judged_files / "grf.mot"
     )
-    with pytest.raises(RecordError, match=f"look like {unit}"):
+    with pytest.raises(RecordError, match=f"this looks like {unit} "):
         judge(request)
-
-
-def test_knees_of_a_model_with_the_other_sign_are_named_before_the_forces(judged_files, tmp_path):
-    def change(name, values):
-        return -values if name.startswith("knee_angle") else values
-
-    other = with_columns(judged_files / "ik.mot", tmp_path / "ik.mot", change)
-    request = JudgeRequest(
-        model=judged_files / "model.osim", ik=other, grf=judged_files / "grf.mot"
-    )
-    with pytest.raises(RecordError, match=r"knee_angle_r and knee_angle_l .*Gait2392"):
-        judge(request)
-
-
-def test_forces_in_other_axes_than_the_motion_are_named(judged_files, tmp_path):
-    table = read_storage(judged_files / "grf.mot")
-    values = table.values.copy()
-    of = {name: table.columns.index(name) for name in table.columns}
-    for side in "rl":
-        for kind in "vp":
-            x, y, z = (of[f"ground_force_{side}_{kind}{axis}"] for axis in "xyz")
-            values[:, [x, y, z]] = values[:, [z, x, y]]
-    write_storage(tmp_path / "grf.mot", replace(table, values=values))
-    request = JudgeRequest(
-        model=judged_files / "model.osim",
-        ik=judged_files / "ik.mot",
-        grf=tmp_path / "grf.mot",
-    )
-    with pytest.raises(RecordError, match="other axes than the markers") as error:
-        judge(request)
-    assert not error.value.goes_on

@@ -117,12 +117,6 @@ def storage(path: Path, rows: int, names: tuple[str, ...]) -> Path:
     return path
 
 
-def judged(option: str, names: tuple[str, ...], folder: Path, rows: int) -> None:
-    table = storage(folder / "few.sto", rows, names)
-    command("judge", folder / "model.osim", "--ik", folder / "ik.mot", option, table, "--mass",
-            "60", "--out", folder / "out")  # fmt: skip
-
-
 def insoles(suffix: str, folder: Path, rows: int) -> None:
     path = storage(folder / "few.mot", rows, ("right", "left"))
     if suffix == ".csv":
@@ -186,13 +180,6 @@ def electromyograms(folder: Path, rows: int) -> None:
 
 
 MORE: dict[str, Callable[[Path, int], None]] = {
-    "activations": partial(judged, "--activations", ("soleus_r", "soleus_l")),
-    "muscle forces": partial(judged, "--muscle-forces", ("soleus_r", "soleus_l")),
-    "reactions": partial(judged, "--reactions", ("hip_r_on_femur_r_in_femur_r_fx",)),
-    "marker errors": partial(
-        judged, "--marker-errors",
-        ("total_squared_error", "marker_error_RMS", "marker_error_max"),
-    ),
     "insoles, MOT": partial(insoles, ".mot"),
     "insoles, CSV": partial(insoles, ".csv"),
     "devices": devices,

@@ -1,7 +1,6 @@
 """What an import of gaitval's own knows of the files that are judged: they lie in its folder."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -14,50 +13,26 @@ TRIAL: Final = "trial{}_"
 """What the names of a trial's files begin with."""
 
 
-@dataclass(frozen=True)
-class OfImport:
-    """What an import says.
-
-    Attributes
-    ----------
-    belt : m/s, of the treadmill; None over ground or without a motion of the import.
-    solved_rms, solved_largest : m, marker errors of inverse kinematics, before its motion was
-        filtered and written; None without a motion of the import.
-    """
-
-    belt: float | None = None
-    solved_rms: float | None = None
-    solved_largest: float | None = None
-
-
-def with_import(request: JudgeRequest, name: str) -> tuple[JudgeRequest, OfImport | None]:
+def with_import(request: JudgeRequest, name: str) -> JudgeRequest:
     """The `request` with what the import of its model, of this `name`, knows and nobody gave: mass
-    and height of the person, and the speed of the belt; None where the model lies in no folder of
-    an import.
+    and height of the person, and the speed of the belt; as it is where the model lies in no folder
+    of an import.
     """
     path = request.model.parent / RECORD
     if not path.is_file():
-        return request, None
+        return request
     fix = "delete it, and give --mass, --height and --belt by hand"
     found = ImportResult.read(read_json(path), str(path), file=RECORD, fix=fix)
     person = found.person
     if person.identifier != name:  # a model of somebody else that was put there
-        return request, None
+        return request
     trial = _trial(found, request)
-    known = replace(
+    return replace(
         request,
-        mass=_first(request.mass, lambda: person.mass_kg),
-        height=_first(request.height, lambda: person.height_m),
-        belt=_first(request.belt, lambda: None if trial is None else trial.belt_speed_m_s),
+        mass=person.mass_kg if request.mass is None else request.mass,
+        height=person.height_m if request.height is None else request.height,
+        belt=trial.belt_speed_m_s if request.belt is None and trial else request.belt,
     )
-    if trial is None:
-        return known, OfImport()
-    errors = trial.marker_errors_m["joint fit"]
-    return known, OfImport(trial.belt_speed_m_s, errors.rms, errors.largest)
-
-
-def _first(given: float | None, otherwise: Callable[[], float | None]) -> float | None:
-    return otherwise() if given is None else given
 
 
 def _trial(found: ImportResult, request: JudgeRequest) -> TrialResult | None:

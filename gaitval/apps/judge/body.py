@@ -1,11 +1,11 @@
 """Whether masses, inertias and lengths of a model can be those of a person."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
+from gaitval.apps.judge.results import JudgedSegment
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.metrics.tolerances import Measure, measured
@@ -23,28 +23,6 @@ PARTS: Final[Mapping[str, tuple[str, ...]]] = {
 forearm, heads of the trunk, and are not compared."""
 
 
-@dataclass(frozen=True)
-class SegmentShare:
-    """Mass of a segment.
-
-    Attributes
-    ----------
-    segment : with its side, `thigh_r`.
-    mass : kg.
-    share, expected : of the whole; `expected` is the mean of de Leva's women and men.
-    """
-
-    segment: str
-    mass: float
-    share: float
-    expected: float
-
-    @property
-    def factor(self) -> float:
-        """How many times the share is larger or smaller than expected, at least 1."""
-        return _factor(self.share, self.expected)
-
-
 def stature_of_legs(leg_length: float) -> float:
     """Stature, m, of people with a thigh and shank of `leg_length` m (mean of de Leva's)."""
     shares = [
@@ -54,17 +32,18 @@ def stature_of_legs(leg_length: float) -> float:
     return leg_length / float(np.mean(shares))
 
 
-def segment_shares(skeleton: Skeleton) -> list[SegmentShare]:
-    """Masses of limb segments that the model of `skeleton` has, right and left."""
-    model, found = skeleton.model, []
+def segment_shares(skeleton: Skeleton) -> dict[str, JudgedSegment]:
+    """Masses of limb segments that the model of `skeleton` has, by `thigh_r`, `thigh_l`, ..."""
+    model, found = skeleton.model, {}
     for segment, parts in PARTS.items():
         expected = _mean(segment, lambda one: one.mass)
         for side in "rl":
             bodies = [b for part in parts if (b := skeleton.bodies.get(f"{part}_{side}"))]
             if bodies:
                 mass = sum(model.bodies[name].mass for name in bodies)
-                name = f"{segment.replace(' ', '_')}_{side}"
-                found.append(SegmentShare(name, mass, mass / model.mass, expected))
+                found[f"{segment.replace(' ', '_')}_{side}"] = JudgedSegment(
+                    mass_kg=mass, share=mass / model.mass, expected_share=expected
+                )
     return found
 
 
@@ -80,12 +59,13 @@ def body_measures(skeleton: Skeleton, stature: float | None, mass: float | None)
     ]
     if mass is not None:
         measures.append(measured("model_mass_error", "model", 100 * abs(model.mass / mass - 1)))
-    if stature is None and skeleton.leg_length is not None:
-        stature = stature_of_legs(skeleton.leg_length)
     if stature is not None:
         measures.append(measured("body_mass_index", "model", model.mass / stature**2))
     shares = segment_shares(skeleton)
-    measures += [measured("mass_share_factor", one.segment, one.factor) for one in shares]
+    measures += [
+        measured("mass_share_factor", name, _factor(one.share, one.expected_share))
+        for name, one in shares.items()
+    ]
     for segment in ("thigh", "shank"):
         for side in "rl":
             measures += _gyration(skeleton, f"{segment}_{side}")
@@ -107,8 +87,8 @@ def _across(body: OpenSimBody) -> float:
     return float(np.sqrt(max(moments[1:].mean(), 0.0) / body.mass))
 
 
-def _sides(skeleton: Skeleton, shares: list[SegmentShare]) -> list[Measure]:
-    masses = {one.segment: one.mass for one in shares}
+def _sides(skeleton: Skeleton, shares: Mapping[str, JudgedSegment]) -> list[Measure]:
+    masses = {name: one.mass_kg for name, one in shares.items()}
     lengths = {
         f"{name}_{side}": length
         for name in ("thigh", "shank")

@@ -12,29 +12,15 @@ if TYPE_CHECKING:
     from gaitval.apps.judge.results import JudgeResult
 
 
-def _given(
-    option: str,
-    what: str,
-    metavar: str | None = None,
-    *,
-    low: float | None = None,
-    high: float | None = None,
-) -> typer.models.OptionInfo:
-    """An `option` that may be left out; numbers are from `low` to `high`."""
-    found: typer.models.OptionInfo = typer.Option(
-        option, metavar=metavar, help=what, min=low, max=high
-    )
-    return found
-
-
 def _file(option: str, what: str) -> typer.models.OptionInfo:
-    return _given(option, what, "FILE")
+    """An `option` for a file, which may be left out."""
+    found: typer.models.OptionInfo = typer.Option(option, metavar="FILE", help=what)
+    return found
 
 
 @added_command(
     "gaitval judge model.osim --ik ik.mot --id id.sto --markers walk.trc "
     "--external-loads grf.xml --out judged",
-    "gaitval judge model.osim --ik ik.mot --marker-errors _ik_marker_errors.sto",
     "gaitval judge model.osim --mass 74.3 --height 1.725      # the model alone",
     after="report",
 )
@@ -45,37 +31,19 @@ def judge(
     markers: Annotated[
         Path | None, _file("--markers", "Trial that inverse kinematics was run on: TRC, C3D.")
     ] = None,
-    marker_errors: Annotated[
-        Path | None, _file("--marker-errors", "Log of inverse kinematics: …_marker_errors.sto.")
-    ] = None,
-    ik_setup: Annotated[
-        Path | None, _file("--ik-setup", "Says which markers inverse kinematics used, .xml.")
-    ] = None,
     grf: Annotated[Path | None, _file("--grf", "Ground reaction, .mot or .sto.")] = None,
     external_loads: Annotated[
         Path | None, _file("--external-loads", "Which force acts on which foot, .xml.")
     ] = None,
-    activations: Annotated[
-        Path | None, _file("--activations", "Of static optimisation: …_activation.sto.")
-    ] = None,
-    muscle_forces: Annotated[
-        Path | None, _file("--muscle-forces", "Of static optimisation: …_force.sto, for reserves.")
-    ] = None,
-    reactions: Annotated[
-        Path | None, _file("--reactions", "Of JointReaction: …_ReactionLoads.sto.")
-    ] = None,
-    beside: Annotated[
-        Path | None, _given("--beside", "Of `gaitval muscles`, same walk.", "FOLDER")
-    ] = None,
-    mass: Annotated[float | None, _given("--mass", "Of the person, kg.")] = None,
-    height: Annotated[float | None, _given("--height", "Of the person, m.")] = None,
+    mass: Annotated[float | None, typer.Option("--mass", help="Of the person, kg.")] = None,
+    height: Annotated[float | None, typer.Option("--height", help="Of the person, m.")] = None,
     belt: Annotated[
         float | None,
-        _given(
+        typer.Option(
             "--belt",
-            "Speed of the treadmill's belt, m/s; as the flat feet move if left out.",
-            low=0.0,
-            high=5.0,
+            min=0.0,
+            max=5.0,
+            help="Speed of the treadmill's belt, m/s; as the flat feet move if left out.",
         ),
     ] = None,
     reduced: Annotated[
@@ -94,28 +62,26 @@ def judge(
 ) -> None:
     """Judge an OpenSim model that was scaled elsewhere, and its results, by gaitval's limits.
 
-    Reads models of OpenSim 3 and 4 without OpenSim. Marker errors (placed by gaitval, or from the
-    log), residuals at the root, moments beside those of healthy people at the same speed, angles,
-    masses and inertias, right against left. Writes OUT/judge.html, judge.pdf and judge.json. Of
-    files in the folder of a gaitval import it takes mass, height and belt from there. The exit code
-    is 1 if what decides could not be judged: limits that are kept say nothing then. Failed limits
-    leave it 0, as in `gaitval import`; with --strict it is 1.
+    Reads models of OpenSim 3 and 4 without OpenSim. Marker errors, residuals at the root, moments
+    beside those of healthy people at the same speed, angles, masses and inertias, right against
+    left. Writes OUT/judge.html, judge.pdf and judge.json. Of files in the folder of a gaitval
+    import it takes mass, height and belt from there. The exit code is 1 if what decides could not
+    be judged: limits that are kept say nothing then. Failed limits leave it 0, as in `gaitval
+    import`; with --strict it is 1.
     """
     from gaitval._internal.io.folder_lock import locked
     from gaitval.apps.judge.judge import judge as judged
     from gaitval.apps.judge.request import JudgeRequest
-    from gaitval.apps.judge.write import NAME, write_judgement
+    from gaitval.apps.judge.write import write_judgement
 
     request = JudgeRequest(
-        model=model, ik=ik, id=id, markers=markers, marker_errors=marker_errors,
-        ik_setup=ik_setup, grf=grf, external_loads=external_loads, mass=mass, height=height,
-        belt=belt, reduced=reduced, activations=activations, muscle_forces=muscle_forces,
-        reactions=reactions, beside=beside,
+        model=model, ik=ik, id=id, markers=markers, grf=grf,
+        external_loads=external_loads, mass=mass, height=height, belt=belt, reduced=reduced,
     )  # fmt: skip
     found = judged(request)
     with locked(out):  # or the page of one and the numbers of another could lie side by side
         result = write_judgement(found, out)
-    _say(result, model.name, f"Page: {out / NAME}.html")
+    _say(result, model.name, f"Page: {out / result.NAME}.html")
     if result.undecided or (strict and not result.passed):
         raise typer.Exit(1)
 
@@ -145,9 +111,4 @@ def _say(result: "JudgeResult", model: str, page: str) -> None:
     if any(one.verdict == "not judged" for one in result.limits):
         display.plain(f"Not judged. Residuals: {WHY_NOT_JUDGED}; give --reduced for one.")
     kept = sum(one.decides and one.passed for one in result.limits)
-    if result.verdict == "not judged":
-        display.plain(
-            f"Not judged: {kept} limits are kept, none failed, but not those that decide. {page}"
-        )
-        return
     display.plain(f"Limits: {kept} kept, {len(rows) - 1} failed. {page}")

@@ -1,9 +1,8 @@
 """Whether results can be those of a walk, and of one trial: times, soles, sides, signs, forces.
 
 Every limit may be kept by a motion that nobody walked: an angle with the other sign, one leg half a
-stride off, right and left exchanged, times in percent. Then a foot is not flat on the ground, both
-feet strike together, or the plates' forces act beside the feet. What is changed back to make them
-fit is named.
+stride off, right and left exchanged. Then a foot is not flat on the ground, both feet strike
+together, or the plates' forces act beside the feet. What is changed back to make them fit is named.
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,10 +12,10 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.apps.judge.angle_units import LEGS
 from gaitval.apps.judge.gait import JudgedGait, find_gait, mean_curve, valid
 from gaitval.apps.judge.limits import LIMITS
 from gaitval.apps.judge.loads import Loads
+from gaitval.apps.judge.motion_units import LEGS
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.consistency import WIDEST, Change, log_likelihood, weigh
@@ -26,8 +25,11 @@ from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import ground_level
 from gaitval.scaling.opensim.placing import Motion, place
 
-JITTER, FINE_RATE = 0.8, 90.0
-"""deg from the mean of the neighbouring frames, at so many Hz and more: 0.15 in walking."""
+FINE_RATE: Final = 90.0
+"""Hz. Frames that are farther apart say nothing of noise: people move in between."""
+NOISY: Final = {"Motion": 0.05, "Moments": 0.5}
+"""Off the mean of the frames beside, as a share of the standard deviation: of the knees' angles,
+less than 0.01 in walking at 100 Hz, of the legs' moments 0.05."""
 FLAT: Final = slice(20, 41)
 """Rows, % of the cycle, in which the foot is flat on the ground."""
 
@@ -60,31 +62,10 @@ def check_times(time: Array, source: str | Path) -> list[str]:
     return [f"{source}: {twice} instants are there twice."] if twice > 0.01 * len(time) + 1 else []
 
 
-def check_walk(known: Skeleton, motion: Motion, source: str | Path) -> list[str]:
-    """Raise RecordError if the legs are not in the `motion`, or are faster than legs can be;
-    returns a sentence if they stand still.
-    """
-    legs = {
-        ours: motion.values[name]
-        for ours, name in known.coordinates.items()
-        if ours[:-2] in LEGS and name in motion.given
-    }
-    if not legs and any(ours[:-2] in LEGS for ours in known.coordinates):
-        raise RecordError(
-            f"{source}: has none of the angles of the legs (knee_angle_r, …). Give the motion of "
-            "the whole body that inverse kinematics wrote."
-        )
-    knees = [values for ours, values in legs.items() if ours.startswith("knee_angle")]
-    steps = np.diff(motion.time)
-    for values in knees:
-        speed = np.abs(np.diff(values)) / np.where(steps > 0.0, steps, np.inf)
-        if (fast := float(np.degrees(np.percentile(speed, 99)))) > LIMITS.fastest_knee:
-            raise RecordError(
-                f"{source}: a knee turns at {fast:.0f}°/s (99 of 100 samples are slower), but at "
-                "400 in walking and 1200 in sprinting. The times are not in seconds (0 to 1 of "
-                "the trial?), or the motion is noise: filter it, or export it again."
-            )
-    most = max((float(np.ptp(values)) for values in legs.values()), default=np.inf)
+def stands_still(known: Skeleton, motion: Motion) -> list[str]:
+    """A sentence if no joint of the legs moves as in a walk."""
+    legs = [motion.values[name] for ours, name in known.coordinates.items() if ours[:-2] in LEGS]
+    most = max((float(np.ptp(values)) for values in legs), default=np.inf)
     if most >= LIMITS.still_knee:
         return []
     return [
@@ -93,60 +74,24 @@ def check_walk(known: Skeleton, motion: Motion, source: str | Path) -> list[str]
     ]
 
 
-def jitter(known: Skeleton, motion: Motion) -> list[str]:
-    """A sentence if a knee jumps to and fro between frames, as nothing with a mass does."""
-    found = [
-        f"{name} by {np.degrees(rms):.1f}°"
-        for ours, name in known.coordinates.items()
-        if ours.startswith("knee_angle") and name in motion.given
-        if (rms := _between(motion.time, motion.values[name])) > np.radians(JITTER)
-    ]
-    if not found:
-        return []
-    return [
-        f"Motion: {' and '.join(found)} (RMS) off the mean of the frames before and after: this is "
-        "noise. Inverse dynamics takes its accelerations for forces: filter the markers."
-    ]
-
-
-def noisy_moments(known: Skeleton, time: Array, forces: Mapping[str, Array]) -> list[str]:
-    """A sentence if moments of the legs are mostly what noise of the angles makes of them."""
-    legs = [np.nan_to_num(forces[name]) for ours, name in known.coordinates.items()
-            if ours[:-2] in LEGS and name in forces]  # fmt: skip
-    shares = [_between(time, each) / np.std(each) for each in legs if np.std(each) > 0.0]
-    if not shares or (share := float(np.median(shares))) < LIMITS.noisy_moments:
-        return []
-    return [
-        f"Moments: from frame to frame they jump by {100 * share:.0f} % of what they vary by: this "
-        "is noise. The coordinates were not low-passed before inverse dynamics, which takes their "
-        "accelerations for forces: filter them (6 Hz is usual), and run it again."
-    ]
-
-
-def _between(time: Array, values: Array) -> float:
-    """RMS by which `values` are off the mean of those before and after; 0 of frames that are so far
-    apart that people move in between.
+def noise(what: str, time: Array, columns: Mapping[str, Array]) -> list[str]:
+    """A sentence if `columns` (T,) of "Motion" or "Moments" are noise: they jump to and fro from
+    frame to frame, as nothing with a mass does.
     """
     rate = 1.0 / float(np.median(np.diff(time)) or np.inf)
-    off = values[1:-1] - 0.5 * (values[:-2] + values[2:])
-    return 0.0 if rate < FINE_RATE else float(np.sqrt(np.mean(off**2)))
-
-
-def missing_legs(known: Skeleton, motion: Motion) -> list[str]:
-    """A sentence if angles of the legs are not in the `motion`, and stay at their defaults."""
-    coupled = {each.dependent for each in known.model.couplers}
-    lacking = [
-        name
-        for ours, name in known.coordinates.items()
-        if ours[:-2] in LEGS and name not in motion.given and name not in coupled
+    moving = [each for each in map(np.nan_to_num, columns.values()) if np.std(each) > 0.0]
+    if not moving or rate < FINE_RATE:
+        return []
+    between = [each[1:-1] - 0.5 * (each[:-2] + each[2:]) for each in moving]
+    shares = [
+        np.sqrt(np.mean(off**2)) / np.std(each) for off, each in zip(between, moving, strict=True)
     ]
-    locked = [name for name in lacking if known.model.coordinates[name].locked]
-    lacking = [name for name in lacking if name not in locked]
-    if not lacking:
+    if (share := float(np.median(shares))) < NOISY[what]:
         return []
     return [
-        f"The motion lacks {', '.join(lacking)}, which stay at the model's default: what depends "
-        "on them means nothing."
+        f"{what}: from frame to frame they jump by {100 * share:.0f} % of what they vary by: this "
+        "is noise. The coordinates were not low-passed before inverse dynamics, which takes their "
+        "accelerations for forces: filter them (6 Hz is usual), and run it again."
     ]
 
 
@@ -159,9 +104,7 @@ def find_doubts(
     off = _off(known, motion, loads, belt)
     if not off or max(abs(value) for value in off.values()) < LIMITS.said:
         return []
-    changed = [(Change(words, words, prior / len(each)), one, force)
-               for prior, each in _changes(known, motion, loads, belt)
-               for words, one, force in each]  # fmt: skip
+    changes = [*_changes(known, motion, belt)]
 
     def log(values: Mapping[str, float], widest: float = LIMITS.patients_beyond) -> float:
         # What is not known any more of a changed motion speaks against it.
@@ -171,7 +114,8 @@ def find_doubts(
         )
 
     verdict = weigh(
-        [(change, log(_off(known, one, force, belt))) for change, one, force in changed],
+        [(Change(words, words, prior), log(_off(known, one, loads, belt)))
+         for words, prior, one in changes],
         log(off), 0.0, square=0.0, other=log(off, WIDEST),
     )  # fmt: skip
     seen = "; ".join(
@@ -265,124 +209,49 @@ def _floors(
             yield side, float(curve[0][FLAT].mean()) - ground
 
 
-def _within(motion: Motion, loads: Loads) -> Motion:
-    """The part of a motion in which there are loads."""
-    end = loads.start + (len(loads.plates[0].force) - 1) / loads.rate
-    inside = (motion.time >= loads.start) & (motion.time <= end)
-    values = {name: each[inside] for name, each in motion.values.items()}
-    return replace(motion, time=motion.time[inside], values=values)
-
-
 def _changes(
-    known: Skeleton, motion: Motion, loads: Loads | None, belt: float | None
-) -> Iterator[tuple[float, list[tuple[str, Motion, Loads | None]]]]:
-    """Families of what may be wrong: their probability before the data, and of each member its
-    words, and motion and loads with it changed back.
-    """
+    known: Skeleton, motion: Motion, belt: float | None
+) -> Iterator[tuple[str, float, Motion]]:
+    """What may be wrong, its probability before the data, and the motion with it changed back."""
     opposite = {"r": "l", "l": "r"}
     exchanged = {
         name: motion.values[known.coordinates[other]]
         for ours, name in known.coordinates.items()
         if (other := ours[:-1] + opposite[ours[-1]]) in known.coordinates
     }
-    turns = _turns(known)
-    in_degrees = {name: np.degrees(motion.values[name]) for name in turns}
-    yield (
-        0.05,
-        [
-            (
-                "right and left are exchanged in the names of its columns",
-                _with(motion, exchanged),
-                loads,
-            ),
-            (
-                f"{', '.join(turns)} are in radians, unlike the other angles",
-                _with(motion, in_degrees),
-                loads,
-            ),
-        ],
-    )
-    kinds: dict[str, list[str]] = {}
+    yield "right and left are exchanged in the names of its columns", 0.05, _with(motion, exchanged)
+    pairs: dict[str, list[str]] = {}
     for ours, name in known.coordinates.items():
         if name in motion.given and ours[:-2] in (*LEGS, "hip_adduction"):
-            kinds.setdefault(ours[:-2], []).append(name)
-    both = [[name] for name in turns] + [names for names in kinds.values() if len(names) == 2]
-    for prior, groups in ((0.05, both), (0.02, [[n] for own in kinds.values() for n in own])):
-        yield (
-            prior,
-            [
-                (
-                    f"{' and '.join(names)} {'has' if len(names) == 1 else 'have'} the other sign",
-                    _with(motion, {name: -motion.values[name] for name in names}),
-                    loads,
-                )
-                for names in groups
-            ],
-        )
+            pairs.setdefault(ours[:-2], []).append(name)
+    single = [[name] for names in pairs.values() for name in names]
+    both = [[name] for name in _turns(known)] + [each for each in pairs.values() if len(each) == 2]
+    for prior, groups in ((0.05, both), (0.02, single)):
+        for names in groups:
+            back = _with(motion, {name: -motion.values[name] for name in names})
+            has = "has" if len(names) == 1 else "have"
+            yield f"{' and '.join(names)} {has} the other sign", prior / len(groups), back
+    for (name,) in single:
+        back = _with(motion, {name: np.degrees(motion.values[name])})
+        yield f"{name} is in radians, unlike the other angles", 0.05 / len(single), back
     stride = _stride(find_gait(known, motion, None, belt=belt))
     if not np.isfinite(stride):
         return
     rows = round(0.5 * stride / float(np.median(np.diff(motion.time))))
-    yield (
-        0.03,
-        [
-            (
-                f"the columns of the {side} leg are half a stride off, or a copy of the other's",
-                _with(
-                    motion,
-                    {
-                        name: np.roll(motion.values[name], rows)
-                        for ours, name in known.coordinates.items()
-                        if ours.endswith(f"_{side[0]}")
-                    },
-                ),
-                loads,
-            )
-            for side in SIDES
-        ],
-    )
-    if loads is not None:
-        off = [
-            high - LIMITS.sole
-            for _, high in _floors(known, motion, _with_forces(known, motion, loads, belt))
-        ]
-        if off:
-            raised = {name: motion.values[name] - np.mean(off) for name in _upward(known)}
-            words = "the legs of the model are of another person, or were scaled otherwise"
-            yield 0.03, [(words, _with(motion, raised), loads)]
-        moved = [
-            (way, replace(loads, start=loads.start + later * stride))
-            for way, later in (("earlier", 0.5), ("later", -0.5))
-        ]
-        yield (
-            0.03,
-            [
-                (f"the forces are half a stride {way} than the motion", _within(motion, one), one)
-                for way, one in moved
-            ],
-        )
+    for side in SIDES:
+        rolled = {
+            name: np.roll(motion.values[name], rows)
+            for ours, name in known.coordinates.items()
+            if ours.endswith(f"_{side[0]}")
+        }
+        words = f"the columns of the {side} leg are half a stride off, or a copy of the other's"
+        yield words, 0.015, _with(motion, rolled)
 
 
 def _stride(gait: JudgedGait) -> float:
     """s, median of both sides; NaN without a cycle."""
     found = [cycle.duration for side in SIDES for cycle in gait.cycles[side]]
     return float(np.median(found)) if found else float("nan")
-
-
-def _upward(known: Skeleton) -> list[str]:
-    """The coordinate that lifts the root."""
-    still = {name: np.zeros(1) for name in known.model.coordinates}
-    root = known.model.root()
-    names = root.coordinates if root else ()
-    body = root.child.body if root else ""
-    rests = place(known.model, still)[body][1][0] if root else np.zeros(3)
-    lifted = {
-        name: float((place(known.model, {**still, name: np.ones(1)})[body][1][0] - rests)
-                    @ known.model.up)
-        for name in names
-        if known.model.coordinates[name].motion == "translational"
-    }  # fmt: skip
-    return [name for name, way in lifted.items() if way > 0.9]
 
 
 def _turns(known: Skeleton) -> list[str]:
@@ -434,25 +303,20 @@ def odd_curves(angles: Mapping[str, Array], moments: Mapping[str, Array], mass: 
     return [f"Curves: {judged.words}"] if judged.words else []
 
 
-def odd_columns(
-    known: Skeleton, forces: Mapping[str, Array], lacking: list[str], source: str | Path
-) -> list[str]:
-    """Sentences on moments of the legs that inverse dynamics' results lack, or that say nothing.
+def odd_columns(known: Skeleton, forces: Mapping[str, Array], source: str | Path) -> list[str]:
+    """A sentence on moments of the legs that inverse dynamics' results lack, or that say nothing.
     Raises RecordError if all are 0.
     """
-    if all(not np.nan_to_num(values).any() for values in forces.values()):
+    told = {name for name, values in forces.items() if np.nan_to_num(values).any()}
+    if not told:
         raise RecordError(f"{source}: all moments and forces are 0. Run inverse dynamics again.")
-    legs = [name for ours, name in known.coordinates.items() if ours[:-2] in LEGS]
-    names = {"are not in it": [], "are not a number at any time": lacking, "are 0 throughout": []}
-    for name in legs:
-        if name in forces and not np.nan_to_num(forces[name]).any():
-            names["are 0 throughout"].append(name)
-        elif name not in forces and name not in lacking:
-            names["are not in it"].append(name)
+    lacking = [name for ours, name in known.coordinates.items()
+               if ours[:-2] in LEGS and name not in told]  # fmt: skip
+    if not lacking:
+        return []
     return [
-        f"{source}: the moments of {', '.join(some)} {why}: they are not judged."
-        for why, some in names.items()
-        if some
+        f"{source}: the moments of {', '.join(lacking)} are not in it, are 0 or no number "
+        "throughout: they are not judged."
     ]
 
 

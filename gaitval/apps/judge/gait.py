@@ -257,15 +257,7 @@ def _with_loads(recording: Recording, loads: Loads, up: Array) -> Recording:
             f"{loads.path}: the forces go from {time[0]:.3f} to {time[-1]:.3f} s, the motion from "
             f"{recording.time[0]:.3f} to {recording.time[-1]:.3f} s. Give those of the same trial."
         )
-    cut = tuple(
-        replace(
-            plate,
-            force=plate.force[inside],
-            centre_of_pressure=plate.centre_of_pressure[inside],
-            free_moment=plate.free_moment[inside],
-        )
-        for plate in loads.plates
-    )
+    cut = tuple(plate.during(inside) for plate in loads.plates)
     plates = replace(recording, plates=cut).turned(project_axes(up)).plates
     first = float(time[np.flatnonzero(inside)[0]])
     found = with_plates(recording, loads.path, plates, rate=loads.rate, start=first)

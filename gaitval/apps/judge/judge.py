@@ -9,19 +9,16 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from gaitval.apps.judge import markers as of_markers
-from gaitval.apps.judge.angle_units import check_lengths, check_unit, sound_part
-from gaitval.apps.judge.beside_import import OfImport, with_import
+from gaitval.apps.judge.beside_import import with_import
 from gaitval.apps.judge.body import body_measures, stature_of_legs
 from gaitval.apps.judge.doubts import (
     check_times,
-    check_walk,
     find_doubts,
-    jitter,
-    missing_legs,
-    noisy_moments,
+    noise,
     odd_columns,
     odd_curves,
     odd_forces,
+    stands_still,
 )
 from gaitval.apps.judge.gait import (
     JudgedGait,
@@ -33,16 +30,8 @@ from gaitval.apps.judge.gait import (
 )
 from gaitval.apps.judge.limits import LIMITS
 from gaitval.apps.judge.loads import read_loads
-from gaitval.apps.judge.moments import (
-    BANDED,
-    SIZED,
-    Band,
-    bands,
-    speed_group,
-    unit_of_forces,
-    unit_of_moments,
-)
-from gaitval.apps.judge.muscles import JudgedMuscles, judge_muscles
+from gaitval.apps.judge.moments import BANDED, SIZED, Band, bands, speed_group
+from gaitval.apps.judge.motion_units import LEGS, check_units, without_turns
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.residuals import generalised_forces, residual_wrench
 from gaitval.apps.judge.skeleton import Skeleton, skeleton
@@ -65,6 +54,7 @@ from gaitval.scaling.opensim.placing import (
     motion_of,
     place,
 )
+from gaitval.units import ANKLE_MOMENT, unit_of
 
 SHOWN_ONLY: Final = (
     "side-length",
@@ -76,8 +66,6 @@ SHOWN_ONLY: Final = (
 """People may be asymmetric; frontal moments depend on step width and build more than on the model,
 as everywhere in this project."""
 
-SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
-
 
 @dataclass
 class Judgement:
@@ -85,13 +73,10 @@ class Judgement:
 
     request: JudgeRequest
     skeleton: Skeleton
-    of_import: OfImport | None = None
-    """Whose folder the model lies in; what nobody gave is in `request` then."""
     measures: list[Measure] = field(default_factory=list)
     motion: Motion | None = None
     gait: JudgedGait | None = None
     marker_errors: of_markers.ModelMarkerErrors | None = None
-    log_difference: tuple[float, int] | None = None
     residuals: Residuals | None = None
     residual_curves: tuple[Array, Array, Array] | None = None
     angles: dict[str, tuple[Array, Array]] = field(default_factory=dict)
@@ -99,7 +84,6 @@ class Judgement:
     band: dict[str, Band] = field(default_factory=dict)
     findings: list[str] = field(default_factory=list)
     not_judged: list[str] = field(default_factory=list)
-    muscles: JudgedMuscles | None = None
     undecided: list[str] = field(default_factory=list)
     """What was given and could not be judged at all, so that limits that are kept say nothing."""
 
@@ -107,6 +91,11 @@ class Judgement:
     def model(self) -> OsimModel:
         """The model."""
         return self.skeleton.model
+
+    def doubted(self, sentences: list[str]) -> None:
+        """Say what makes what was given no walk, or not one walk: then it is no pass."""
+        self.findings += sentences
+        self.undecided += sentences
 
     def verdicts(self) -> list[Verdict]:
         """Every limit on every measure; one that is not finite fails."""
@@ -159,19 +148,13 @@ def judge(request: JudgeRequest) -> Judgement:
 
 def _judged(request: JudgeRequest) -> Judgement:
     model = read_model(request.model)
-    request, of_import = with_import(request, model.name)
-    found = Judgement(request, skeleton(model), of_import)
+    found = Judgement(with_import(request, model.name), skeleton(model))
+    request = found.request
     _model(found)
     if request.ik is None:
-        unused = [
-            f"--{name.replace('_', '-')} {given}"
-            for name in (
-                *("id", "markers", "marker_errors", "ik_setup", "grf", "external_loads"),
-                *("activations", "muscle_forces", "reactions", "beside"),
-            )
-            if (given := getattr(request, name)) is not None
-        ]
-        message = f" Without it these files are not read: {', '.join(unused)}." if unused else ""
+        unused = ", ".join(f"--{role.replace('_', '-')} {path}"
+                           for role, path in request.files() if role != "model")  # fmt: skip
+        message = f" Without it these files are not read: {unused}." if unused else ""
         found.not_judged.append(
             f"Motion: give the results of inverse kinematics with --ik.{message}"
         )
@@ -181,24 +164,17 @@ def _judged(request: JudgeRequest) -> Judgement:
     table = read_storage(request.ik)
     found.motion = motion_of(model, table, str(request.ik))
     found.findings += check_times(table.time, request.ik)
-    check_lengths(model, found.motion, str(request.ik))
     if table.in_degrees:
-        found.motion, turned = sound_part(found.skeleton, found.motion)
+        found.motion, turned = without_turns(found.skeleton, found.motion)
         found.findings += turned
-    units = check_unit(found.skeleton, found.motion, table.in_degrees, str(request.ik))
-    still = check_walk(found.skeleton, found.motion, request.ik)
-    lacking = [*units, *still, *missing_legs(found.skeleton, found.motion)]
-    found.findings += [*lacking, *jitter(found.skeleton, found.motion)]
-    found.undecided += lacking
+    check_units(found.skeleton, found.motion, table.in_degrees, str(request.ik))
+    found.doubted(stands_still(found.skeleton, found.motion))
     _coordinates(found)
     _markers(found)
     _walk(found)
     _dynamics(found)
     moments = {} if any("not low-passed" in each for each in found.undecided) else found.moments
-    odd = odd_curves(_means(found.angles), _means(moments), found.model.mass)
-    found.findings += odd
-    found.undecided += odd
-    _muscles(found)
+    found.doubted(odd_curves(_means(found.angles), _means(moments), model.mass))
     _undecided(found)
     return found
 
@@ -211,18 +187,11 @@ def _undecided(found: Judgement) -> None:
     """What was given to be judged, and of which nothing could be: it is no pass."""
     request, seen = found.request, {measure.measure for measure in found.measures}
     of_dynamics = bool(found.moments) or "residual_force_share" in seen
-    if (
-        found.skeleton.has_legs
-        and not found.angles
-        and not (found.marker_errors is not None or of_dynamics)
-    ):
+    judged = found.angles or of_dynamics or found.marker_errors is not None
+    if found.skeleton.has_legs and not judged:
         found.undecided.append("The motion: no complete gait cycle was found in it.")
-    lacking = [
-        name
-        for name, judged in (("residuals", found.residuals), ("moments", found.moments))
-        if request.id is not None and not judged
-    ]
-    if lacking and (lacking != ["moments"] or found.skeleton.has_legs):
+    lacking = [name for name in ("residuals", "moments") if not getattr(found, name)]
+    if request.id is not None and lacking and (lacking != ["moments"] or found.skeleton.has_legs):
         found.undecided.append(f"Inverse dynamics: {' and '.join(lacking)} could not be judged.")
     given = request.grf or request.external_loads
     if given is not None and not of_dynamics and "weight_error" not in seen:
@@ -239,12 +208,7 @@ def _model(found: Judgement) -> None:
             f"{found.request.model}: the model has no mass. Give the model that inverse dynamics "
             "was run with."
         )
-    found.measures += body_measures(known, found.request.height, found.request.mass)
-    for measure in found.measures:
-        if measure.measure == "inertia_triangle" and measure.value is None:
-            found.findings.append(
-                f"Inertia: that of {measure.target} is not positive, which no body has."
-            )
+    found.measures += body_measures(known, found.stature, found.request.mass)
     if not known.has_legs:
         found.not_judged.append(
             "Legs: the model has no bodies named as femur, tibia and calcn of both sides "
@@ -256,13 +220,6 @@ def _model(found: Judgement) -> None:
                 f"Axis: {known.coordinates[name]} does not turn about the axis of "
                 f"{name[:-2].replace('_', ' ')}; it is not judged."
             )
-    for right, sense in known.senses.items():
-        left = f"{right[:-2]}_l"
-        if right.endswith("_r") and known.senses.get(left, sense) == -sense != 0:
-            found.findings.append(
-                f"Sign: {known.coordinates[right]} and {known.coordinates[left]} are positive in "
-                "opposite directions in this model."
-            )
 
 
 # ---- The motion. ----
@@ -273,11 +230,10 @@ def _coordinates(found: Judgement) -> None:
     motion, model = found.motion, found.model
     assert motion is not None
     ours = {name: kind for kind, name in found.skeleton.coordinates.items()}
+    root = model.root()
+    of_root = root.coordinates if root else ()
     for name, coordinate in model.coordinates.items():
-        if name not in motion.given or coordinate.motion != "rotational":
-            continue
-        root = model.root()
-        if root is not None and name in root.coordinates:
+        if name not in motion.given or coordinate.motion != "rotational" or name in of_root:
             continue
         values, (low, high) = motion.values[name], coordinate.range
         sense = found.skeleton.senses.get(ours.get(name, ""), 0)
@@ -288,64 +244,34 @@ def _coordinates(found: Judgement) -> None:
         beyond = max(float(values.max()) - high, low - float(values.min()), 0.0)
         if np.isfinite(beyond):
             found.measures.append(measured("angle_beyond_range", target, float(np.degrees(beyond))))
+    knees = {name: motion.values[name] for name in motion.given
+             if ours.get(name, "").startswith("knee_angle")}  # fmt: skip
+    found.findings += noise("Motion", motion.time, knees)
     for name, error in motion.coupler_errors.items():
         if model.coordinates[name].motion != "translational":
             found.measures.append(measured("coupler_error", name, float(np.degrees(error))))
-    lacking = [
-        name
-        for name, each in model.coordinates.items()
-        if name not in motion.given and not each.locked and name not in motion.coupler_errors
-    ]
-    coupled = {coupler.dependent for coupler in model.couplers}
-    lacking = [name for name in lacking if name not in coupled]
+    held = {coupler.dependent for coupler in model.couplers} | motion.given
+    lacking = [n for n, each in model.coordinates.items() if not (each.locked or n in held)]
     if lacking:
         found.findings.append(
             "Motion: coordinates that are neither locked nor in the file stay at their defaults "
             f"({len(lacking)}): {', '.join(lacking[:8])}{' …' if len(lacking) > 8 else ''}."
         )
-
-
-def _another(request: JudgeRequest) -> str:
-    """Of what else a log may be that says other marker errors, and what to give then."""
-    if request.ik_setup is None:
-        return (
-            "other markers, or of another model. Give the set-up with --ik-setup, so that the same "
-            "markers count"
-        )
-    return (
-        "another model, motion or trial than these, or of another set-up than "
-        f"{request.ik_setup.name}. Give the log of the run that wrote the motion"
-    )
+    legs = [name for name in lacking if ours.get(name, "")[:-2] in LEGS]
+    if legs:
+        found.doubted([f"The motion lacks {', '.join(legs)}: what depends on them means nothing."])
 
 
 def _markers(found: Judgement) -> None:
     request, motion = found.request, found.motion
     assert motion is not None
-    logged = (
-        None if request.marker_errors is None else of_markers.logged_errors(request.marker_errors)
-    )
-    if request.markers is not None:
-        used = None if request.ik_setup is None else of_markers.used_markers(request.ik_setup)
-        recording = read_recording(request.markers)
-        found.findings += check_times(recording.time, request.markers)
-        found.marker_errors = of_markers.placed_errors(found.model, motion, recording, used)
-        if logged is not None:
-            found.log_difference = of_markers.difference(found.marker_errors, logged)
-            apart, frames = found.log_difference
-            if not apart <= LIMITS.log_agrees:
-                found.findings.append(
-                    f"Markers: the log of inverse kinematics differs by {1000 * apart:.1f} mm in "
-                    f"{frames} common frames: it is of {_another(request)}."
-                )
-    elif logged is not None:
-        found.marker_errors = logged
-    else:
-        found.not_judged.append(
-            "Marker errors: give the trial with --markers, or the log with --marker-errors."
-        )
+    if request.markers is None:
+        found.not_judged.append("Marker errors: give the trial with --markers.")
         return
+    recording = read_recording(request.markers)
+    found.findings += check_times(recording.time, request.markers)
+    found.marker_errors = of_markers.placed_errors(found.model, motion, recording)
     errors = found.marker_errors
-    assert errors is not None
     found.measures += [
         measured("ik_marker_rms", "trial", 100 * errors.whole_rms),
         measured("ik_marker_largest", "trial", 100 * errors.whole_largest),
@@ -364,8 +290,7 @@ def _walk(found: Judgement) -> None:
         return
     loads = read_loads(request.grf, request.external_loads, known)
     doubts = find_doubts(known, motion, loads, request.belt)
-    found.findings += doubts
-    found.undecided += doubts
+    found.doubted(doubts)
     try:
         found.gait = find_gait(known, motion, loads, belt=request.belt)
     except RecordError as error:
@@ -374,13 +299,11 @@ def _walk(found: Judgement) -> None:
         raise RecordError(f"{request.ik}: {' '.join(doubts)} If not: {error}") from None
     found.findings += found.gait.findings
     centre = centre_of_mass(found.model, place(found.model, motion.values))
-    away = odd_forces(found.gait, centre @ project_axes(found.model.up).T, motion.time)
-    found.findings += away
-    found.undecided += away
+    towards = project_axes(found.model.up).T
+    found.doubted(odd_forces(found.gait, centre @ towards, motion.time))
     ratio = weight_ratio(found.gait, found.model.mass)
     if np.isfinite(ratio):
         found.measures.append(measured("weight_error", "model", 100 * abs(ratio - 1)))
-        found.findings += unit_of_forces(ratio, found.model.mass)
     elif loads is None:
         found.not_judged.append("Weight: give the ground reaction with --grf.")
     else:
@@ -397,11 +320,10 @@ def _curves(
     curves = {}
     for ours, name in found.skeleton.coordinates.items():
         sense = found.skeleton.senses.get(ours, 0)
-        side: Side = "right" if ours.endswith("_r") else "left"
         if sense and name in values:
+            side: Side = "right" if ours.endswith("_r") else "left"
             cycles = valid(found.gait, side, kinetics=kinetics)
-            curve = mean_curve(time, sense * values[name], cycles)
-            if curve is not None:
+            if (curve := mean_curve(time, sense * values[name], cycles)) is not None:
                 curves[ours] = curve
     return curves
 
@@ -413,7 +335,7 @@ def _compare_sides(
     measure: str,
     factor: float,
 ) -> None:
-    for name in SAGITTAL:
+    for name in LEGS:
         pair = [curves.get(f"{name}_{side[0]}") for side in SIDES]
         if pair[0] is None or pair[1] is None:
             continue
@@ -426,32 +348,6 @@ def _compare_sides(
             found.measures.append(measured("side_correlation", f"{name} {kind}", correlation))
 
 
-# ---- Muscles. ----
-
-
-def _muscles(found: Judgement) -> None:
-    request = found.request
-    if not (request.activations or request.muscle_forces or request.reactions):
-        if request.beside is not None:
-            found.not_judged.append(
-                f"{request.beside}: nothing to hold beside it. Give --activations or --reactions."
-            )
-        return
-    gait = found.gait
-    found.muscles = judge_muscles(
-        request.activations,
-        request.muscle_forces,
-        request.reactions,
-        request.beside,
-        mass=found.model.mass,
-        moments=None if request.id is None else read_storage(request.id),
-        cycles={side: () if gait is None else valid(gait, side, kinetics=False) for side in SIDES},
-    )
-    found.findings += found.muscles.findings()
-    if request.muscle_forces is not None and request.id is None:
-        found.not_judged.append("Reserves: give inverse dynamics' results with --id.")
-
-
 # ---- Forces of inverse dynamics. ----
 
 
@@ -462,12 +358,12 @@ def _dynamics(found: Judgement) -> None:
         found.not_judged.append("Residuals, moments: give inverse dynamics' results with --id.")
         return
     table = read_storage(request.id)
-    forces, unknown = generalised_forces(found.model, table, str(request.id))
+    forces = generalised_forces(found.model, table, str(request.id))
     found.findings += check_times(table.time, request.id)
-    odd = odd_columns(found.skeleton, forces, unknown, request.id)
-    odd += noisy_moments(found.skeleton, table.time, forces)
-    found.findings += odd
-    found.undecided += odd
+    found.doubted(odd_columns(found.skeleton, forces, request.id))
+    legs = {ours: forces[name] for ours, name in found.skeleton.coordinates.items()
+            if ours[:-2] in LEGS and name in forces}  # fmt: skip
+    found.doubted(noise("Moments", table.time, legs))
     if table.time[0] > motion.time[-1] or table.time[-1] < motion.time[0]:
         raise RecordError(
             f"{request.id}: goes from {table.time[0]:.3f} to {table.time[-1]:.3f} s, the motion "
@@ -512,16 +408,12 @@ def _residuals(found: Judgement, time: Array, forces: Mapping[str, Array]) -> No
     height = float("nan") if gait is None else gait.height
     left = residual_measures(force[shown], moment[shown], height=height, peak=peak)
     found.residuals, found.residual_curves = left, (time, force, moment)
-    found.measures += [
-        measured("residual_force_peak", "root", left.force_peak),
-        measured("residual_force_rms", "root", left.force_rms),
-        measured("residual_moment_peak", "root", left.moment_peak),
-        measured("residual_moment_rms", "root", left.moment_rms),
-    ]
+    names = ("force_peak", "force_rms", "moment_peak", "moment_rms")
+    found.measures += [measured(f"residual_{n}", "root", getattr(left, n)) for n in names]
     if np.isfinite(peak):
         found.measures += [
-            measured("residual_force_share", "root", 100 * left.force_share),
-            measured("residual_moment_share", "root", 100 * left.moment_share),
+            measured(f"residual_{n}", "root", 100 * getattr(left, n))
+            for n in ("force_share", "moment_share")
         ]
     else:
         found.not_judged.append(
@@ -545,27 +437,24 @@ def _moments(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None
     if not found.moments:
         found.not_judged.append("Moments: no complete gait cycle in the results.")
         return
+    ankles = [np.abs(mean).max() for name, (mean, _) in found.moments.items() if name[:-2] in SIZED]
+    seen = unit_of(ANKLE_MOMENT, "Nm", found.model.mass * max(ankles)) if ankles else None
+    if seen is not None and seen.unit is None and seen.candidates:
+        raise RecordError(
+            f"{found.request.id}: the moments of the ankles go up to {seen.size:.3g}: "
+            f"{seen.sentence}. Inverse dynamics' results are in Nm and N: export them so."
+        )
     _compare_sides(found, found.moments, "moment", "moment_side_difference", 1.0)
     if leg is None or not np.isfinite(gait.speed):
         found.not_judged.append("Moments against literature: the walking speed is not known.")
         return
     group = speed_group(gait.speed, floor_leg(leg))
-    shares = [
-        bands()[group, n[:-2]].share(c) for n, (c, _) in found.moments.items() if n[:-2] in SIZED
-    ]
-    if unit := unit_of_moments(shares, found.model.mass):
-        raise RecordError(
-            f"{found.request.id}: the moments of the ankles are {min(shares):.3g} times healthy "
-            f"people's at this speed, if they are in Nm; in {unit} they would be like theirs. "
-            "Inverse dynamics' results are in Nm and N: write them so, or export them again."
-        )
     for name, (mean, _) in found.moments.items():
         if name[:-2] not in BANDED:
             continue
         band = bands()[group, name[:-2]]
         found.band[name] = band
-        distance = band.distance(mean)
-        found.measures.append(measured("moment_band_distance", name, distance))
+        found.measures.append(measured("moment_band_distance", name, band.distance(mean)))
         if name[:-2] in SIZED:
             found.measures.append(measured("moment_size_factor", name, band.factor(mean)))
 

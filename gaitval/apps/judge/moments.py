@@ -1,6 +1,6 @@
 """Joint moments against the published bands of healthy people at the same walking speed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -46,15 +46,13 @@ class Band:
         half = (self.high - self.low) / 2
         return float(np.sqrt(((curve - self.middle) ** 2).mean() / (half**2).mean()))
 
-    def share(self, curve: Array) -> float:
-        """The multiple of the middle that fits a curve (101,) best."""
-        return float((curve * self.middle).sum() / (self.middle**2).sum())
-
     def factor(self, curve: Array) -> float:
-        """How many times a curve (101,) is larger or smaller than the middle, by its `share`; at
-        most `JudgeLimits.smallest_share`'s inverse, which is also that of the opposite sign.
+        """How many times a curve (101,) is larger or smaller than the middle, by the multiple of
+        this that fits best; at most `JudgeLimits.smallest_share`'s inverse, which is also that of
+        the opposite sign.
         """
-        share = max(self.share(curve), LIMITS.smallest_share)
+        share = float((curve * self.middle).sum() / (self.middle**2).sum())
+        share = max(share, LIMITS.smallest_share)
         return max(share, 1.0 / share)
 
 
@@ -77,32 +75,3 @@ def speed_group(speed: float, leg_length: float) -> str:
     # Dimensionless speed v / sqrt(g l): people of different size walk alike at the same one.
     froude = speed / np.sqrt(STANDARD_GRAVITY * leg_length)
     return next(name for name, upto in GROUPS if froude < upto)
-
-
-def unit_of_moments(shares: Sequence[float], mass: float) -> str | None:
-    """The unit in which moments are that were taken for Nm, by the `shares` of healthy people's
-    that those of the ankles are, of a body of `mass` kg; None if they are Nm or nothing fits.
-    """
-    weight = mass * STANDARD_GRAVITY
-    units = (("Nm", 1.0), ("Nm/kg", mass), ("Nm/N", weight), ("Nmm", 1e-3), ("Nmm/kg", 1e-3 * mass))
-    for unit, newton_metres in (*units, ("kNm", 1e3)):
-        if shares and all(
-            1.0 / LIMITS.usual_factor < share * newton_metres < LIMITS.usual_factor
-            for share in shares
-        ):
-            return None if unit == "Nm" else unit
-    return None
-
-
-def unit_of_forces(ratio: float, mass: float) -> list[str]:
-    """A sentence on the unit in which forces are that carry `ratio` times the weight of a body of
-    `mass` kg if they are in N; nothing if they are in N or nothing fits.
-    """
-    weight = mass * STANDARD_GRAVITY
-    for unit, newtons in (("% of body weight", 0.01 * weight), ("N/kg", mass), ("lbf", 4.448)):
-        if not 0.5 < ratio < 2.0 and 0.8 < ratio * newtons < 1.25:
-            return [
-                f"Forces: they carry {100 * ratio:.3g} % of the model's weight if they are in N, "
-                f"but {100 * ratio * newtons:.0f} % in {unit}. Give them in N."
-            ]
-    return []

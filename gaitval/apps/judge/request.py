@@ -17,11 +17,7 @@ class JudgeRequest:
     ----------
     ik, id : motion of inverse kinematics, forces of inverse dynamics.
     markers : trial that inverse kinematics was run on, TRC or C3D, in the axes of the model.
-    marker_errors : log of inverse kinematics.
-    ik_setup : says which markers inverse kinematics used.
     grf, external_loads : ground reaction.
-    activations, muscle_forces, reactions : of static optimisation and joint reaction.
-    beside : folder that `gaitval muscles` wrote of the same walk.
     mass, height : of the person, kg and m; None if not known.
     belt : speed of the treadmill's belt, m/s; None if it is to be found from the flat feet.
     reduced : whether the motion comes from residual reduction (RRA), so that the limits in N and
@@ -32,18 +28,12 @@ class JudgeRequest:
     ik: Path | None = None
     id: Path | None = None
     markers: Path | None = None
-    marker_errors: Path | None = None
-    ik_setup: Path | None = None
     grf: Path | None = None
     external_loads: Path | None = None
     mass: float | None = None
     height: float | None = None
     belt: float | None = None
     reduced: bool = False
-    activations: Path | None = None
-    muscle_forces: Path | None = None
-    reactions: Path | None = None
-    beside: Path | None = None
 
     def check(self) -> None:
         """Raises ConfigurationError if mass and height are not those of a person."""
@@ -62,8 +52,7 @@ class JudgeRequest:
 
     def files(self) -> Iterator[tuple[str, Path]]:
         """The files that were given, by role."""
-        for role in ("model", "ik", "id", "markers", "marker_errors", "ik_setup", "grf",
-                     "external_loads", "activations", "muscle_forces", "reactions"):  # fmt: skip
+        for role in ("model", "ik", "id", "markers", "grf", "external_loads"):
             path = getattr(self, role)
             if path is not None:
                 yield role, path

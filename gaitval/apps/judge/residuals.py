@@ -51,13 +51,11 @@ def residual_wrench(
     return wrench[:, :3], wrench[:, 3:]
 
 
-def generalised_forces(
-    model: OsimModel, table: StorageTable, source: str
-) -> tuple[dict[str, Array], list[str]]:
-    """Forces of a `table` of inverse dynamics by coordinate of the `model`, and coordinates whose
-    force is not known at any time. Raises RecordError, which names the `source`, if it has none.
+def generalised_forces(model: OsimModel, table: StorageTable, source: str) -> dict[str, Array]:
+    """Forces of a `table` of inverse dynamics by coordinate of the `model`, where they are known at
+    any time. Raises RecordError, which names the `source`, if it has none.
     """
-    found, unknown = {}, []
+    found = {}
     for name in model.coordinates:
         column = next((c for c in (f"{name}_moment", f"{name}_force") if c in table.columns), None)
         if column is not None:
@@ -65,7 +63,6 @@ def generalised_forces(
             if np.isinf(values).any():
                 raise RecordError(f"{source}: {column}: a value is infinite. Export again.")
             if np.isnan(values).all():
-                unknown.append(name)
                 continue
             if gaps := int(np.isnan(values).sum()):
                 passed_over(f"{source}: {column} is not known in {gaps} of {len(values)} rows")
@@ -75,4 +72,4 @@ def generalised_forces(
             f"{source}: has no moment of the model's coordinates (knee_angle_r_moment, …), but "
             f"{', '.join(table.columns[:5])} …. Give inverse dynamics' results for this model."
         )
-    return found, unknown
+    return found

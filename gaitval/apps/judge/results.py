@@ -1,13 +1,11 @@
-"""Content of `judge.json`, as typed models; `scripts/schemas.py` writes the schema beside them."""
+"""What `gaitval judge` found, as typed models: `judge.json`, its schema and its page."""
 
-from typing import Annotated, Final, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from gaitval.metrics.typed import Count, Flag, Number, Result, Sha256
-
-JUDGE_VERSION: Final = 2
-"""Of `judge.json`."""
+from gaitval.reporting.written import Written
 
 _Figure = Number | None
 _FullCurve = Annotated[list[Number], Field(min_length=101, max_length=101)]
@@ -16,19 +14,7 @@ _FullCurve = Annotated[list[Number], Field(min_length=101, max_length=101)]
 class JudgedInput(Result):
     """A file that was read."""
 
-    role: Literal[
-        "model",
-        "ik",
-        "id",
-        "markers",
-        "marker_errors",
-        "ik_setup",
-        "grf",
-        "external_loads",
-        "activations",
-        "muscle_forces",
-        "reactions",
-    ]
+    role: Literal["model", "ik", "id", "markers", "grf", "external_loads"]
     name: str
     sha256: Sha256
     size: Count
@@ -65,9 +51,9 @@ class JudgedTrial(Result):
     cycles: dict[Literal["right", "left"], Count]
     """Complete gait cycles."""
     walking_speed_m_s: _Figure
-    belt_speed_m_s: _Figure = None
+    belt_speed_m_s: _Figure
     """Of the treadmill, as given, as an import has it, or as the flat feet move; 0 over ground."""
-    belt_given: Flag = False
+    belt_given: Flag
     speed_group: str | None
     """Of the published bands."""
     weight_ratio: _Figure
@@ -75,20 +61,12 @@ class JudgedTrial(Result):
 
 
 class JudgedMarkerErrors(Result):
-    """Distances of measured and model markers."""
+    """Distances of measured markers from those of the model, placed by gaitval."""
 
-    source: Literal["placed", "log"]
-    """Placed by gaitval, or read from the log of inverse kinematics."""
     rms_m: Number
     largest_m: Number
     frames: Count
     by_marker: dict[str, dict[Literal["rms_m", "largest_m", "at_s", "seen"], Number]]
-    log_difference_m: _Figure = None
-    """Largest difference of a frame's RMS or largest error from the log's."""
-    log_frames: Count = 0
-    solved_rms_m: _Figure = None
-    """Of inverse kinematics before its motion was filtered and written, as the import has it."""
-    solved_largest_m: _Figure = None
 
 
 class JudgedResiduals(Result):
@@ -117,7 +95,9 @@ class JudgedMoment(Result):
 
 
 class JudgedSegment(Result):
-    """Mass of a segment as a share of the whole, and what de Leva's table has."""
+    """Mass of a segment as a share of the whole, and what the mean of de Leva's women and men
+    has.
+    """
 
     mass_kg: Number
     share: Number
@@ -129,42 +109,34 @@ class JudgedLimit(Result):
 
     id: str
     title: str
+    group: str
+    """Heading that it stands under."""
     target: str
     value: _Figure
     limit: Number
     relation: Literal["at_most", "at_least", "exactly"]
     unit: str
+    citation: str
+    """Where the limit comes from."""
     passed: Flag
     decides: Flag
     """Whether the verdict depends on it; others are shown only, or not judged."""
-    verdict: Literal["passed", "FAILED", "not judged", "shown only"] | None = None
-    """What is said of it; older files have none."""
+    verdict: Literal["passed", "FAILED", "not judged", "shown only"]
+    """What is said of it."""
 
 
-class JudgedMusclesResult(Result):
-    """Static optimisation and joint reactions."""
-
-    reserves: dict[str, Number]
-    """Largest reserve over the largest moment."""
-    at_limit: list[str]
-    peaks_bw: dict[str, Number]
-    agreement: dict[str, Number]
-    """Share of the cycle in which a group of muscles is on or off as healthy people's."""
-    beside: dict[str, Number]
-    """RMS differences to what `gaitval muscles` found; activations, body weights."""
-
-
-class JudgeResult(Result):
+class JudgeResult(Written):
     """What `gaitval judge` found."""
 
-    schema_version: Literal[2]
-    versions: dict[str, str]
+    NAME: ClassVar[str] = "judge"
+    TEMPLATE: ClassVar[str] = "gaitval.apps.judge:judge.html.j2"
+
+    schema_version: Literal[3]
     inputs: list[JudgedInput]
     passed: Flag
     """No limit that decides has failed, and of all that was given something was judged."""
-    verdict: Literal["passed", "FAILED", "not judged"] | None = None
-    """`not judged` where no limit failed, but what was given could not be judged; older files have
-    none."""
+    verdict: Literal["passed", "FAILED", "not judged"]
+    """`not judged` where no limit failed, but what was given could not be judged."""
     model: JudgedModel
     trial: JudgedTrial | None
     marker_errors: JudgedMarkerErrors | None
@@ -177,7 +149,5 @@ class JudgeResult(Result):
     findings: list[str]
     not_judged: list[str]
     """What could not be judged, and why."""
-    muscles: JudgedMusclesResult | None = None
-    """Where files of muscles were given."""
-    undecided: list[str] = Field(default_factory=list)
+    undecided: list[str]
     """What was given and could not be judged at all: then `passed` is false."""
