@@ -374,8 +374,6 @@ def test_walks_of_one_person_are_named_by_what_differs(
     assert "1: S05 (told all)" in text
     assert "2: S05 (told angles)" in text
     assert "a/S05)" not in text  # what they differ in is enough
-    for colour in comparison_page.WALK_COLOURS[:2]:
-        assert f'stroke="{colour}"' in html
 
 
 def test_a_mean_is_never_of_fitted_and_held_out_curves(
@@ -400,21 +398,3 @@ def test_a_mean_is_never_of_fitted_and_held_out_curves(
     assert "held out, 2 people" in rows[1][0]
     assert rows[1][1] == "–"
     assert rows[1][place + 1].startswith(number(np.mean(vertical[2:]), 2))
-
-
-@pytest.mark.parametrize("kind", ["angles", "moments", "forces"])
-def test_few_walks_are_drawn_over_each_other_with_their_record(kind: str) -> None:
-    walks = [walk("S05"), walk("S02")]
-    figure = figure_of(lambda: comparison_page._overlay(walks, kind))
-    names = [name for each, name in comparison_page.CURVES if each == kind]
-    assert len(figure.axes) == 2 * len(names)
-    for number_, axes in enumerate(figure.axes):
-        side, name = "rl"[number_ // len(names)], names[number_ % len(names)]
-        for one, colour in zip(walks, comparison_page.WALK_COLOURS, strict=False):
-            expected = [
-                one.metrics.record.curves.of(kind)[f"{name}_{side}"],
-                one.metrics.walk.curves.of(kind)[f"{name}_{side}"].mean,
-            ]
-            np.testing.assert_allclose([e[:, 1] for e in lines(axes, colour)], expected)
-    same = figure_of(lambda: comparison_page._overlay([walks[0], told_angles(walks[0])], kind))
-    assert all(len(lines(axes, RECORD_COLOUR)) == 1 for axes in same.axes)

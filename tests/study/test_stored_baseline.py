@@ -32,94 +32,16 @@ def folder(tmp_path: Path) -> Path:
     return Path(shutil.copytree(ROOT / "reports/S05/baseline", tmp_path / "baseline"))
 
 
-def _refusal(folder: Path, change: Callable[[Json], object]) -> str:
-    file = folder / "metrics.json"
-    metrics = json.loads(file.read_text(encoding="utf-8"))
-    change(metrics)
-    file.write_text(json.dumps(metrics), encoding="utf-8")
-    with pytest.raises(ArtefactError) as refused:
-        stored_metrics(file)
-    return str(refused.value)
-
-
-def _rows(metrics: Json, measure: str, target: str) -> list[Json]:
-    return [
-        row
-        for row in (*metrics["measures"], *metrics["tolerances"])
-        if (row["measure"], row["target"]) == (measure, target)
-    ]
-
-
-def _set(measure: str, target: str, value: float | None) -> Callable[[Json], object]:
-    return lambda metrics: [row.update(value=value) for row in _rows(metrics, measure, target)]
-
-
 @pytest.mark.parametrize("baseline", BASELINES, ids=lambda path: path.parent.name)
 def test_the_stored_ones_can_be_believed(baseline: Path) -> None:
     assert stored_metrics(baseline / "metrics.json").measures
 
 
-def _worse(metrics: Json) -> None:
-    """Every error twice as large, wherever it is stored as a measure."""
-    for row in (*metrics["measures"], *metrics["tolerances"]):
-        if row["measure"].endswith("_rmse"):
-            row["value"] *= 2.0
-
-
-def _worse_in_errors_too(metrics: Json) -> None:
-    _worse(metrics)
-    for errors in metrics["walks"]["identified"]["errors"].values():
-        for error in errors.values():
-            error["rmse"] *= 2.0
-
-
-DAMAGES: dict[str, tuple[Callable[[Json], object], str]] = {
-    "no measures": (lambda m: m.update(measures=[]), "is missing from the measures"),
-    "half of them": (
-        lambda m: m.update(measures=m["measures"][: len(m["measures"]) // 2]),
-        "is missing from the measures",
-    ),
-    "null": (_set("angle_rmse", "knee_angle_r", None), "angle_rmse of knee_angle_r has no value"),
-    "not a number": (_set("epsilon", "walk", math.nan), "NaN is no number"),
-    "all null": (
-        lambda m: [row.update(value=None) for row in (*m["measures"], *m["tolerances"])],
-        "has no value",
-    ),
-    "another unit": (
-        lambda m: [row.update(unit="rad") for row in _rows(m, "angle_rmse", "knee_angle_r")],
-        "is in rad",
-    ),
-    "twice as bad": (_worse, "follows from the curves and counts in the same file"),
-    "twice as bad in the errors too": (_worse_in_errors_too, "that of the curves in the same file"),
-    "one measure and not its verdict": (
-        lambda m: m["measures"][0].update(value=9.0),
-        "was judged by its limit",
-    ),
-    "arms without a value": (_set("arm_work_share", "walk", None), "arm_work_share of walk has no"),
-    "one twice": (lambda m: m["measures"].append(m["measures"][0]), "is there twice"),
-    "one too many": (
-        lambda m: m["measures"].append({**m["measures"][0], "target": "elbow_r"}),
-        "nothing in the file says that it was measured",
-    ),
-    "fewer cycles": (
-        _set("consecutive_cycles", "start phase 0", 10.0),
-        "consecutive_cycles of start phase 0 is 10",
-    ),
-    "pushes": (_set("push_survival", "phase 0", 10.0), "push_survival of phase 0 is 10"),
-    "speed": (_set("speed_error", "walk", 4.0), "speed_error of walk is 4"),
-    "another record": (
-        lambda m: m["record"]["spatiotemporal"].update(cadence=99.0),
-        "the record in it is not that of the walk that was measured",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", DAMAGES)
-def test_damage_is_refused_with_the_place(folder: Path, name: str) -> None:
-    change, text = DAMAGES[name]
-    message = _refusal(folder, change)
-    assert text in message
-    assert str(folder / "metrics.json") in message
+def test_no_number_is_refused_with_the_place(folder: Path) -> None:
+    _edit("metrics.json", lambda m: m["measures"][0].update(value=math.nan))(folder)
+    with pytest.raises(ArtefactError, match="NaN is no number") as refused:
+        stored_metrics(folder / "metrics.json")
+    assert str(folder / "metrics.json") in str(refused.value)
 
 
 @pytest.mark.parametrize(
@@ -233,14 +155,6 @@ def test_other_margins_than_it_was_stored_with_are_refused(
     with pytest.raises(ArtefactError, match="the margins of this gaitval are not those") as refused:
         stored_metrics(folder / "metrics.json")
     assert message in str(refused.value)
-
-
-def test_what_contradicts_itself_is_not_sealed(folder: Path) -> None:
-    before = (folder / SEAL).read_bytes()
-    _edit("metrics.json", lambda m: m.update(measures=[]))(folder)
-    with pytest.raises(ArtefactError, match="missing from the measures"):
-        seal_again(folder)
-    assert (folder / SEAL).read_bytes() == before
 
 
 def test_what_has_changed_since_is_told(folder: Path) -> None:

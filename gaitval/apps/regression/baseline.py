@@ -1,11 +1,11 @@
 """Store the results of a finished run, and simulate its policy again to compare."""
 
 import tempfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from gaitval._internal.io import file_gate
 from gaitval._internal.io.artefacts import (
@@ -15,11 +15,9 @@ from gaitval._internal.io.artefacts import (
     read_toml,
     write_json,
 )
-from gaitval._internal.io.build_info import source_commit
-from gaitval._internal.io.disk_errors import why_unwritable
+from gaitval._internal.io.folder_lock import check_links
 from gaitval.apps.regression.finished import Record, check_finished, read_records
-from gaitval.apps.regression.seal import changes, check_seal, measures_known, read_seal, seal
-from gaitval.apps.regression.whole_folder import disk_message, writing_whole
+from gaitval.apps.regression.seal import changes, check_seal, read_seal, seal
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError, GaitvalError, SubjectError
 from gaitval.metrics.results import StoredStarts
@@ -41,14 +39,18 @@ from gaitval.study.walking_stages import push_stage, repeat_stage, simulate_stag
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
 
+FIX: Final = (
+    "Restore the file, for instance with `git checkout`, or store the baseline again with "
+    "`gaitval baseline SUBJECT`."
+)
 WALKING = ("scale", "reference", "simulate", "repeat", "push", "validate")
 """Stages of a run that `check` runs again, in this order."""
 
 
 def store_baseline(folder: Path, target: Path, identifier: str | None = None) -> None:
     """Store policy, mu and metrics of the finished run in `folder` as the sealed baseline `target`,
-    for `check` and to start trainings from. The target is as it was before unless all of it could
-    be written.
+    for `check` and to start trainings from. The seal is written last, so that a baseline of which
+    only a part could be written is refused until it is stored again.
 
     Raises ArtefactError if the run is not finished, was edited, is of another subject than
     `identifier`, or would be refused by every check.
@@ -67,10 +69,10 @@ def store_baseline(folder: Path, target: Path, identifier: str | None = None) ->
     # all that may be refused is read before anything is written
     versions = {name: records[name].version for name in WALKING if name in records}
     known = {name: each for name, each in versions.items() if each is not None}
-    with writing_whole(target) as new:
-        copy_files(folder, new, STORED_FILES)
-        whole = known if len(known) == len(versions) else None
-        seal(new, versions=whole, commit=_commit_of(folder))
+    check_links(target)
+    copy_files(folder, target, STORED_FILES)
+    whole = known if len(known) == len(versions) else None
+    seal(target, versions=whole, commit=_commit_of(folder))
 
 
 def _commit_of(folder: Path) -> str | None:
@@ -95,8 +97,6 @@ def _check_unchanged(folder: Path, records: Mapping[str, Record]) -> None:
 
 def _check_believed(folder: Path) -> None:
     """Refuse a run whose baseline every check would refuse."""
-    from gaitval.apps.regression.stored import FIX
-
     try:
         believed(folder / METRICS)
     except ArtefactError as error:
@@ -123,16 +123,11 @@ def _check_subject(folder: Path, identifier: str | None) -> None:
         )
 
 
-def seal_again(baseline: Path, *, walked: bool = False) -> None:
-    """Seal a stored `baseline` that was changed on purpose, or that an earlier gaitval wrote;
-    `walked` if its metrics are those of a walk of the installed gaitval.
-    Raises ArtefactError if it is still incomplete or contradicts itself.
+def seal_again(baseline: Path) -> None:
+    """Seal a stored `baseline` that was changed on purpose, or that an earlier gaitval wrote.
+    Raises ArtefactError if it is still incomplete or its files are not of one walk.
     """
-    if walked:
-        believed(baseline / METRICS)
-        seal(baseline, versions=installed_versions(), commit=source_commit())
-        return
-    believed(baseline / METRICS, known=measures_known(baseline))
+    believed(baseline / METRICS)
     try:
         # a new seal does not change what made the stored walk
         before = read_seal(baseline)
@@ -202,18 +197,16 @@ def stored_metrics(file: Path) -> "Metrics":
     They lack measures that gaitval has learned since. Raises ArtefactError (see `believed`,
     `seal.check_seal`).
     """
-    metrics = believed(file, known=measures_known(file.parent))
+    metrics = believed(file)
     check_seal(file.parent)
     return metrics
 
 
-def believed(file: Path, *, known: Collection[str] | None = None) -> "Metrics":
-    """The metrics in the `file` of a stored baseline, if they can be trusted; `known` are the
-    measures that must be there, by default all. Raises ArtefactError if they are not readable,
-    incomplete, in contradiction to themselves, or of another configuration, subject or record than
-    those stored beside them; PolicyError if the policy cannot be used.
+def believed(file: Path) -> "Metrics":
+    """The metrics in the `file` of a stored baseline, if they can be trusted. Raises ArtefactError
+    if they are not readable, or of another configuration, subject or record than those stored
+    beside them; PolicyError if the policy cannot be used.
     """
-    from gaitval.apps.regression.stored import FIX, believe
     from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.results import identification_from, read_metrics
     from gaitval.metrics.validation import provenance_of
@@ -221,7 +214,6 @@ def believed(file: Path, *, known: Collection[str] | None = None) -> "Metrics":
     from gaitval.reference.adjustment import Adjustment
 
     metrics = read_metrics(file)
-    believe(metrics, str(file), known=known)
     folder = file.parent
     check_complete(folder)
     configuration = load_configuration(folder / "configuration.toml")
@@ -288,8 +280,6 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> "M
             with open_run(subject, configuration, temporary, observer) as run:
                 return _walked(run, baseline, quick=quick)
         except GaitvalError as error:
-            if (why := disk_message(error, temporary)) is not None:
-                raise ArtefactError(_no_room(str(temporary.parent), why)) from None
             message = str(error).replace(
                 str(temporary), str(baseline)
             )  # theirs, not a copy of ours
@@ -302,19 +292,12 @@ def _temporary() -> Iterator[Path]:
     try:
         made = tempfile.TemporaryDirectory(prefix="gaitval-check-")
     except OSError as error:
-        why = why_unwritable(error) or f"{error.strerror}. Make room"
-        where = str(Path(error.filename).parent) if error.filename else "no temporary folder"
-        raise ArtefactError(_no_room(where, why)) from None
+        raise ArtefactError(
+            f"a check walks in a temporary folder, which cannot be made here: {error}. Make room, "
+            "or set TMPDIR to a folder on another disk."
+        ) from None
     with made as name:
         yield Path(name)
-
-
-def _no_room(where: str, why: str) -> str:
-    return (
-        f"{where}: a check walks in a temporary folder, which cannot be written here: {why}, or "
-        "set TMPDIR to a folder on another disk; then run the same command again. The baseline is "
-        "unchanged."
-    )
 
 
 def changed_inputs(baseline: Path, now: "Metrics") -> list[str]:

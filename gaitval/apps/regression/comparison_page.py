@@ -45,13 +45,6 @@ SUBJECTS: Final = 10
 """Most columns of a table, so that it fits on a printed page, and panels of a drawing."""
 _HEIGHTS: Final = {1: 1.6, 2: 2.0, 3: 1.7, 4: 1.45}
 """Inches of a row of panels by their number, where they are wider than those of `COLUMNS`."""
-OVERLAID: Final = 4
-"""Most walks that are drawn over each other: of more, no line can be followed."""
-WALK_COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
-WALK_STYLES: Final[tuple[Any, ...]] = ("-", (0, (4, 1.5)), (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)))
-"""Of each walk that is drawn over others; told apart without colours, too."""
-DASHES: Final = ("", "8 3", "2 2.4", "10 3 2 3")
-"""`WALK_STYLES` for the legend, which is no drawing: a name from outside may be long."""
 SHOWN: Final = 60
 """Most rows of what changed; all are in the CSV file."""
 CLIP: Final = 4.0
@@ -69,7 +62,6 @@ def write_comparison(
     """
     before = {} if versions is None else {id(pair.now): pair.before for pair in versions.pairs}
     labels = _labels(walks)
-    overlaid = not before and 1 < len(walks) <= OVERLAID
     groups = list(_groups(walks, labels))
     write_text(folder / f"{name}.csv", _measures_csv(walks, labels, versions))
     quantities = quantities_of(walks, labels, before)
@@ -86,10 +78,8 @@ def write_comparison(
             "group_units": [row.unit for row in group_rows(walks[0].metrics)],
             "groups": groups,
             "means": _mean_rows(groups, [walk.subject for walk in walks]),
-            "legend": _legend(walks, labels) if overlaid else [],
-            "one_record": _one_record(walks),
             "figure_tables": figure_tables(quantities, most=SUBJECTS),
-            "small_multiples": _overlays(walks) if overlaid else _drawings(walks, labels, before),
+            "small_multiples": _drawings(walks, labels, before),
             "three_abreast": len(walks) == 1,
             "before": bool(before),
             "versions": None if versions is None else _versions(versions),
@@ -133,20 +123,6 @@ def _told(walk: StoredWalk) -> str:
     every = walk.metrics.known
     known = [name for name, by in every.items() if by]
     return "all" if len(known) == len(every) else ", ".join(known) or "nothing"
-
-
-def _legend(walks: Sequence[StoredWalk], labels: Sequence[str]) -> list[dict[str, str]]:
-    """Name, colour and dashes of each walk that is drawn over others."""
-    return [
-        {"label": label, "colour": colour, "dashes": dashes}
-        for label, colour, dashes, _ in zip(labels, WALK_COLOURS, DASHES, walks, strict=False)
-    ]
-
-
-def _one_record(walks: Sequence[StoredWalk]) -> bool:
-    """Whether all walks are compared with the same record."""
-    first = walks[0].metrics.record.curves
-    return all(walk.metrics.record.curves == first for walk in walks)
 
 
 def _overview(walk: StoredWalk, label: str) -> dict[str, Any]:
@@ -334,48 +310,6 @@ def _title(walks: Sequence[StoredWalk], kind: Kind, name: str) -> str:
     """A quantity and its unit."""
     unit = walks[0].metrics.units.of(kind).replace("deg", "°")
     return f"{NAMES[name]}{'' if kind == 'angles' else ' ' + _KINDS[kind]}, {unit}"
-
-
-def _overlays(walks: Sequence[StoredWalk]) -> list[dict[str, Any]]:
-    """All walks over each other, a drawing for each kind of curve: a column a quantity, a row a
-    side.
-    """
-    titles: dict[Kind, str] = {
-        "angles": "Joint angles",
-        "moments": "Joint moments",
-        "forces": "Ground reaction",
-    }
-    return [{"title": words, "parts": [_overlay(walks, kind)]} for kind, words in titles.items()]
-
-
-def _overlay(walks: Sequence[StoredWalk], kind: Kind) -> str:
-    names = [name for each, name in CURVES if each == kind]
-    alone = _one_record(walks)
-    with new_figure(3.6) as figure:
-        panels = figure.subplots(len(SIDES), len(names), sharex=True, sharey="col")
-        for row, side in zip(panels, SIDES, strict=True):
-            row[0].set_ylabel(side.capitalize())
-            for axis, name in zip(row, names, strict=True):
-                key = f"{name}_{side[0]}"
-                axis.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-                for walk, colour, style in zip(walks, WALK_COLOURS, WALK_STYLES, strict=False):
-                    if walk is walks[0] or not alone:
-                        recorded = walk.metrics.record.curves.of(kind)[key]
-                        axis.plot(
-                            PERCENT, _array(recorded), linewidth=2.4, alpha=0.4, zorder=2,
-                            color=RECORD_COLOUR if alone else colour,
-                        )  # fmt: skip
-                    mean = walk.metrics.walk.curves.of(kind)[key].mean
-                    axis.plot(
-                        PERCENT, _array(mean), color=colour, linestyle=style, linewidth=1.1,
-                        zorder=3,
-                    )  # fmt: skip
-        for axis, name in zip(panels[0], names, strict=True):
-            axis.set_title(_title(walks, kind, name))
-        for axis in panels[-1]:
-            axis.set_xlabel("Gait cycle (%)")
-        panels[0][0].set_xlim(0, 100)
-        return svg(figure, f"overlay-{kind}")
 
 
 def _panels(

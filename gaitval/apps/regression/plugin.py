@@ -18,7 +18,6 @@ import pytest
 
 if TYPE_CHECKING:
     from gaitval.apps.regression.regression import Row
-    from gaitval.metrics.results import Metrics
     from gaitval.metrics.tolerances import Measure
 
 _CheckFixture = Callable[..., "list[Row]"]
@@ -34,11 +33,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--gaitval-full",
         action="store_true",
         help="also the long walks and the pushes: minutes instead of seconds for each baseline",
-    )
-    group.addoption(
-        "--gaitval-update",
-        action="store_true",
-        help="write what is measured now into the baselines and seal them; look at `git diff`",
     )
 
 
@@ -94,8 +88,8 @@ def gaitval_check(
                 f"{folder}: {len(worse)} of {len(chosen)} measures are worse than stored by more "
                 "than their margin.\n"
                 + "\n".join(f"  {_line(row)}" for row in worse)
-                + f"\nInputs: {inputs}. If the change is intended, run pytest with "
-                "--gaitval-update and look at the difference.",
+                + f"\nInputs: {inputs}. If the change is intended, store a new "
+                "baseline with `gaitval baseline SUBJECT`.",
                 pytrace=False,
             )
         return chosen
@@ -126,8 +120,6 @@ def _compared(
     from gaitval.study.inputs import METRICS
     from gaitval.study.stage import Observer
 
-    if config.getoption("--gaitval-update"):
-        _check_own(folder)
     full = _is_full(config)
     stored = stored_metrics(folder / METRICS)
     # One folder for all workers of pytest-xdist, which are started side by side.
@@ -140,37 +132,12 @@ def _compared(
         now = read_metrics(walked)
     rows = compare(stored, now, leave_out=() if full else LONG_MEASURES)
     inputs = inputs_in_words(changed_inputs(folder, now))
-    if config.getoption("--gaitval-update"):
-        _update(folder, now)
-        rows = compare(now, now)
     return rows, inputs
 
 
 def _is_full(config: pytest.Config) -> bool:
     """Whether the long walks and the pushes are measured, too."""
-    return bool(config.getoption("--gaitval-full") or config.getoption("--gaitval-update"))
-
-
-def _check_own(folder: Path) -> None:
-    """Raise ArtefactError for a baseline of the installed package."""
-    from gaitval.apps.regression.stored_baselines import is_installed
-    from gaitval.errors import ArtefactError
-
-    if is_installed(folder):
-        raise ArtefactError(
-            f"{folder}: comes with gaitval, and is not updated. Store a baseline of your own with "
-            "`gaitval baseline SUBJECT`, and give its folder."
-        )
-
-
-def _update(folder: Path, now: "Metrics") -> None:
-    """Write what is measured now into a baseline, and seal it."""
-    from gaitval._internal.io.artefacts import write_json
-    from gaitval.apps.regression.baseline import seal_again
-    from gaitval.study.inputs import METRICS
-
-    write_json(folder / METRICS, now.as_dict())
-    seal_again(folder, walked=True)
+    return bool(config.getoption("--gaitval-full"))
 
 
 def _names(row: "Row | Measure") -> set[str]:

@@ -84,16 +84,6 @@ def installed_margins() -> dict[str, SealedMargin]:
     }
 
 
-def measures_known(baseline: Path) -> set[str] | None:
-    """The measures of the gaitval that stored a `baseline`, by its seal; None if that is missing or
-    was edited. One that gaitval has learned since may be missing there, one of these may not.
-    """
-    try:
-        return {*read_seal(baseline).margins}
-    except ArtefactError:
-        return None
-
-
 def seal(baseline: Path, *, versions: Mapping[str, int] | None, commit: str | None) -> None:
     """Seal a stored `baseline` as it is, with the `versions` of the stages that made it and the
     `commit` that they ran at (see `Seal`).

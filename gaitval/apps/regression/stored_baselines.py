@@ -25,11 +25,6 @@ def installed_baselines() -> dict[str, Path]:
     return found
 
 
-def is_installed(baseline: Path) -> bool:
-    """Whether `baseline` is in the installed package, and so is not a user's own."""
-    return baseline.resolve().is_relative_to((_PACKAGE / "baselines").resolve())
-
-
 def find_baseline(wanted: str | Path, root: Path | None = None) -> Path:
     """The folder of a stored baseline. `wanted` is the folder, the `metrics.json` in it, a run
     folder that has one, or a built-in subject (`S05`, `5`, `WBDS14`): then the one below `root`
