@@ -18,7 +18,6 @@ from gaitval.findings.motion import LEG_SHARE
 from gaitval.identification import legs
 from gaitval.measurement import sources
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
-from gaitval.metrics.norms import BAND
 from gaitval.model.parameters import NOMINAL_DAMPING, NOMINAL_FRICTION
 from gaitval.quantities.joint_power import BURSTS
 from gaitval.scaling.anthropometry import (
@@ -249,9 +248,8 @@ def test_factors_of_the_normal_distribution() -> None:
 
 
 def test_limits_are_those_of_their_papers() -> None:
-    """Baker et al. (2012), degrees; two SD of healthy people."""
+    """Baker et al. (2012), degrees."""
     assert SMALLEST_DIFFERENCE == 1.6
-    assert BAND == 2.0
 
 
 def test_spreads_of_the_bursts_of_power_are_schwartzs() -> None:

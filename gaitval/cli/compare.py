@@ -1,16 +1,13 @@
 """`gaitval compare`: many walks in one report, and what changed between two versions."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from gaitval.errors import ConfigurationError, ToleranceError
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
-
-if TYPE_CHECKING:
-    from gaitval.apps.regression.versions import Flip
 
 
 @added_command(
@@ -66,8 +63,6 @@ def compare(
     display.plain(f"Walks: {len(walks)}. Report: {out / 'comparison.html'}, .pdf and .csv")
     if versions is None:
         return
-    for subject, flip in versions.flipped():
-        display.plain(_flip_line(subject, flip))
     worse, improved = versions.lost(), versions.improved()
     print_moved([row for _, row in (*worse, *improved)])
     missing = versions.only_before
@@ -84,14 +79,3 @@ def compare(
         f"{message}. The report in {out} says which; if the change is intended, compare with a "
         "baseline of the new version."
     )
-
-
-def _flip_line(subject: str, flip: "Flip") -> str:
-    """A limit that is no longer kept, or is kept again."""
-    kind = "limit" if flip.decides else "limit for context"
-    verdict = f"{kind} {'is kept now' if flip.kept else 'is no longer kept'}"
-    before, now = ("–" if value is None else f"{value:.4g}" for value in (flip.before, flip.now))
-    of = "" if flip.target == "walk" else f", {flip.target}"
-    limit = f"{flip.limit.replace('_', ' ')} {flip.tolerance:g}"
-    unit = "" if flip.unit == "1" else f" {flip.unit}"
-    return f"{subject}: {verdict}: {flip.title}{of}: {before} → {now}{unit} ({limit})"

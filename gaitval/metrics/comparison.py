@@ -1,5 +1,7 @@
 """Compare simulated curves over the gait cycle with the recorded ones."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -126,3 +128,20 @@ def hip_centres(places: Array, walked: Curves, recorded: Curves) -> HipCentres |
             forward=float(forward), outward=float(outward), rmse_about_model=errors
         )
     return HipCentres(right=found["right"], left=found["left"])
+
+
+def multiple_correlation(curves: Sequence[Array]) -> float | None:
+    """Coefficient of multiple correlation of repeated `curves` (101,); None where it is not
+    defined.
+
+    Kadaba et al. 1989, J Orthop Res 7:849, within a day: 1 less the variance about the mean curve
+    over the variance about the grand mean, and its square root.
+    """
+    values = np.array(curves)
+    count, samples = values.shape
+    # over the degrees of freedom: a mean per point is estimated, and then one grand mean
+    about_curve = np.sum((values - values.mean(axis=0)) ** 2) / (samples * (count - 1))
+    about_all = np.sum((values - values.mean()) ** 2) / (samples * count - 1)
+    if about_all == 0.0 or about_curve > about_all:
+        return None
+    return float(np.sqrt(1.0 - about_curve / about_all))

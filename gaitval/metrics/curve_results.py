@@ -8,18 +8,18 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Final, Generic, Literal, TypeVar, get_args
 
-from pydantic import AliasChoices, Field
+from pydantic import Field
 
 from gaitval.arrays import Array
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, PELVIS_ANGLES, Curves
 from gaitval.gait.plate_correction import PlateCorrection
 from gaitval.gait.record import RECORDED_ANGLES, Origin
-from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.typed import (
     Count,
     Curve,
     Flag,
     Number,
+    OpenResult,
     Result,
     Share,
     Sides,
@@ -216,7 +216,7 @@ class PredictionResult(Result):
     """A prediction of the record without a model, see gaitval/metrics/baselines.py."""
 
     name: str
-    known: str = Field(validation_alias=AliasChoices("known", "told"))
+    known: str
     """What it knows of the person."""
     people: Count
     rmse: PredictionErrors
@@ -247,11 +247,6 @@ class UnseenResult(Result):
     """Of these two trials."""
 
 
-AgeGroup = Literal["adults", "children"]
-"""Whose band it is: 42 adults over ground (Fukuchi et al. 2018), or typically developing children
-(Schwartz et al. 2008)."""
-
-
 class Region(Result):
     """Neighbouring points at which curves differ."""
 
@@ -261,30 +256,6 @@ class Region(Result):
     """Of the last one, which is part of the region."""
     p: Share
     """Probability that the cycle has a |t| as large as the largest here by chance."""
-
-
-class CurveStatistics(Result):
-    """What is said of one curve, see gaitval/metrics/walk_statistics.py."""
-
-    multiple_correlation: Share | None
-    """Of record and mean of the walk (Kadaba 1989); null where they differ more than they move, and
-    where the curve was not recorded."""
-    repeatability: Share | None
-    """The same of the cycles of the walk."""
-    threshold: Size | None
-    """|t| above which the walk differs at `alpha`; null with too few cycles."""
-    normal_threshold: Size | None
-    """The same by random field theory, which takes the cycles for normal."""
-    p: Share | None
-    """Null where the curve was not recorded: nothing is tested there."""
-    regions: list[Region]
-    """Where the walk differs from the record."""
-
-    @property
-    def share(self) -> float | None:
-        """% of the points of the cycle at which the walk differs; None where nothing is tested."""
-        width = sum(each.last - each.first + 1 for each in self.regions)
-        return None if self.p is None else 100.0 * width / SAMPLES
 
 
 class GaitProfile(Sides[Size]):
@@ -305,36 +276,10 @@ class GaitProfiles(Result):
     walk: GaitProfile
 
 
-class BandPeople(Result):
-    """Whose bands they are, by kind of curve."""
+class WalkStatistics(OpenResult):
+    """Scores of the final walk. Files of earlier versions also have tests of whole curves."""
 
-    angles: AgeGroup = "children"
-    moments: AgeGroup = "children"
-
-
-class BandShares(Result):
-    """Shares of the cycle within `BAND` SD of healthy people's mean."""
-
-    record: Share | None
-    """Null where the curve was not recorded."""
-    walk: Share
-
-
-class StatisticsOfCurves(Kinds[CurveStatistics]):
-    """What is said of every curve."""
-
-
-class WalkStatistics(Result):
-    """Statistics of whole curves of the final walk."""
-
-    alpha: Share
-    permutations: Count
-    curves: StatisticsOfCurves
     profiles: GaitProfiles
-    bands: dict[str, dict[str, BandShares]]
-    """By kind and curve, of those that have a band."""
-    band_people: BandPeople = BandPeople()
-    """Files without it are from when all bands were those of children."""
 
 
 class StatisticalCurves(Kinds[Curve]):

@@ -1,9 +1,7 @@
-"""How a foot meets the ground: path of the centre of pressure, heel bounce, heel-strike transient.
+"""How a foot meets the ground: heel bounce, heel-strike transient, and where it stands.
 
-The path is given in the footprint, the position of the flat foot at `FLAT` of its stance. The
-footprint is fixed to the ground, as on a pressure plate, so the rising heel does not move it. Its
-origin is the rearmost point of the sole's outline, below the line of the ankle; its axes are along
-the foot (forward) and across it, towards the midline; lengths are fractions of foot length.
+A foot stands where the rearmost point of its sole's outline, below the line of the ankle, is at
+`FLAT` of its stance.
 """
 
 from collections.abc import Mapping
@@ -11,14 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitval.arrays import Array, sample_deviation
+from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.gait.sampling import SAMPLES
-from gaitval.metrics.curve_results import MeanCurve
 from gaitval.metrics.cycles import GaitCycles
-from gaitval.metrics.results import PROGRESS_AT, FootContact, PressurePath
-from gaitval.metrics.typed import number, numbers
+from gaitval.metrics.results import FootContact
+from gaitval.metrics.typed import number
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.tree import segment_frames
@@ -31,83 +27,39 @@ EARLY = 0.15
 
 
 @dataclass(frozen=True)
-class Outline:
-    """The contact spheres of one standing foot in the footprint.
-
-    Attributes
-    ----------
-    length : m, from the edge of the heel to the edge of the toes.
-    centres : (6, 2) along and across, in foot lengths.
-    radii : (6,) in foot lengths.
-    heel : (3,) m, the footprint's origin in the foot's frame.
-    """
-
-    length: float
-    centres: Array
-    radii: Array
-    heel: Array
-
-
-@dataclass(frozen=True)
 class Stances:
     """How one foot met the ground in each of n stances.
 
     Attributes
     ----------
-    places : (n, 2) m, world: the footprint's origin, where the heel stands, forward and left.
-    path : (n, 101, 2) centre of pressure over stance, along and across, in foot lengths.
+    places : (n, 2) m, world: where the heel stands, forward and left.
     bounces : (n,) how often the vertical force fell to nothing within `EARLY` of stance.
     transient : (n,) body weights, largest unfiltered vertical force within `EARLY` of stance.
-    outline : of the foot.
     """
 
     places: Array
-    path: Array
     bounces: Array
     transient: Array
-    outline: Outline
 
     def contact(self) -> FootContact:
-        """Means and standard deviations over the stances."""
-        mean = self.path.mean(axis=0) if len(self.path) else None
-        deviation = sample_deviation(self.path)
-        along, across = (
-            MeanCurve(
-                mean=None if mean is None else numbers(100.0 * mean[:, axis]),
-                sd=None if deviation is None else numbers(100.0 * deviation[:, axis]),
-            )
-            for axis in range(2)
-        )
+        """Means over the stances."""
+        some = len(self.bounces) > 0
         return FootContact(
-            stances=len(self.path),
-            foot_length_m=self.outline.length,
-            spheres=np.column_stack([self.outline.centres, self.outline.radii]).tolist(),
-            path=PressurePath(along=along, across=across),
-            progress={
-                percent: None if mean is None else number(100.0 * mean[int(percent), 0])
-                for percent in PROGRESS_AT
-            },
-            bounces_per_stance=float(self.bounces.mean()) if len(self.bounces) else None,
-            transient_peak=None if mean is None else number(100.0 * self.transient.mean()),
+            stances=len(self.bounces),
+            bounces_per_stance=float(self.bounces.mean()) if some else None,
+            transient_peak=number(100.0 * self.transient.mean()) if some else None,
         )
 
 
-def outline(model: BodyModel, side: Side) -> Outline:
-    """Outline of the foot on a `side` of `model`: its contact spheres with all joints at zero."""
-    suffix = side[0]
-    toes = model[f"toes_{suffix}"].joint_position
-    spheres = [s for s in model.spheres if s.segment in (f"foot_{suffix}", f"toes_{suffix}")]
+def heel_of(model: BodyModel, side: Side) -> Array:
+    """(3,) m: the rearmost point of the sole on a `side` of `model`, in the foot's frame."""
+    toes = model[f"toes_{side[0]}"].joint_position
+    spheres = [s for s in model.spheres if s.segment in (f"foot_{side[0]}", f"toes_{side[0]}")]
     places = np.array(
         [s.position + (toes if s.segment.startswith("toes") else 0.0) for s in spheres]
     )
     radii = np.array([s.radius for s in spheres])
-    heel = (places[:, 0] - radii).min()
-    length = float((places[:, 0] + radii).max() - heel)
-    medial = 1.0 if side == "right" else -1.0
-    # y points left, which is towards the midline for the right foot only
-    centres = np.column_stack([places[:, 0] - heel, medial * places[:, 1]])
-    sole = (places[:, 2] - radii).min()
-    return Outline(length, centres / length, radii / length, np.array([heel, 0.0, sole]))
+    return np.array([(places[:, 0] - radii).min(), 0.0, (places[:, 2] - radii).min()])
 
 
 def foot_contacts(
@@ -123,9 +75,9 @@ def foot_contacts(
     weight = model.mass * GRAVITY
     found: dict[Side, Stances] = {}
     for column, side in enumerate(SIDES):
-        shape = outline(body, side)
+        heel = heel_of(body, side)
         vertical = rollout.ground_reaction[:, column, 2]
-        places, paths, bounces, transients = [], [], [], []
+        places, bounces, transients = [], [], []
         for start, end in zip(cycles.starts[side], cycles.ends[side], strict=True):
             # a heel strike that starts a whole cycle is followed by one toe-off within it
             toe_offs = cycles.events[side].toe_offs
@@ -138,32 +90,10 @@ def foot_contacts(
             flat = start + round(FLAT * (stop - start))
             pose = segment_frames(body, rollout.positions[flat : flat + 1])[0]
             foot = pose[SEGMENTS.index(f"foot_{side[0]}")]
-            place = foot[:2, :3] @ shape.heel + foot[:2, 3]
-            path = _over_stance(rollout.centre_of_pressure[start:stop, column, :2])
-            places.append(place)
-            # the columns of `_axes` are unit vectors: the product is the place along and across the
-            # foot
-            paths.append((path - place) @ _axes(foot, side) / shape.length)
+            places.append(foot[:2, :3] @ heel + foot[:2, 3])
         found[side] = Stances(
             np.array(places).reshape(-1, 2),
-            np.array(paths).reshape(-1, SAMPLES, 2),
             np.array(bounces, dtype=float),
             np.array(transients, dtype=float),
-            shape,
         )
     return found
-
-
-def _over_stance(path: Array) -> Array:
-    """(101, 2) of the centre of pressure (T, 2) over a stance; gaps without load are bridged."""
-    known = np.isfinite(path).all(axis=1)
-    share = np.linspace(0.0, 1.0, len(path))[known]
-    at = np.linspace(0.0, 1.0, SAMPLES)
-    return np.column_stack([np.interp(at, share, column) for column in path[known].T])
-
-
-def _axes(foot: Array, side: Side) -> Array:
-    """(2, 2) horizontal unit vectors along a foot (4, 4) and towards the midline, in columns."""
-    x, y = foot[:2, 0] / np.linalg.norm(foot[:2, 0])
-    medial = 1.0 if side == "right" else -1.0
-    return np.array([[x, -medial * y], [y, medial * x]])

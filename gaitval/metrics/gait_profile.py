@@ -19,9 +19,13 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import Subject
+from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
+from gaitval.gait.record import GaitRecord
+from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.curve_results import GaitProfile
+from gaitval.metrics.curve_results import GaitProfile, GaitProfiles, WalkStatistics, by_kind
+from gaitval.metrics.origin import Origins
 
 SMALLEST_DIFFERENCE: Final = 1.6
 """Degrees: minimal clinically important difference of the score (Baker et al. 2012)."""
@@ -62,3 +66,28 @@ def gait_profile(angles: Mapping[str, Array], controls: Mapping[str, Array]) -> 
     # RMS over both sides, which have the same variables
     total = math.hypot(right, left) / math.sqrt(2.0)
     return GaitProfile(scores=scores, right=right, left=left, total=total)
+
+
+def walk_statistics(
+    curves: Curves, progression: Mapping[str, Array], record: GaitRecord, origins: Origins
+) -> WalkStatistics | None:
+    """The scores of a walk's `curves` (n, 101) and of `record`, whose angles come from `origins`,
+    with the `progression` of the feet (`foot_progression`); None with fewer than two cycles.
+    """
+    cycles = by_kind(curves)
+    if min(len(curve) for kind in cycles.values() for curve in kind.values()) < 2:
+        return None
+    walked = {name: curve.mean(axis=0) for name, curve in cycles["angles"].items()}
+    phase, controls = np.linspace(0.0, 1.0, SAMPLES), load_controls().curves
+    of_record = {name: np.degrees(curve(phase)) for name, curve in record.angles.items()}
+    turned = {name: np.degrees(curve.mean(axis=0)) for name, curve in progression.items()}
+    both = {name: curve for name, curve in {**walked, **turned}.items() if name in of_record}
+    # scored on the same variables, else the two totals could not be compared
+    same = {name: of_record[name] for name in both}
+    recorded = set(origins["angles"].values()) == {"recorded"}
+    profiles = GaitProfiles(
+        variables=[n for n in PROFILE_ANGLES if f"{n}_r" in both and f"{n}_l" in both],
+        record=gait_profile(same, controls) if recorded else None,
+        walk=gait_profile(both, controls),
+    )
+    return WalkStatistics(profiles=profiles)

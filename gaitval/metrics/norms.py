@@ -18,7 +18,7 @@ from gaitval.datasets.plausible import ADULT
 from gaitval.datasets.subject import Subject
 from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.sampling import SAMPLES
-from gaitval.metrics.curve_results import KINDS, AgeGroup, Kind
+from gaitval.metrics.curve_results import KINDS, Kind
 from gaitval.metrics.unrecorded import STEP_WIDTH
 
 MIDDLE: Final[Mapping[str, float]] = {"speed": 0.4, "age": 40.0}
@@ -90,9 +90,6 @@ def norms_at(walking_speed: float, leg_length: float, age_years: float | None) -
     return found
 
 
-BAND: Final = 2.0
-"""Standard deviations between healthy people on both sides of their mean; 95 % of them."""
-
 HealthyBands = dict[Kind, dict[str, tuple[Array, Array]]]
 """Mean and standard deviation, (101,) each, by kind and curve."""
 
@@ -100,29 +97,7 @@ HealthyBands = dict[Kind, dict[str, tuple[Array, Array]]]
 @cache
 def healthy_bands() -> HealthyBands:
     """Angles and moments of typically developing children: `healthy_bands.csv`."""
-    return _read_bands("healthy_bands.csv")
-
-
-@cache
-def adult_bands() -> HealthyBands:
-    """Angles of 42 adults: `adult_bands.csv`. No moments of as many adults may be shipped."""
-    return _read_bands("adult_bands.csv")
-
-
-def bands_beside(age_years: float | None) -> tuple[HealthyBands, dict[str, AgeGroup]]:
-    """The bands for a person of `age_years` (unknown: an adult), and whose they are by kind of
-    curve.
-    """
-    grown = age_years is None or age_years >= ADULT
-    bands = {**healthy_bands(), **(adult_bands() if grown else {})}
-    people: dict[str, AgeGroup] = {
-        kind: "adults" if grown and kind in adult_bands() else "children" for kind in bands
-    }
-    return bands, people
-
-
-def _read_bands(name: str) -> HealthyBands:
-    header, rows = shipped_table("gaitval.metrics", name)
+    header, rows = shipped_table("gaitval.metrics", "healthy_bands.csv")
     table = np.array([cells for _, cells in rows], dtype=float)
     at, found = np.arange(SAMPLES), dict[Kind, dict[str, tuple[Array, Array]]]()
     for column in range(1, len(header), 2):

@@ -25,7 +25,7 @@ from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.baselines import GROUPS
-from gaitval.metrics.comparison import rms
+from gaitval.metrics.comparison import multiple_correlation, rms
 from gaitval.metrics.curve_results import (
     CURVE_UNITS,
     KINDS,
@@ -51,7 +51,6 @@ from gaitval.metrics.results import (
 )
 from gaitval.metrics.typed import array, number, numbers, rounded, sided
 from gaitval.metrics.verdict_rows import CONFIDENCE
-from gaitval.metrics.walk_statistics import multiple_correlation
 from gaitval.prediction.known import known_record
 from gaitval.prediction.speed import trials_known
 

@@ -7,7 +7,7 @@ have many parts, each of which is one model.
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-from pydantic import AliasChoices, Field, model_validator
+from pydantic import Field, model_validator
 
 from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval._internal.text.display import Displayed
@@ -47,7 +47,6 @@ from gaitval.metrics.typed import (
     Sides,
     Size,
     StrictPositive,
-    as_version,
     named,
     same_version,
 )
@@ -61,8 +60,6 @@ if TYPE_CHECKING:
 METRICS: Final = "metrics.json"
 SCHEMA_VERSION: Final = 13
 """Of `metrics.json`."""
-OTHER_KEYS: Final = SCHEMA_VERSION - 1
-"""The version that is the same with other keys (`told`, `witness`), and is read."""
 IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""
 
@@ -101,30 +98,10 @@ class Repeat(Result):
     """By measure and target."""
 
 
-class PressurePath(Result):
-    """Centre of pressure over stance in the footprint, % of foot length from the heel, towards
-    the midline.
-    """
-
-    along: MeanCurve
-    across: MeanCurve
-
-
-PROGRESS_AT: Final = ("10", "50", "90")
-"""% of stance at which the centre of pressure is reported."""
-_PERCENT, _PERCENTS = named(PROGRESS_AT)
-
-
 class FootContact(Result):
     """How one foot met the ground, see gaitval/metrics/foot_contact.py."""
 
     stances: Count
-    foot_length_m: StrictPositive
-    spheres: list[Annotated[list[Number], Field(min_length=3, max_length=3)]]
-    """Along, across and radius of each contact sphere in the footprint, foot lengths."""
-    path: PressurePath
-    progress: Annotated[dict[Annotated[str, _PERCENT], Number | None], *_PERCENTS]
-    """Centre of pressure at % of stance, % of foot length from the heel."""
     bounces_per_stance: Number | None
     transient_peak: Number | None
     """Largest unfiltered vertical force in the first 15 % of stance, % BW, mean."""
@@ -215,44 +192,21 @@ class StoredPushes(Result):
     """Of pushes to the side; none in folders of earlier versions."""
 
 
-PARTS: Final = ("feed_forward", "servo", "policy", "passive")
-"""Of the moment at a coordinate."""
-
-
-class MomentShare(Result):
-    """A part of the moment at a coordinate, see gaitval/metrics/torque_shares.py."""
-
-    rms: Size
-    """Nm/kg."""
-    r_squared: Number | None
-    """Share of the moment's variance that the part alone explains: 1 − residual over variance,
-    below 0 where the part alone is worse than the mean; null for a constant moment."""
-
-
-_PART, _PARTS = named(PARTS)
-TorqueShares = dict[str, Annotated[dict[Annotated[str, _PART], MomentShare], *_PARTS]]
-"""By actuated coordinate and part."""
-
-
 class StoredStarts(Result):
     """How far the corrected walker got from every start phase, see `rollouts.walked_far`."""
 
     starts: list[Endurance]
 
 
-class StoredWalks(Result):
+class StoredWalks(OpenResult):
     """How far the rollout from each start phase went: `rollouts/walks.json`, with all digits."""
 
     nominal: list[Endurance]
     identified: list[Endurance] | None = None
-    second_engine: Endurance | None = Field(
-        None, validation_alias=AliasChoices("second_engine", "witness")
-    )
+    second_engine: Endurance | None = None
     """In the second physics engine."""
     centring: Size | None = None
     """Share of the policy's action bias that was taken away, if not the configured one."""
-    torque_shares: TorqueShares | None
-    """Of the walk that is validated."""
 
 
 class Summary(Result):
@@ -597,7 +551,7 @@ class Metrics(Displayed, Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Annotated[Literal[13], as_version(SCHEMA_VERSION, OTHER_KEYS)]
+    schema_version: Literal[13]
     subject: SubjectResult
     units: CurveUnits
     method: Method
@@ -605,9 +559,7 @@ class Metrics(Displayed, Result):
     recorded: list[RecordedQuantity]
     """Where moments and forces are missing, those of `record` are only expected, from other people,
     and nothing is judged by them."""
-    known: Annotated[dict[Annotated[str, _QUANTITY], list[ReadBy]], *_QUANTITIES] = Field(
-        validation_alias=AliasChoices("known", "told")
-    )
+    known: Annotated[dict[Annotated[str, _QUANTITY], list[ReadBy]], *_QUANTITIES]
     """What read each quantity of the record before the comparison; nothing where it is empty."""
     predictions: list[PredictionResult]
     """Of the record, without a model; skill is relative to the first."""
@@ -628,11 +580,7 @@ class Metrics(Displayed, Result):
     known_to: list[KnownTo]
     """What the error of each group of curves is known to."""
     push_recovery: PushRecovery | None
-    torque_shares: TorqueShares | None = None
-    """Of the final walk."""
-    second_engine: SecondEngineResult | None = Field(
-        None, validation_alias=AliasChoices("second_engine", "witness")
-    )
+    second_engine: SecondEngineResult | None = None
     curve_statistics: WalkStatistics | None = None
     """Of the final walk; null with fewer than two gait cycles."""
     identification: IdentificationResult | None
@@ -720,7 +668,6 @@ def metrics_from(values: Any, origin: str) -> Metrics:
         origin,
         file="metrics.json",
         version=SCHEMA_VERSION,
-        also=(OTHER_KEYS,),
         fix="Write it again: `gaitval stage validate SUBJECT` in a run folder, `gaitval baseline` "
         "for a stored baseline.",
     )

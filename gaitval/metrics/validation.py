@@ -45,13 +45,13 @@ from gaitval.metrics.curve_results import (
     PredictionResult,
     RecordedFigures,
     RecordResult,
-    WalkStatistics,
     by_kind,
     mean_curves,
 )
 from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import Stances, foot_contacts
+from gaitval.metrics.gait_profile import walk_statistics
 from gaitval.metrics.learning_gain import LearningGain
 from gaitval.metrics.origin import SKILLS, Origins, uses
 from gaitval.metrics.other_trials import unseen
@@ -75,7 +75,6 @@ from gaitval.metrics.results import (
     Spatiotemporal,
     SpatiotemporalResult,
     SubjectResult,
-    TorqueShares,
     WalkedCurves,
     WalkResult,
     WalkResults,
@@ -102,7 +101,6 @@ from gaitval.metrics.walk_quantities import (
     quantity_results,
     stored_quantities,
 )
-from gaitval.metrics.walk_statistics import walk_statistics
 from gaitval.metrics.whole_body import centre_of_mass_measures, walked_centre_of_mass
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
@@ -141,8 +139,7 @@ class StageResults:
 
     Attributes
     ----------
-    identification, correction, training, torque_shares : stored unchanged; the shares are of the
-        validated rollout.
+    identification, correction, training : stored unchanged.
     pushes : of the validated body.
     second_engine : the compared rollout of that body in the second engine.
     again : what was measured of repeated walks (`repeats.repeated_walks`).
@@ -155,7 +152,6 @@ class StageResults:
     correction: CorrectionResult | None = None
     training: LearningGain | None = None
     pushes: PushRecovery | None = None
-    torque_shares: TorqueShares | None = None
     second_engine: Rollouts | None = None
     again: Sequence[Repeat] = ()
     centring: float | None = None
@@ -429,20 +425,6 @@ def _second_engine(
     )
 
 
-def _statistics(
-    rollout: Rollout, compared: _Compared, of: Comparator, age_years: float | None
-) -> WalkStatistics | None:
-    """The statistics of whole curves."""
-    return walk_statistics(
-        compared.curves,
-        foot_progression(rollout, compared.cycles, of.model),
-        of.record,
-        by_kind(of.curves),
-        of.baselines.origins,
-        age_years=age_years,
-    )
-
-
 def provenance_of(
     subject: str, settings: Mapping[str, object], recorded: RecordResult
 ) -> Provenance:
@@ -572,8 +554,12 @@ def validate(
             lights=found.lights,
             known_to=found.known_to,
             push_recovery=by.pushes,
-            torque_shares=by.torque_shares,
-            curve_statistics=_statistics(last.compared, compared, of, subject.age_years),
+            curve_statistics=walk_statistics(
+                compared.curves,
+                foot_progression(last.compared, compared.cycles, of.model),
+                of.record,
+                of.baselines.origins,
+            ),
             second_engine=found.second_engine,
             identification=by.identification,
             correction=by.correction,

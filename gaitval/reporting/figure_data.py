@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 from gaitval._internal.io.artefacts import write_text
 from gaitval._internal.io.text_tables import csv_text
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES
-from gaitval.metrics.results import Metrics, PlacedFoot, PushRecovery, PushTrace, StoredPushes
-from gaitval.metrics.whole_body import AXES
+from gaitval.metrics.results import Metrics, PlacedFoot, PushRecovery, StoredPushes
 
 FOLDER: Final = "figures"
 """Folder of the tables, beside the page."""
@@ -54,20 +52,15 @@ def write_tables(folder: Path, tables: Mapping[str, str]) -> None:
         write_text(folder / FOLDER / f"{name}.csv", text)
 
 
-def of_run(
-    metrics: Metrics, training: Mapping[str, Array] | None, pushes: StoredPushes | None
-) -> Tables:
-    """Tables of the figures of a run with the results `metrics`, by the names of the figures: from
-    `training`, the columns of the learning curve, and of the walks in `pushes`, if there are any.
+def of_run(metrics: Metrics, pushes: StoredPushes | None) -> Tables:
+    """Tables of the figures of a run with the results `metrics`, by the names of the figures, and
+    of its `pushes`, if there are any.
     """
-    tables = {"pressure": _pressure(metrics), "centre_of_mass": _centre_of_mass(metrics)}
+    tables = {}
     if metrics.push_recovery is not None:
         tables["stability"] = _stability(metrics.push_recovery)
     if pushes is not None:
-        tables["push_velocity"] = _push_velocity(pushes.traces)
         tables["foot_placement"] = _placed(pushes.placed)
-    if training is not None:
-        tables["learning"] = table(training)
     return tables
 
 
@@ -78,30 +71,6 @@ def compared_name(metrics: Metrics) -> str:
     return "record" if metrics.is_recorded_at_all else "predicted"
 
 
-def _pressure(metrics: Metrics) -> str:
-    contact = metrics.walk.foot_contact
-    columns: dict[str, Column] = {"percent_of_stance": _PERCENT}
-    for side in SIDES:
-        path = contact.of(side).path
-        # in the order of the names, as files have it
-        for way, curve in (("across", path.across), ("along", path.along)):
-            columns[f"{way}_{side}_mean_percent_foot"] = curve.mean
-            columns[f"{way}_{side}_sd_percent_foot"] = curve.sd
-    return table(columns)
-
-
-def _centre_of_mass(metrics: Metrics) -> str:
-    """In mm, as drawn."""
-    walked = metrics.walk.centre_of_mass
-    columns: dict[str, Column] = {"percent": _PERCENT}
-    recorded = compared_name(metrics), metrics.record.centre_of_mass
-    for name, path in (recorded, ("mean", walked)):
-        # without a walk there are no columns, hence not strict
-        for axis, values in zip(AXES, np.array(path).T if path else (), strict=False):
-            columns[f"{axis}_{name}_mm"] = 1e3 * values
-    return table(columns)
-
-
 def _stability(pushes: PushRecovery) -> str:
     rows = [
         (phase, direction, force)
@@ -109,17 +78,6 @@ def _stability(pushes: PushRecovery) -> str:
         for direction, force in zip(pushes.directions, forces, strict=True)
     ]
     return _of_rows(("phase", "direction_deg", "largest_survived_n"), rows)
-
-
-def _push_velocity(traces: Sequence[PushTrace]) -> str:
-    """As simulated, m/s; the figure shows its change from the cycle before the push."""
-    rows = [
-        (trace.phase, trace.direction, cycle, *velocity[:2])
-        for trace in traces
-        for cycle, velocity in zip(trace.cycles, trace.velocity, strict=True)
-    ]
-    names = ("phase", "direction_deg", "cycles_since_push", "forward_m_s", "left_m_s")
-    return _of_rows(names, rows)
 
 
 def _placed(placed: Sequence[PlacedFoot]) -> str:

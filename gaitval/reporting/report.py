@@ -9,8 +9,6 @@ from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 
-from gaitval._internal.io.artefacts import write_text
-from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject import Subject
@@ -26,7 +24,6 @@ from gaitval.metrics.results import (
     FoundParameters,
     HeldOutError,
     Metrics,
-    PushRecovery,
     StoredPushes,
 )
 from gaitval.metrics.tolerances import Verdict
@@ -41,18 +38,16 @@ from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
     balance_figure,
     body_bars,
-    checklist,
-    curve_statistics,
     figure_data,
     figures,
+    healthy_profile,
     prediction_part,
     run_grids,
     tables,
 )
-from gaitval.reporting.checklist import ChecklistRow
-from gaitval.reporting.curve_statistics import Healthy
 from gaitval.reporting.facts import measured_force
 from gaitval.reporting.figures import NAMES
+from gaitval.reporting.healthy_profile import Healthy
 from gaitval.reporting.page import Draw, counted, write_page
 from gaitval.reporting.replay import SCRIPTS, Picture, walk_pictures
 from gaitval.reporting.run_files import RunFiles, read_run
@@ -179,41 +174,6 @@ def _correlated(found: FoundParameters | None) -> list[tuple[str, str, float]]:
     return sorted(pairs, key=lambda pair: -abs(pair[2]))[:6]
 
 
-class PushCell(NamedTuple):
-    """Largest force survived in a direction, N, whether a push of the criterion ends in a fall, and
-    whether no larger one was tried.
-    """
-
-    force: float
-    fell: bool
-    ceiling: bool
-
-
-class PushRow(NamedTuple):
-    """Pushes at a phase of the right cycle: how many of the criterion's were stood."""
-
-    phase: float
-    cells: Sequence[PushCell]
-    stood: int
-    tested: int
-
-
-def _push_rows(pushes: PushRecovery | None) -> list[PushRow]:
-    if pushes is None:
-        return []
-    rows = []
-    for phase, largest, survived in zip(
-        pushes.phases, pushes.largest, pushes.survived, strict=True
-    ):
-        stood = dict(zip(pushes.criterion_directions, survived, strict=True))
-        cells = [
-            PushCell(force, stood.get(direction) is False, force >= pushes.ceiling)
-            for direction, force in zip(pushes.directions, largest, strict=True)
-        ]
-        rows.append(PushRow(phase, cells, sum(survived), len(survived)))
-    return rows
-
-
 class CorrectedGroup(NamedTuple):
     """Mean RMSE of a kind of curves from the target, without the correction and with it."""
 
@@ -288,14 +248,12 @@ class Curves:
     findings : what their headings say, by kind.
     figures : tables of quantities, in two columns.
     notes : what a reader of these must know.
-    as_measured : errors against a record whose plates are not corrected.
     """
 
     findings: Mapping[str, tables.CurveFinding | None]
     errors: Sequence[tables.ErrorTable]
     figures: Sequence[Sequence[tables.ShownFigures]]
     notes: Sequence[str]
-    as_measured: Sequence[tables.MeasuredRow]
     names: ClassVar = NAMES
 
 
@@ -349,9 +307,12 @@ class Body:
 
 @dataclass(frozen=True)
 class Pushes:
-    """The section on pushes; without rows if none were tested."""
+    """The section on pushes: of those that must be survived how many were `stood` of the `tested`,
+    and how the next foot is placed.
+    """
 
-    rows: Sequence[PushRow]
+    stood: int
+    tested: int
     kept_distance: Mapping[str, float] | None
 
 
@@ -363,7 +324,6 @@ class ReportPage:
 
     run: RunFiles
 
-    not_done: ClassVar = checklist.NOT_DONE
     filter_factor: ClassVar = FACTOR
 
     @property
@@ -418,11 +378,6 @@ class ReportPage:
         return measured_force(self.metrics.record)
 
     @property
-    def goals_here(self) -> int:
-        """Goals of the second engine that this walk reaches."""
-        return tables.goals_here(self.metrics)
-
-    @property
     def counted(self) -> Mapping[str, object]:
         """How the angles of figures are counted."""
         return counted(self.run.configuration.report.convention)
@@ -445,7 +400,6 @@ class ReportPage:
             tables.error_tables(self.metrics),
             tables.in_halves(tables.figure_tables(self.metrics)),
             run_grids.notes(self.metrics),
-            tables.as_measured(self.metrics),
         )
 
     @cached_property
@@ -495,27 +449,14 @@ class ReportPage:
         """How the walker recovers."""
         stored = self.run.stages.pushes
         distance = balance_figure.kept_distance(stored.placed if stored else ())
-        return Pushes(_push_rows(self.metrics.push_recovery), distance)
+        found = self.metrics.push_recovery
+        survived = [] if found is None else [each for row in found.survived for each in row]
+        return Pushes(sum(survived), len(survived), distance)
 
     @cached_property
     def correction(self) -> Correction | None:
         """Of the reference."""
         return _correction(self.metrics)
-
-    @cached_property
-    def torque(self) -> Sequence[tables.TorqueRow]:
-        """Where the joint moments come from."""
-        return tables.torque_shares(self.metrics)
-
-    @cached_property
-    def engines(self) -> Sequence[tables.EngineRow]:
-        """Where the engines differ most."""
-        return tables.second_engine(self.metrics)
-
-    @cached_property
-    def checks(self) -> Sequence[ChecklistRow]:
-        """The checklist of credibility."""
-        return checklist.checklist(self.metrics, checklist.beside_metrics(self.run))
 
     @cached_property
     def drawings(self) -> Mapping[str, Draw]:
@@ -524,13 +465,13 @@ class ReportPage:
         drawings = self._grids[0] | prediction_part.figure(self.metrics)[0]
         if stages.body is not None:
             drawings["body"] = partial(body_bars.draw, stages.body.bars)
-        return drawings | _drawings(self.metrics, stages.training, stages.pushes)
+        return drawings | _drawings(self.metrics, stages.pushes)
 
     @cached_property
     def data(self) -> Mapping[str, str]:
         """The numbers behind the figures."""
         stages = self.run.stages
-        numbers = figure_data.of_run(self.metrics, stages.training, stages.pushes)
+        numbers = figure_data.of_run(self.metrics, stages.pushes)
         return self._grids[1] | prediction_part.figure(self.metrics)[1] | numbers
 
     @cached_property
@@ -542,31 +483,22 @@ class ReportPage:
         )
 
 
-def _drawings(
-    metrics: Metrics, training: Mapping[str, Array] | None, pushes: StoredPushes | None
-) -> dict[str, Draw]:
+def _drawings(metrics: Metrics, pushes: StoredPushes | None) -> dict[str, Draw]:
     """What draws each figure but the grids. Figures contain no text from outside."""
-    drawings: dict[str, Draw] = {
-        "pressure": partial(figures.pressure_path, metrics),
-        "centre_of_mass": partial(figures.centre_of_mass, metrics),
-    }
+    drawings: dict[str, Draw] = {}
     if metrics.push_recovery is not None:
         drawings["stability"] = partial(figures.stability_regions, metrics.push_recovery)
-    if pushes is not None:
-        drawings["push_velocity"] = partial(figures.push_velocity, pushes.traces)
     if pushes is not None and balance_figure.kept_distance(pushes.placed):
         draw = partial(balance_figure.foot_placement, {"": pushes.placed})
         drawings[balance_figure.NAME] = draw
-    if training is not None:
-        drawings["learning"] = partial(figures.learning, training)
     if (whole := metrics.curve_statistics) is not None:
-        drawings["gait_profile"] = partial(curve_statistics.profile, whole.profiles)
+        drawings["gait_profile"] = partial(healthy_profile.profile, whole.profiles)
     return drawings
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
-    """Write `report.html` and `report.pdf` of a run `folder`, `report-details.html`, which stands
-    behind them, and the checklist as CSV.
+    """Write `report.html` and `report.pdf` of a run `folder`, and `report-details.html`, which
+    stands behind them.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so. `settings`, texts
@@ -575,7 +507,6 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     used.
     """
     page = ReportPage(read_run(folder, settings))
-    write_text(folder / "checklist.csv", checklist.as_csv(page.checks))
     context = {
         "page": page,
         "picture": page.picture,

@@ -5,12 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-import numpy as np
-
 from gaitval._internal.io import file_gate
 from gaitval._internal.io.artefacts import file_hash, read_json, read_toml
 from gaitval._internal.io.build_info import minute_of
-from gaitval.arrays import Array
 from gaitval.configuration import Configuration, RecordSettings, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
@@ -22,7 +19,6 @@ from gaitval.model.body import BodyModel
 from gaitval.model.devices.device import Device, devices_of
 from gaitval.model.devices.drawn import DEVICES_FILE
 from gaitval.model.urdf import read_urdf
-from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.rollout import Rollout
 
@@ -100,11 +96,9 @@ class StageFiles(NamedTuple):
 
     Attributes
     ----------
-    training : columns of the learning curve.
     body : what was learned of the body, in sentences and bars.
     """
 
-    training: Mapping[str, Array] | None
     pushes: StoredPushes | None
     scaling: Sequence[ScaledRow] | None
     body: StoredBody | None
@@ -160,7 +154,6 @@ def read_run(folder: Path, settings: Sequence[str] = ()) -> RunFiles:
         metrics,
         read_walk(folder, metrics),
         StageFiles(
-            _training(folder),
             _pushes(folder),
             _scaling(folder),
             read_body(folder) if "identification" in metrics.known["angles"] else None,
@@ -230,17 +223,6 @@ def _scaling(folder: Path) -> list[ScaledRow] | None:
         ScaledRow._make((*(row.get(n, "") for n in texts), *(_number(row[n]) for n in numbers)))
         for row in rows
     ]
-
-
-def _training(folder: Path) -> dict[str, Array] | None:
-    """Columns of the learning curve; None without the file or before its first row."""
-    rows = _csv(folder / "policy" / "training.csv", LEARNING_CURVES, "train")
-    if not rows:
-        return None
-    return {
-        name: np.array([_number(row[name]) for row in rows], dtype=float)
-        for name in LEARNING_CURVES
-    }
 
 
 def _pushes(folder: Path) -> StoredPushes | None:

@@ -1,10 +1,4 @@
-"""The first page of a report: what decides, on one sheet of paper.
-
-Every number on it is a `Cell`, which says where it was read: a place in `metrics.json`
-("metrics.json#/summary/accepted"), in `subject.toml`, among the norms of the person's speed and age
-("norms#parameter/cadence/mean") or among the controls of the Gait Profile Score. A number made of
-several has all their places and how it was made; tests/reporting/test_sheet.py makes each anew.
-"""
+"""The first page of a report: what decides, on one sheet of paper."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,14 +11,13 @@ from gaitval.datasets.subject import Subject
 from gaitval.metrics.curve_results import CurveLight, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
-from gaitval.metrics.results import METRICS, Metrics
+from gaitval.metrics.results import Metrics
 from gaitval.metrics.verdicts import (
     CURVE_NAMES,
     LimitVerdict,
     counted_limits,
     failed_limits,
 )
-from gaitval.reporting.facts import at
 from gaitval.reporting.figures import NAMES
 from gaitval.reporting.tables import CURVES
 
@@ -37,33 +30,22 @@ PLATES_UNCERTAIN: Final = 0.02
 
 
 class Cell(NamedTuple):
-    """A number and where it is from.
+    """A number and how it is printed.
 
     Attributes
     ----------
     digits : decimals; below zero, as many figures that count, without zeros at the end.
-    source : "file#place", several apart by spaces.
-    how : what is made of them: "mean", "sum", "count", or as the test names it.
-    scale : the printed number over the one made.
     """
 
     value: float | None
-    digits: int
-    source: str
-    how: str = ""
-    scale: float = 1.0
-
-    @property
-    def shown(self) -> float | None:
-        """The number as printed."""
-        return None if self.value is None else self.scale * self.value
+    digits: int = 0
 
     @property
     def text(self) -> str:
         """The number as printed, with a decimal point; a dash if there is none."""
         if self.digits >= 0:
-            return number(self.shown, self.digits)
-        text = rough(self.shown, -self.digits)
+            return number(self.value, self.digits)
+        text = rough(self.value, -self.digits)
         return text.rstrip("0").rstrip(".") if "." in text else text
 
 
@@ -73,21 +55,6 @@ class SheetWarning(NamedTuple):
     kind: str
     cells: Mapping[str, Cell] = MappingProxyType({})
     words: Mapping[str, str] = MappingProxyType({})
-
-
-def _read(metrics: Metrics, *pointers: str, digits: int, how: str = "", scale: float = 1.0) -> Cell:
-    """The number at a place in `metrics`, or one made of several."""
-    found = [at(metrics, pointer) for pointer in pointers]
-    known = [float(each) for each in found if isinstance(each, int | float)]
-    value = None
-    if len(known) == len(found):
-        value = sum(known) / (len(known) if how == "mean" else 1)
-    places = " ".join(f"{METRICS}#{pointer}" for pointer in pointers)
-    return Cell(value, digits, places, how, scale)
-
-
-def _count(value: int, how: str) -> Cell:
-    return Cell(value, 0, f"{METRICS}#/tolerances", how)
 
 
 @dataclass(frozen=True)
@@ -132,20 +99,19 @@ def sheet(metrics: Metrics, subject: Subject) -> Sheet:
     """The sheet of a run of `subject` with the results `metrics`."""
     failed = failed_limits(metrics)
     counts = {
-        f"{which}_{role}": _count(
-            sum(which == "all" or not each.passed for each in counted_limits(metrics, role)),
-            f"{which} limits {role}",
+        f"{which}_{role}": Cell(
+            sum(which == "all" or not each.passed for each in counted_limits(metrics, role))
         )
         for role in ("acceptance", "context")
         for which in ("all", "failed")
     }
     return Sheet(
         counts=counts,
-        accepted=_read(metrics, "/summary/accepted", digits=0),
-        judged=_read(metrics, "/summary/accepted", "/summary/refused", digits=0, how="sum"),
+        accepted=Cell(metrics.summary.accepted),
+        judged=Cell(metrics.summary.accepted + metrics.summary.refused),
         repeats=_repeats(metrics),
-        failed=[_failed(metrics, each) for each in failed[:FAILED_SHOWN]],
-        more=_count(max(0, len(failed) - FAILED_SHOWN), "unlisted limits"),
+        failed=[_failed(each) for each in failed[:FAILED_SHOWN]],
+        more=Cell(max(0, len(failed) - FAILED_SHOWN)),
         known=["speed", *(name for name, by in metrics.known.items() if by)],
         held_out=[name for name in metrics.recorded if not metrics.known[name]],
         parameters=_parameters(metrics, subject),
@@ -157,30 +123,26 @@ def sheet(metrics: Metrics, subject: Subject) -> Sheet:
         reasons=_reasons(metrics),
         known_to=_known_to(metrics),
         guess={
-            name: _read(metrics, f"/summary/guess_{name}", digits=0)
-            for name in ("passes", "judged")
+            "passes": Cell(metrics.summary.guess_passes),
+            "judged": Cell(metrics.summary.guess_judged),
         },
     )
 
 
 def _repeats(metrics: Metrics) -> dict[str, Cell]:
     """The weakest accepted value over the walks from other starts, and the pushes survived."""
-    rows = [
-        (index, row)
-        for index, row in enumerate(metrics.tolerances)
+    spreads = [
+        (row.measure == "push_survival", row.spread)
+        for row in metrics.tolerances
         if row.role == "acceptance" and row.spread is not None
     ]
     found = {}
-    walks = [(i, row.spread) for i, row in rows if row.measure != "push_survival" and row.spread]
-    if walks:
-        index, _ = min(walks, key=lambda pair: pair[1].kept / max(1, pair[1].repeats))
-        for name in ("kept", "repeats"):
-            found[name] = _read(metrics, f"/tolerances/{index}/spread/{name}", digits=0)
-    pushes = [index for index, row in rows if row.measure == "push_survival"]
-    if pushes:
-        for name in ("kept", "repeats"):
-            places = [f"/tolerances/{index}/spread/{name}" for index in pushes]
-            found[f"pushes_{name}"] = _read(metrics, *places, digits=0, how="sum")
+    if walks := [spread for pushed, spread in spreads if not pushed]:
+        weakest = min(walks, key=lambda spread: spread.kept / max(1, spread.repeats))
+        found = {"kept": Cell(weakest.kept), "repeats": Cell(weakest.repeats)}
+    if pushes := [spread for pushed, spread in spreads if pushed]:
+        found["pushes_kept"] = Cell(sum(spread.kept for spread in pushes))
+        found["pushes_repeats"] = Cell(sum(spread.repeats for spread in pushes))
     return found
 
 
@@ -201,28 +163,25 @@ class FailedLimit(NamedTuple):
     remedy: str
 
 
-def _failed(metrics: Metrics, limit: LimitVerdict) -> FailedLimit:
+def _failed(limit: LimitVerdict) -> FailedLimit:
     """A failed limit: the limit itself, the best guess of its group on its side, or what the record
     is known to, with the value on its other side.
     """
     worst = limit.worst
-    index = next(i for i, row in enumerate(metrics.tolerances) if row is worst)
-    place, missed = f"/tolerances/{index}", next(iter(worst.failed_by), "limit")
-    value, bound = {
-        "limit": ("value", "tolerance"),
-        "guess": ("guess/walk", "guess/error"),
-        "record": ("value", "known"),
-    }[missed]
+    missed = next(iter(worst.failed_by), "limit")
+    value, bound = worst.value, worst.known if missed == "record" else worst.tolerance
+    if missed == "guess" and worst.guess is not None:
+        value, bound = worst.guess.walk, worst.guess.error
     return FailedLimit(
         role=worst.role,
         title=worst.title,
-        value=_beside(limit, _read(metrics, f"{place}/{value}", digits=-2)),
-        limit=_read(metrics, f"{place}/{bound}", digits=-3 if missed == "limit" else -2),
+        value=_beside(limit, Cell(value, -2)),
+        limit=Cell(bound, -3 if missed == "limit" else -2),
         missed=None if missed == "limit" else missed,
         sign="<" if missed == "guess" else limit.limit_text().split()[0],
         unit=unit_text(worst.unit).strip(),
-        failed=_count(len(limit.failed), f"failed rows {worst.id}"),
-        all=_count(len(limit.rows), f"all rows {worst.id}"),
+        failed=Cell(len(limit.failed)),
+        all=Cell(len(limit.rows)),
         remedy=limit.remedy,
     )
 
@@ -252,22 +211,19 @@ def _people(metrics: Metrics, subject: Subject) -> dict[str, Cell]:
     normal = norms(subject)
     if not {*_PEOPLE.values()} <= set(normal):
         return {}
-    found = {
-        name: Cell(normal[each].people, 0, f"norms#{each}/people") for name, each in _PEOPLE.items()
-    }
+    found = {name: Cell(normal[each].people) for name, each in _PEOPLE.items()}
     if metrics.curve_statistics is not None:
         from gaitval.gait.healthy_controls import load_controls
 
-        found["score"] = Cell(load_controls().people, 0, "controls#people")
+        found["score"] = Cell(load_controls().people)
     return found
 
 
 class LightRow(NamedTuple):
-    """The lights of a curve by side, as in the metrics, and where they stand there."""
+    """The lights of a curve by side, as in the metrics."""
 
     name: str
     lights: Mapping[Side, CurveLight]
-    sources: Mapping[Side, str]
 
 
 def _lights(metrics: Metrics) -> dict[str, list[LightRow]]:
@@ -277,7 +233,6 @@ def _lights(metrics: Metrics) -> dict[str, list[LightRow]]:
             LightRow(
                 NAMES[name],
                 {side: metrics.lights.of(kind)[f"{name}_{side[0]}"] for side in SIDES},
-                {side: f"{METRICS}#/lights/{kind}/{name}_{side[0]}/light" for side in SIDES},
             )
             for name in names
         ]
@@ -322,9 +277,9 @@ def _known_to(metrics: Metrics) -> dict[str, list[tuple[Cell, str]]]:
     """What the errors of `_KNOWN` are known to by record, time step and second engine, with units;
     without those that say nothing.
     """
-    rows = [(i, row) for i, row in enumerate(metrics.known_to) if row.group in _KNOWN]
+    rows = [row for row in metrics.known_to if row.group in _KNOWN]
     found = {
-        of: [(_read(metrics, f"/known_to/{i}/{of}", digits=-2), row.unit) for i, row in rows]
+        of: [(Cell(getattr(row, of), -2), row.unit) for row in rows]
         for of in ("record", "time_step", "second_engine")
     }
     return {of: each for of, each in found.items() if any(c.value is not None for c, _ in each)}
@@ -337,17 +292,14 @@ def _push_off(metrics: Metrics) -> dict[Side, dict[str, Cell]]:
     found = {}
     for side in SIDES:
         name = f"ankle_angle_{side[0]}"
-        walk = f"/walks/{metrics.final}/joint_power/generated/{name}"
-        record = f"/record/joint_power/generated/{name}"
-        both = {"walk": _read(metrics, walk, digits=2), "record": _read(metrics, record, digits=2)}
-        walked, recorded = both["walk"].value, both["record"].value
+        recorded = metrics.record.joint_power.generated[name]
         if curve_origin("moments", name, metrics.origins) != "recorded" or not recorded:
             return {}
-        if walked is None:
+        if metrics.walk.joint_power is None:
             return {}
-        places = f"{both['walk'].source} {both['record'].source}"
-        more = Cell(walked / recorded - 1.0, 0, places, "more", 100.0)
-        found[side] = {**both, "more": more}
+        walked = metrics.walk.joint_power.generated[name]
+        more = Cell(100.0 * (walked / recorded - 1.0))
+        found[side] = {"walk": Cell(walked, 2), "record": Cell(recorded, 2), "more": more}
     return found
 
 
@@ -367,8 +319,7 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[SheetParameter]:
     """Spatiotemporal parameters of walk and record, and their norm."""
     normal = norms(subject)
     rows: list[SheetParameter] = []
-    for index, row in enumerate(metrics.walk.spatiotemporal):
-        place = f"/walks/{metrics.final}/spatiotemporal/{index}"
+    for row in metrics.walk.spatiotemporal:
         centimetres = row.name.startswith("step_")
         share = 100.0 if row.unit == "1" or centimetres else 1.0
         digits = {"1": 1, "steps/min": 1, "m": 1}.get(row.unit, 2)
@@ -376,21 +327,15 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[SheetParameter]:
         plain = row.name.removesuffix(f"_{side}")
         label = plain.removesuffix("_fraction").replace("_", " ").capitalize()
         of = {
-            name: _read(metrics, f"{place}/{of}", digits=digits, scale=share)
-            for name, of in (
-                ("mean", "mean"),
-                ("recorded", "recorded" if row.predicted is None else "predicted"),
-            )
+            name: Cell(None if value is None else share * value, digits)
+            for name, value in (("mean", row.mean), ("recorded", row.wanted))
         }
         if rows and rows[-1].label == label:  # the other side's
             rows[-1] = rows[-1]._replace(of=(*rows[-1].of, of))
             continue
         norm = f"parameter/{plain}"
         healthy = [
-            Cell(
-                float(getattr(normal[norm], name)) if norm in normal else None,
-                *(digits, f"norms#{norm}/{name}", "", share),
-            )
+            Cell(share * float(getattr(normal[norm], name)) if norm in normal else None, digits)
             for name in ("mean", "sd")
         ]
         unit = "% of cycle" if row.unit == "1" else "cm" if centimetres else row.unit
@@ -431,23 +376,18 @@ def _profile(metrics: Metrics) -> Profile | None:
         return None
     from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 
-    profiles, place = metrics.curve_statistics.profiles, "/curve_statistics/profiles"
+    profiles = metrics.curve_statistics.profiles
     controls, names = load_controls(), profiles.variables
     rows = []
     for side in SIDES:
-        for which in _WHICH:
-            if which == "record" and profiles.record is None:
-                continue
-            cells = [
-                _read(metrics, f"{place}/{which}/scores/{name}_{side[0]}", digits=1)
-                for name in names
-            ]
-            total = _read(metrics, f"{place}/{which}/{side}", digits=1)
-            rows.append(ProfileRow(side, which, [*cells, total]))
+        for which, found in (("record", profiles.record), ("walk", profiles.walk)):
+            if found is not None:
+                values = [*(found.scores[f"{name}_{side[0]}"] for name in names), found.of(side)]
+                rows.append(ProfileRow(side, which, [Cell(value, 1) for value in values]))
     # of fewer angles than theirs a score says nothing beside theirs
     scored = controls.side if len(names) == len(PROFILE_ANGLES) else (None, None)
     both = [*((name, controls.scores[name]) for name in names), ("side", scored)]
-    healthy = [[Cell(each[i], 1, f"controls#{n}/{i}") for n, each in both] for i in range(2)]
+    healthy = [[Cell(each[i], 1) for _, each in both] for i in range(2)]
     by_side = {which: [r.cells[-1] for r in rows if r.which == which] for which in _WHICH}
     known = healthy[0][-1].value is not None
     scores = {**by_side, "healthy": [each[-1] for each in healthy] if known else []}
@@ -462,7 +402,7 @@ def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
         yield SheetWarning("falls there")
     close = sum(len(each.close) for each in counted_limits(metrics, "acceptance"))
     if close:
-        yield SheetWarning("narrow", {"count": _count(close, "close acceptance")})
+        yield SheetWarning("narrow", {"count": Cell(close)})
     missing = sorted({name for name, *_ in not_recorded(metrics.origins)})
     if not metrics.is_recorded_at_all:
         yield SheetWarning("nothing recorded")
@@ -473,18 +413,13 @@ def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
     yield from _of_score(metrics)
     plates = metrics.record.plates
     if plates is not None and abs(plates.scale - 1.0) > PLATES_UNCERTAIN:
-        place = f"{METRICS}#/record/plates/scale"
-        carried = Cell(1.0 / plates.scale, 1, place, "inverse", 100.0)
-        yield SheetWarning("plates", {"carried": carried})
+        yield SheetWarning("plates", {"carried": Cell(100.0 / plates.scale, 1)})
     if not subject.uncertainty:  # an import keeps how much the strides differ
         yield SheetWarning("one cycle")
     if metrics.identification is not None:
         verdicts = metrics.identification.verdicts
-        cells = {"identified": verdicts.count("identified"), "all": len(verdicts)}
-        place = f"{METRICS}#/identification/verdicts"
-        yield SheetWarning(
-            "parameters", {k: Cell(v, 0, place, f"{k} verdicts") for k, v in cells.items()}
-        )
+        cells = {"identified": Cell(verdicts.count("identified")), "all": Cell(len(verdicts))}
+        yield SheetWarning("parameters", cells)
 
 
 def _of_score(metrics: Metrics) -> Iterator[SheetWarning]:
@@ -498,9 +433,7 @@ def _of_score(metrics: Metrics) -> Iterator[SheetWarning]:
     side = max(SIDES, key=lambda each: abs(walk.of(each) - record.of(each)))
     away = walk.of(side) - record.of(side)
     if abs(away) >= SMALLEST_DIFFERENCE:
-        place = f"{METRICS}#/curve_statistics/profiles"
-        both = f"{place}/walk/{side} {place}/record/{side}"
         worst = max(record.scores, key=lambda key: abs(walk.scores[key] - record.scores[key]))
         of, name = split_side(worst)
         words = {"side": side, "angle": name, "angle_side": of}
-        yield SheetWarning("score", {"away": Cell(away, 1, both, "difference")}, words)
+        yield SheetWarning("score", {"away": Cell(away, 1)}, words)

@@ -3,15 +3,14 @@
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
-from gaitval.coordinates import ACTUATED, SIDES, Side, split_side
+from gaitval.coordinates import SIDES, Side
 from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.gait.record import Origin
 from gaitval.metrics.baselines import GroupRow, group_curves, group_rows, skill
 from gaitval.metrics.comparison import rmse_of
 from gaitval.metrics.curve_results import CurveError, Kind
 from gaitval.metrics.origin import curve_origin
-from gaitval.metrics.results import Metrics, MomentShare
-from gaitval.metrics.verdict_rows import ENDURANCE
+from gaitval.metrics.results import Metrics
 from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_quantities import of_record, of_walk
 from gaitval.quantities import QUANTITIES, Found, Quantity
@@ -59,14 +58,13 @@ def findings(metrics: Metrics) -> Mapping[str, CurveFinding | None]:
 
 
 class ErrorRow(NamedTuple):
-    """A curve of a side: its error, that with the body as scaled, the RMSE of a prediction without
-    a model, and the skill against that.
+    """A curve of a side: its error, the RMSE of a prediction without a model, and the skill against
+    that.
     """
 
     name: str
     side: Side
     error: CurveError | None
-    before: CurveError | None
     guess: float | None
     origin: Origin
     skill: float | None
@@ -91,7 +89,6 @@ def error_tables(metrics: Metrics) -> list[ErrorTable]:
             NAMES[name],
             side,
             error,
-            metrics.walks.nominal.errors.of(kind)[key],
             guess,
             curve_origin(kind, key, metrics.origins),
             skill(rmse_of(error), guess),
@@ -100,41 +97,6 @@ def error_tables(metrics: Metrics) -> list[ErrorTable]:
     return [
         ErrorTable(kind, digits, [row(kind, name, side) for name in names for side in SIDES])
         for kind, names, digits in CURVES
-    ]
-
-
-class MeasuredRow(NamedTuple):
-    """RMSE of a curve against the record with the plates corrected, and as measured."""
-
-    name: str
-    side: Side
-    unit: str
-    digits: int
-    corrected: float | None
-    measured: float | None
-
-
-def as_measured(metrics: Metrics) -> list[MeasuredRow]:
-    """The moments and forces in `metrics` whose recorded curve the correction of the plates
-    changes.
-    """
-    walk = metrics.walk
-    if walk.errors_as_measured is None:
-        return []
-    measured = {**walk.errors_as_measured.moments, **walk.errors_as_measured.forces}
-    return [
-        MeasuredRow(
-            NAMES[name],
-            side,
-            metrics.units.of(kind),
-            3 if kind == "moments" else digits,
-            rmse_of(walk.errors.of(kind)[key]),
-            measured[key],
-        )
-        for kind, names, digits in CURVES[1:]
-        for name in names
-        for side in SIDES
-        for key in (f"{name}_{side[0]}",)
     ]
 
 
@@ -176,75 +138,6 @@ def in_halves(
     lengths = [3 + len(each.table.rows) for each in tables]  # the head is as high as three rows
     at = min(range(len(tables) + 1), key=lambda k: (abs(sum(lengths[:k]) - sum(lengths[k:])), -k))
     return tables[:at], tables[at:]
-
-
-class TorqueRow(NamedTuple):
-    """The parts of the moment of a coordinate."""
-
-    name: str
-    side: str
-    parts: Mapping[str, MomentShare]
-
-
-def torque_shares(metrics: Metrics) -> list[TorqueRow]:
-    """Each coordinate and side in `metrics`; none in older files."""
-    if metrics.torque_shares is None:
-        return []
-    return [
-        TorqueRow(name.replace("_", " "), side, metrics.torque_shares[joint])
-        for joint in ACTUATED
-        for side, name in (split_side(joint),)
-    ]
-
-
-class EngineRow(NamedTuple):
-    """The measure of a kind that differs most between the engines."""
-
-    name: str
-    target: str
-    here: float
-    there: float
-    unit: str
-    digits: int
-
-
-def second_engine(metrics: Metrics) -> list[EngineRow]:
-    """The largest difference in `metrics` of each kind of measures."""
-    found = metrics.second_engine
-    there = (
-        {} if found is None else {(row.measure, row.target): row.value for row in found.measures}
-    )
-    rows = []
-    for measure, name, unit, digits in (
-        ("angle_rmse", "Angle", "deg", 2),
-        ("moment_rmse", "Moment", "Nm/kg", 3),
-        ("force_rmse", "Ground reaction", "% BW", 2),
-    ):
-        both = [
-            (row.target, row.value, other)
-            for row in metrics.measures
-            if row.measure == measure
-            and row.value is not None
-            and (other := there.get((measure, row.target))) is not None
-        ]
-        if both:
-            worst, here, away = max(both, key=lambda each: abs(each[2] - each[1]))
-            side, curve = split_side(worst)
-            rows.append(EngineRow(name, f"{NAMES[curve]}, {side}", here, away, unit, digits))
-    return rows
-
-
-def goals_here(metrics: Metrics) -> int:
-    """How many goals that the second engine is held against the walk in `metrics` reaches."""
-    found = metrics.second_engine
-    there = set() if found is None else {(row.measure, row.target) for row in found.measures}
-    return sum(
-        bool(row.reached)
-        for row in metrics.tolerances
-        if (row.measure, row.target) in there
-        and row.measure not in ENDURANCE
-        and row.role == "acceptance"
-    )
 
 
 class Known(NamedTuple):

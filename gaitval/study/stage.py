@@ -458,16 +458,12 @@ def open_run(
     subject: "Subject", configuration: "Configuration", folder: Path, observer: Observer
 ) -> Iterator[Run]:
     """The run `folder`, locked for this process, with `subject` and `configuration` stored in it;
-    `observer` sees its stages. Its pages keep their looks unless others are asked for.
+    `observer` sees its stages.
     Where no stage has started when an exception ends the block, the files are as they were before.
     Raises ConfigurationError if the folder holds a run of another subject.
     """
     with locked(folder), _undone(folder):
         _check_subject(folder, subject)
-        if (folder / CONFIGURATION).exists():
-            from gaitval.study.looks import with_last_looks
-
-            configuration = with_last_looks(configuration, folder, observer.say)
         plain = subject.model_copy(update={"devices": ()})  # their own stage keeps them
         write_text(folder / "subject.toml", plain.to_toml())
         write_text(folder / CONFIGURATION, tomli_w.dumps(configuration.model_dump(mode="json")))

@@ -314,8 +314,7 @@ PaperOption = Annotated[
     typer.Option(
         "--paper",
         metavar="a4|letter",
-        help="Sheets of the PDF. Kept by later runs in the same folder. Short for --set "
-        "report.paper=letter.",
+        help="Sheets of the PDF. Short for --set report.paper=letter.",
     ),
 ]
 

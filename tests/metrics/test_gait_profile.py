@@ -1,10 +1,18 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record
 
 from experiments import gps_controls, healthy_bands
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
-from gaitval.metrics.gait_profile import gait_profile, is_control
+from gaitval.metrics.comparison import foot_progression
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.gait_profile import gait_profile, is_control, walk_statistics
+from gaitval.metrics.origin import everything
 
 WBDS = {"S01": "WBDS01", "S03": "WBDS12", "S05": "WBDS14"}
 """Built-in subjects whose overground strides are among the controls'."""
@@ -47,7 +55,6 @@ def test_variables_that_are_missing_are_left_out():
 def test_the_shipped_people_are_those_of_the_data(gait_data):
     assert gps_controls.controls_file(gait_data) == gps_controls.FILE.read_text("utf-8")
     assert healthy_bands.bands_file(gait_data) == healthy_bands.FILE.read_text("utf-8")
-    assert healthy_bands.adults_file(gait_data) == healthy_bands.ADULTS.read_text("utf-8")
 
 
 def test_groups_score_as_their_source_says(gait_data):
@@ -80,3 +87,41 @@ def test_the_built_in_people_are_among_the_controls_and_others_are_not():
     for person in ("WBDS43", "WBDS142", "my laboratory, WBDS14", "", "WBDS00"):
         assert not is_control(one.model_copy(update={"person": person}))
     assert not is_control(one.model_copy(update={"laboratory": "another"}))
+
+
+def test_record_and_walk_are_scored_from_the_same_angles():
+    record = synthetic_record()
+    curves = recorded_curves(record)
+    for kind in (curves.angles, curves.moments, curves.forces):
+        for name, curve in kind.items():
+            kind[name] = np.tile(curve, (2, 1))
+    curves.angles["knee_angle_r"][:, 20:41] += np.radians(30.0)
+    feet = {f"foot_progression_{side}": np.zeros((2, 101)) for side in "rl"}
+    found = walk_statistics(curves, feet, record, everything("recorded")).profiles
+    assert "foot_progression" not in found.variables  # the made-up record has none
+    assert len(found.variables) == 8
+    changed = {
+        name
+        for name, score in found.walk.scores.items()
+        if score != pytest.approx(found.record.scores[name], abs=1e-6)
+    }
+    assert changed == {"knee_angle_r"}
+    curves.angles["hip_flexion_l"] = curves.angles["hip_flexion_l"][:1]
+    assert walk_statistics(curves, feet, record, everything("recorded")) is None
+
+
+def test_feet_turn_with_the_walk():
+    """Both feet of a walk that is turned to the left by 0.2 rad point 0.2 rad more to the left,
+    which is towards the midline for the right one only, while they are flat on the ground."""
+    record = synthetic_record()
+    configuration = sharp_filter(cycles=5, start_phases=(0.0,))
+    walk = perfect_walk(record, cycles=8.0)
+    cycles = find_cycles(walk, configuration).first(4)
+    turn = Rotation.from_rotvec([0.0, 0.0, 0.2])
+    positions = walk.positions.copy()
+    positions[:, :3] = (turn * Rotation.from_rotvec(positions[:, :3])).as_rotvec()
+    straight = foot_progression(walk, cycles, MODEL)
+    turned = foot_progression(replace(walk, positions=positions), cycles, MODEL)
+    for side, sign in (("r", 1.0), ("l", -1.0)):
+        key = f"foot_progression_{side}"
+        assert np.allclose((turned[key] - straight[key])[:, 15:25], sign * 0.2, atol=0.02)

@@ -10,7 +10,7 @@ from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.baselines import GROUPS
-from gaitval.metrics.comparison import rms
+from gaitval.metrics.comparison import multiple_correlation, rms
 from gaitval.metrics.curve_results import MeanCurve, by_kind
 from gaitval.metrics.other_trials import (
     FAR,
@@ -24,7 +24,6 @@ from gaitval.metrics.other_trials import (
 )
 from gaitval.metrics.results import WalkedCurves
 from gaitval.metrics.typed import numbers, sided
-from gaitval.metrics.walk_statistics import multiple_correlation
 from gaitval.prediction.known import known_record
 from gaitval.prediction.population import change_with_speed
 from gaitval.prediction.speed import SPEED, _moved

@@ -14,7 +14,6 @@ import pytest
 from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import (
-    SCHEMA_VERSION,
     SpatiotemporalResult,
     identification_from,
     metrics_from,
@@ -33,20 +32,9 @@ SCHEMAS = {
 Json = Any
 
 
-EARLIER = {"told": "known", "witness": "second_engine"}
-"""Keys of version 12, which is read as today's; a baseline may be of either."""
-
-
-def renamed(metrics: Json) -> Json:
-    """The contents `metrics` of a stored file with the keys of today."""
-    found = {EARLIER.get(key, key): value for key, value in metrics.items()}
-    guesses = [{EARLIER.get(k, k): v for k, v in row.items()} for row in metrics["predictions"]]
-    return found | {"schema_version": SCHEMA_VERSION, "predictions": guesses}
-
-
 @pytest.fixture(scope="module")
 def stored() -> Json:
-    return renamed(read_json(ROOT / "reports/S05/baseline/metrics.json"))
+    return read_json(ROOT / "reports/S05/baseline/metrics.json")
 
 
 @pytest.mark.parametrize("baseline", BASELINES, ids=lambda path: path.parent.name)
@@ -56,21 +44,7 @@ def test_stored_results_come_back_byte_for_byte(baseline: Path, tmp_path: Path) 
     assert (tmp_path / "i.json").read_bytes() == (baseline / "identification.json").read_bytes()
     values = read_json(baseline / "metrics.json")
     write_json(tmp_path / "m.json", metrics_from(values, "m.json").as_dict())
-    write_json(tmp_path / "wanted.json", renamed(values))
-    assert (tmp_path / "m.json").read_bytes() == (tmp_path / "wanted.json").read_bytes()
-
-
-def test_the_earlier_keys_are_read(stored: Json) -> None:
-    back = {new: old for old, new in EARLIER.items()}
-    earlier = {back.get(key, key): value for key, value in stored.items()}
-    earlier["predictions"] = [
-        {back.get(k, k): v for k, v in row.items()} for row in stored["predictions"]
-    ]
-    assert not {*EARLIER.values()} & {*earlier, *earlier["predictions"][0]}
-    found = metrics_from({**earlier, "schema_version": 12}, "x.json")
-    assert found.as_dict() == stored
-    with pytest.raises(ArtefactError, match="witness"):
-        metrics_from({**stored, "witness": None}, "x.json")
+    assert (tmp_path / "m.json").read_bytes() == (baseline / "metrics.json").read_bytes()
 
 
 def test_metrics_go_to_worker_processes() -> None:
@@ -98,7 +72,7 @@ def test_the_published_schema_takes_what_is_stored() -> None:
     for name, path in SCHEMAS.items():
         validator = jsonschema.Draft202012Validator(read_json(path))
         values = read_json(BASELINES[0] / f"{name}.json")
-        validator.validate(renamed(values) if name == "metrics" else values)
+        validator.validate(values)
 
 
 def test_spatiotemporal_parameters_are_those_that_are_measured() -> None:

@@ -107,3 +107,14 @@ def test_limits_are_shown_as_a_table():
     assert len(table) == len(registry.tolerance)
     assert list(registry.overview().columns) == list(table.columns[[0, 2, 3, 4, 5, 6]])
     assert f"{len(table)} limits" in str(registry)
+
+
+@pytest.mark.parametrize("row", load_registry().tolerance, ids=lambda row: row.id)
+def test_every_limit_and_every_goal_can_be_kept_and_missed(row):
+    target = f"{row.applies_to[0]}_r" if row.applies_to else "walk"
+    worse = -1e-3 if row.limit == "at_least" else 1e-3
+    for bound, which in ((row.value, "passed"), (row.goal, "reached")):
+        if bound is not None:
+            beyond = bound + worse * max(1.0, bound)
+            assert getattr(_verdict(measured(row.measure, target, bound), row.id), which)
+            assert not getattr(_verdict(measured(row.measure, target, beyond), row.id), which)

@@ -138,7 +138,7 @@ def test_a_walk_that_falls_at_once_is_reported_without_curves(rollouts):
     assert identified["curves"]["angles"]["knee_angle_r"] == {"mean": None, "sd": None}
     assert identified["errors"]["forces"]["vertical_l"] is None
     assert identified["epsilon"] is None
-    assert identified["foot_contact"]["left"]["path"]["along"] == {"mean": None, "sd": None}
+    assert identified["foot_contact"]["left"]["transient_peak"] is None
     assert metrics["final"] == "identified"
     assert _verdicts(metrics, "sagittal-angles") == [False] * 6
     assert _verdicts(metrics, "stance-fraction") == [False] * 2

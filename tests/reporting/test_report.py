@@ -27,7 +27,7 @@ from gaitval.coordinates import SIDES, split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.learning_control.walked import accuracy_of
-from gaitval.metrics.results import Metrics, PushTrace, metrics_from
+from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.metrics.validation import validate
 from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.reporting import figures, stick_figures, tables
@@ -89,7 +89,7 @@ def test_the_page_is_whole_and_needs_nothing_else(run_folder, name):
     beside = {link.partition("#")[0] for link in page.links if link not in inside}
     other = {
         "report.html": {"report-details.html"},
-        "report-details.html": {"report.html", "metrics.json", "provenance.json"},
+        "report-details.html": {"report.html"},
     }
     assert beside >= other[name]
     assert all((run_folder / each).is_file() for each in beside)
@@ -122,15 +122,14 @@ def test_every_section_is_there(whole):
             "Body parameters μ: what this record determines",
             "of 14 parameters",
         ),
-        *("Where the joint moments come from", "Correction of the reference"),
-        *("Whole curves", "Beside healthy people"),
+        *("Correction of the reference", "Beside healthy people"),
         *("Contradictions in the record", "How the feet meet the ground", "Pushes: "),
         *("Scaling", "Learning", "Tolerances and where they come from", "Context of use"),
         "Provenance",
     ):
         assert heading in whole.text
     assert "Not shown" not in whole.text
-    assert whole.tags.count("svg") == 14  # the first grid twice, for narrow screens too
+    assert whole.tags.count("svg") == 10  # the first grid twice, for narrow screens too
     assert "compliant" not in whole.text.lower()
 
 
@@ -255,8 +254,6 @@ def test_a_person_among_the_controls_is_named_so_and_the_worse_side_comes_first(
     assert ("differs from the record by more than that" in text) == (abs(by_side[worse]) >= 1.6)
     assert "does not matter clinically" not in text
     assert "This person is one of the 42 and is not left out of their mean" in text
-    assert "Angles: 42 healthy adults at their own speed" in text
-    assert "Moments: typically developing children at free speed" in text
 
 
 def walked_figures(metrics):
@@ -283,15 +280,6 @@ def test_bursts_that_a_curve_lacks_are_not_found(page, metrics):
     assert [lacking[name, "right"] for name in ("K1", "K2", "K3", "K4")] == [None] * 4
 
 
-def test_the_record_has_no_band(metrics):
-    """A wide grey line behind it reads as a standard deviation."""
-    drawn = figures.centre_of_mass(metrics_from(metrics, "here"))
-    widths = [float(width) for width in re.findall(r"stroke-width: ([\d.]+)", drawn)]
-    assert max(widths) <= figures.RECORD_WIDTH
-    assert figures.RECORD_SHADE not in drawn
-    assert "± SD" not in drawn
-
-
 FIT = "fitted to the recorded one", "The walk is a fit"
 
 
@@ -300,20 +288,15 @@ def test_the_numbers_are_those_of_the_metrics(whole, metrics):
     walk = metrics["walks"]["identified"]
     assert number(walk["epsilon"]["total"], 3) in text
     assert number(metrics["walks"]["nominal"]["epsilon"]["total"], 3) in text
-    assert number(walk["errors"]["forces"]["vertical_l"]["peak_error"], 1) in text
     consistency = metrics["record"]["consistency"]
     assert number(consistency["mean_force"]["vertical"], 3) in text
     plates = metrics["record"]["plates"]
     assert f"{number(100 * (1 - 1 / plates['scale']), 1)} % too small" in text
     assert f"{number(100 * plates['shift_right'], 1)} ± " in text
     assert "The record has no step width" in text
-    as_measured = walk["errors_as_measured"]["moments"]["hip_flexion_r"]
-    assert number(as_measured, 3) in text
     assert number(metrics["record"]["joint_power"]["bursts"]["A2_r"], 2) in text
     message = metrics["second_engine"]
     assert f"{message['goals_reached']} of {message['goals']} goals are reached there" in text
-    contact = walk["foot_contact"]["left"]
-    assert number(contact["transient_peak"], 0) in text
     assert "the subject's weight" in text
     assert "at its bound" in text
     assert "12.2 less than with the body as scaled" in text or "12.3 less" in text
@@ -385,7 +368,7 @@ def test_nothing_is_written_outside_the_run_where_a_kill_would_leave_it(tmp_path
     assert len(seen) == 5, "the faces of the fonts, in a folder of ours"
     assert not list(temporary.iterdir())
     assert {path.name for path in run.iterdir()} - before == {
-        *("report.html", "report-details.html", "report.pdf", "figures", "checklist.csv"),
+        *("report.html", "report-details.html", "report.pdf", "figures"),
     }
 
 
@@ -532,27 +515,10 @@ def test_a_fall_at_once_and_missing_files_still_give_a_report(tmp_path, monkeypa
     assert "not measured" in text
     assert "fell" in text
     for what in (
-        *("reference motion", "scaling.csv", "policy/training.csv", "provenance.json"),
+        *("reference motion", "scaling.csv", "provenance.json"),
         "a test of pushes",
     ):
         assert re.search(f"Not shown: [^.]*{what}", text)
-
-
-def test_walks_that_fell_before_their_push_are_not_drawn():
-    cycles = np.linspace(-1.0, 2.0, 31)
-    walked = {
-        "phase": 0.0,
-        "direction": 0.0,
-        "fell": True,
-        "cycles": cycles.tolist(),
-        "velocity": np.ones((31, 3)).tolist(),
-    }
-    fallen = walked | {"phase": 0.5, "cycles": [], "velocity": []}
-    walked, fallen = (PushTrace(force=300.0, **each) for each in (walked, fallen))
-    drawn = figures.push_velocity([walked, fallen])
-    assert "at 0 % of the right cycle" in drawn
-    assert "at 50 %" not in drawn
-    assert "at 50 %" not in figures.push_velocity([fallen])
 
 
 def test_the_stick_figure_stands_where_the_model_stands():

@@ -3,9 +3,6 @@
 import json
 import re
 import shutil
-import tomllib
-from decimal import Decimal
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -17,53 +14,16 @@ from verdict_words import headline, rows_of, says
 
 from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.datasets.subject_file import load_subject
-from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
+from gaitval.gait.healthy_controls import PROFILE_ANGLES
 from gaitval.metrics.norms import norms
 from gaitval.metrics.results import metrics_from, read_metrics
+from gaitval.metrics.verdicts import limit_verdicts
 from gaitval.reporting.report import write_report
 from gaitval.reporting.sheet import FAILED_SHOWN, WARNINGS, sheet
 
 SHEETS = 10
-WORDS = 150
-"""Before the first curve."""
 SMALLEST = 8.0
 """Points on paper."""
-NO_SOURCE = re.compile(r"\b(one|zero)\b|V&V 40|Hicks 2015")
-
-
-class Sheet(HTMLParser):
-    """The cells of the sheet with their sources, its other text, and the words before a figure."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        start = page.index('<section class="sheet"')
-        self.cells: list[tuple[dict[str, str], str]] = []
-        self.rest = ""
-        self.first = ""
-        self._cell: dict[str, str] | None = None
-        self._figure = 0
-        self.feed(
-            re.sub(r"<svg.*?</svg>", "", page[start : page.index("</section>", start)], flags=re.S)
-        )
-
-    def handle_starttag(self, tag, attributes):
-        named = dict(attributes)
-        if "data-from" in named:
-            self._cell = named
-            self.cells.append((named, ""))
-        self._figure += tag == "figure"
-
-    def handle_endtag(self, tag):
-        if tag == "span":
-            self._cell = None
-
-    def handle_data(self, data):
-        if self._cell is not None:
-            self.cells[-1] = (self._cell, self.cells[-1][1] + data)
-        else:
-            self.rest += data
-        if not self._figure:
-            self.first += data
 
 
 @pytest.fixture(scope="module")
@@ -74,145 +34,38 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-@pytest.fixture(scope="module")
-def page(folder: Path) -> Sheet:
-    return Sheet((folder / "report.html").read_text(encoding="utf-8"))
-
-
-class Sources:
-    """Reads the files of a run without the code that wrote the sheet."""
-
-    def __init__(self, folder: Path) -> None:
-        self.metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
-        self.subject = tomllib.loads((folder / "subject.toml").read_text(encoding="utf-8"))
-        self.norms = norms(load_subject(str(folder / "subject.toml")))
-
-    def one(self, source: str):
-        file, _, place = source.partition("#")
-        if file == "metrics.json":
-            found = self.metrics
-            for part in place.split("/")[1:]:
-                found = found[int(part)] if isinstance(found, list) else found[part]
-            return found
-        if file == "subject.toml":
-            return self.subject[place]
-        if file == "norms":
-            name, _, which = place.rpartition("/")
-            return float(getattr(self.norms[name], which)) if name in self.norms else None
-        assert file == "controls"
-        name, _, which = place.partition("/")
-        controls = load_controls()
-        if name == "people":
-            return controls.people
-        return (controls.side if name == "side" else controls.scores[name])[int(which)]
-
-    def limits(self, role: str) -> dict[str, list[dict]]:
-        found: dict[str, list[dict]] = {}
-        for row in self.metrics["tolerances"]:
-            if row["role"] == role and row["status"] != "unread":
-                found.setdefault(row["id"], []).append(row)
-        return found
-
-    def counted(self, how: str) -> int:
-        which, _, rest = how.partition(" ")
-        kind, _, name = rest.partition(" ")
-        if kind == "limits" and name:
-            every = self.limits(name).values()
-            return sum(which == "all" or not all(r["passed"] for r in rows) for rows in every)
-        if how == "unlisted limits":
-            failed = self.counted("failed limits acceptance") + self.counted(
-                "failed limits context"
-            )
-            return max(0, failed - FAILED_SHOWN)
-        if kind == "rows":
-            rows = [row for row in self.metrics["tolerances"] if row["id"] == name]
-            return sum(which == "all" or not row["passed"] for row in rows)
-        if how == "close acceptance":
-            rows = [row for each in self.limits("acceptance").values() for row in each]
-            return sum(
-                bool(row["passed"] and row["spread"] and row["spread"]["close"]) for row in rows
-            )
-        if kind == "skills":
-            rows = [row for row in self.metrics["measures"] if row["measure"].endswith("_skill")]
-            return sum(
-                which == "all" or (row["value"] is not None and row["value"] < 0) for row in rows
-            )
-        assert kind == "verdicts"
-        verdicts = self.metrics["identification"]["verdicts"]
-        return len(verdicts) if which == "all" else verdicts.count(which)
-
-    def value(self, cell: dict[str, str]) -> float | None:
-        how = cell.get("data-how", "")
-        if how not in ("", "mean", "sum", "difference", "inverse", "more"):
-            return self.counted(how)
-        values = [self.one(source) for source in cell["data-from"].split()]
-        if None in values:
-            return None
-        if how == "more":
-            return values[0] / values[1] - 1.0
-        if how == "difference":
-            return values[0] - values[1]
-        if how == "inverse":
-            return 1.0 / values[0]
-        return sum(values) / (len(values) if how == "mean" else 1)
-
-
-def test_every_number_equals_its_source(folder: Path, page: Sheet) -> None:
-    sources = Sources(folder)
-    assert len(page.cells) > 70
-    for cell, shown in page.cells:
-        value, digits = sources.value(cell), int(cell["data-digits"])
-        if value is None:
-            assert shown in ("–", "not measured"), cell
-            continue
-        value *= float(cell.get("data-scale", 1))
-        text = f"{value:.{digits}f}" if digits >= 0 else _with_figures(value, -digits)
-        if digits >= 0 and float(text) == 0:
-            text = text.lstrip("-")
-        assert shown == text.replace("-", "−"), cell
-
-
-def _with_figures(value: float, figures: int) -> str:
-    """At least so many figures that count, without zeros at the end and never as 1e+02."""
-    rounded = Decimal(value).quantize(Decimal(1).scaleb(min(0, _place(value) - figures + 1)))
-    return f"{rounded.normalize():f}"
-
-
-def _place(value: float) -> int:
-    """The power of ten of the first figure of a value."""
-    return int(f"{value:e}".partition("e")[2])
-
-
-def test_there_is_no_number_without_a_source(page: Sheet) -> None:
-    """But those in names: of the trial, the person, a limit's title and the date."""
-    left = NO_SOURCE.sub("", page.rest)
-    for name in ("S05", "WBDS14 T05", "300 N for 50 ms within 90°", "12 to 25 Hz"):
-        left = left.replace(name, "")
-    left = re.sub(r"\d{4}-\d\d-\d\d( \d\d:\d\d UTC)?", "", left)
-    assert not re.findall(r"\d+", left)
-
-
-def test_every_light_is_that_of_the_metrics_and_has_a_reason(folder: Path, page: Sheet) -> None:
-    sources, html = Sources(folder), (folder / "report.html").read_text(encoding="utf-8")
-    shown = re.findall(r'class="light ([a-z-]+)" data-light="([^"]+)"', html)
-    curves = sources.metrics["lights"]
-    assert len(shown) == sum(len(each) for each in curves.values())
-    for light, place in shown:
-        assert light == sources.one(place).replace(" ", "-"), place
-    said = html[html.index('class="lights-said"') :]
-    said = said[: said.index("</p>")]
-    doubted = {each["reason"] for of in curves.values() for each in of.values()
-               if each["light"] != "believe"}  # fmt: skip
-    assert doubted
-    assert len(re.findall(r"\([^)]+\)", said)) >= len(doubted)
-
-
-def test_a_changed_source_is_noticed(folder: Path, page: Sheet) -> None:
-    sources = Sources(folder)
-    sources.metrics["summary"]["accepted"] += 1
-    cell = next(c for c, _ in page.cells if c["data-from"] == "metrics.json#/summary/accepted")
-    shown = next(t for c, t in page.cells if c is cell)
-    assert str(sources.value(cell)) != shown
+def test_the_numbers_are_those_of_the_run(folder: Path) -> None:
+    metrics, subject = read_metrics(folder), load_subject(str(folder / "subject.toml"))
+    found, summary = sheet(metrics, subject), metrics.summary
+    assert (found.accepted.value, found.judged.value) == (
+        summary.accepted,
+        summary.accepted + summary.refused,
+    )
+    rows = {row.name: row for row in metrics.walk.spatiotemporal}
+    stance = next(row for row in found.parameters if row.label == "Stance")
+    for one, side in zip(stance.of, ("right", "left"), strict=True):
+        row = rows[f"stance_fraction_{side}"]
+        assert one["mean"].value == pytest.approx(100.0 * row.mean)
+        assert one["recorded"].value == pytest.approx(100.0 * row.recorded)
+    normal = norms(subject)["parameter/stance_fraction"]
+    assert stance.norm_mean.value == pytest.approx(100.0 * float(normal.mean))
+    worst = next(each for each in limit_verdicts(metrics, "acceptance") if not each.passed)
+    first = found.failed[0]
+    assert (first.title, first.failed.value, first.all.value) == (
+        worst.first.title,
+        len(worst.failed),
+        len(worst.rows),
+    )
+    work = [part.joint_power.generated["ankle_angle_l"] for part in (metrics.walk, metrics.record)]
+    more = 100.0 * (work[0] / work[1] - 1.0)
+    assert found.push_off["left"]["more"].value == pytest.approx(more)
+    known = {row.group: row for row in metrics.known_to}["sagittal angles"]
+    assert found.known_to["time_step"][0][0].value == known.time_step
+    for kind, lights in found.lights.items():
+        for row in lights:
+            assert row.lights["right"] in metrics.lights.of(kind).values()
+    (*_, side) = [row for row in found.profile.rows if row.which == "walk"]
+    assert side.cells[-1].value == metrics.curve_statistics.profiles.walk.left
 
 
 def copied(folder: Path, to: Path) -> dict[str, Any]:

@@ -56,7 +56,6 @@ OWN: Final = {
     "gaitval/_internal/io/partial_files.py:own_folder": "locks a folder that it has made",
     "gaitval/_internal/io/partial_files.py:remove_abandoned": "locks a file, and reads nothing",
     "gaitval/plugins.py:of_ending": "loads what a distribution registers, and reads no file",
-    "gaitval/reporting/checklist.py:checklist": "checklist.toml of the package",
     "gaitval/study/stage.py:_undone": "a run's own files, which are put back as they were",
     "gaitval/scaling/marker_sets.py:_builtin": "marker sets of the package",
 }

@@ -1,7 +1,5 @@
 """A run folder as the stages leave it, but for walks made from the record; for tests of reports."""
 
-import csv
-import io
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,16 +8,13 @@ from synthetic_walk import perfect_walk, sharp_filter, walks_of
 from unrecorded_verdicts import CASES
 
 from gaitval._internal.io.artefacts import write_json
-from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.other_trials import predicted_curves, with_predicted
 from gaitval.metrics.results import (
-    PARTS,
     CorrectionResult,
     IdentificationResult,
-    MomentShare,
     StoredPushes,
 )
 from gaitval.metrics.validation import StageResults, validate
@@ -156,19 +151,6 @@ def _correction() -> dict:
     }
 
 
-def _torque_shares() -> dict:
-    """Parts of the moments that no walk was asked for; one joint does not move."""
-    return {
-        joint: {
-            part: MomentShare(
-                rms=0.001 * row + 0.1 * column, r_squared=None if row == 3 else 0.5 - row
-            )
-            for column, part in enumerate(PARTS)
-        }
-        for row, joint in enumerate(ACTUATED)
-    }
-
-
 def _pushes() -> dict:
     """Recovery as `gaitval stage push` writes it; one push of 300 N at phase 0.5 ends in a fall."""
     directions = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0, -150.0, -120.0, -90.0, -60.0, -30.0]
@@ -202,19 +184,6 @@ def _pushes() -> dict:
             for phase in PHASES
         ],
     }
-
-
-def _training_rows() -> str:
-    text = io.StringIO()
-    columns = "samples wall_seconds episode_length episode_reward cycles learning_rate log_std"
-    writer = csv.writer(text)
-    writer.writerow([*columns.split(), "approx_kl"])
-    for step in range(1, 40):
-        walked = 300 / (1 + np.exp(5 - step / 4))
-        writer.writerow(
-            [step * 50_000, step * 45, walked, walked * 0.7, walked / 33, 3e-4, -1, 0.02]
-        )
-    return text.getvalue()
 
 
 def build_run(
@@ -272,7 +241,6 @@ def build_run(
             else None,
             correction=CorrectionResult.model_validate(_correction()) if identified else None,
             pushes=StoredPushes.model_validate(_pushes()).recovery,
-            torque_shares=_torque_shares(),
             second_engine=replace(last, starts=last.starts[:1]),
         ),
         others=builtin_subjects(),
@@ -282,6 +250,4 @@ def build_run(
         curves = predicted_curves(person, configuration.record, people)
         metrics = with_predicted(metrics, curves)
     write_json(folder / "metrics.json", metrics.as_dict())
-    (folder / "policy").mkdir()
-    (folder / "policy" / "training.csv").write_text(_training_rows(), encoding="utf-8")
     write_json(folder / "provenance.json", {"seed": 0, "stages": {"train": {"seconds": 1800.5}}})

@@ -181,18 +181,8 @@ def _in_statistics(metrics: Json) -> Iterator[str]:
     found, origins = metrics["curve_statistics"], typed(metrics).origins
     if found is None:
         return
-    for kind, curves in found["curves"].items():
-        for name, curve in curves.items():
-            messages = [curve[key] for key in ("p", "threshold", "multiple_correlation")]
-            tested = bool(curve["regions"]) or any(each is not None for each in messages)
-            if tested and curve_origin(kind, name, origins) != "recorded":
-                yield f"test of {name} ({kind})"
     if found["profiles"]["record"] and set(origins["angles"].values()) != {"recorded"}:
         yield "Gait Profile Score of the record"
-    for kind, bands in found["bands"].items():
-        for name, shares in bands.items():
-            if shares["record"] is not None and curve_origin(kind, name, origins) != "recorded":
-                yield f"band of {name} ({kind})"
 
 
 def _in_report(metrics: Json, html: str) -> Iterator[str]:

@@ -22,17 +22,16 @@ from gaitval.apps.regression.quantity_tables import (
     quantities_of,
 )
 from gaitval.apps.regression.regression import Row, shown
-from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
+from gaitval.apps.regression.versions import StoredWalk, Versions, in_margins
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.metrics.baselines import group_rows
 from gaitval.metrics.curve_results import KINDS, Kind
 from gaitval.metrics.origin import is_judged, measure_origin
-from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.typed import array
-from gaitval.metrics.verdicts import SIGNS, target_text
+from gaitval.metrics.verdicts import target_text
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
-from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
+from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import write_page
 
 CURVES: Final[tuple[tuple[Kind, str], ...]] = (
@@ -47,8 +46,6 @@ _HEIGHTS: Final = {1: 1.6, 2: 2.0, 3: 1.7, 4: 1.45}
 """Inches of a row of panels by their number, where they are wider than those of `COLUMNS`."""
 SHOWN: Final = 60
 """Most rows of what changed; all are in the CSV file."""
-CLIP: Final = 4.0
-"""Margins: changes beyond are drawn at the edge."""
 _KINDS: Final = {"angles": "angle", "moments": "moment", "forces": "force"}
 
 
@@ -224,8 +221,6 @@ def _versions(versions: Versions) -> dict[str, Any]:
         "count": len(rows),
         "only_before": versions.only_before,
         "only_now": versions.only_now,
-        "flips": [_flip(subject, flip) for subject, flip in versions.flipped()],
-        "drawing": _strips(versions),
     }
 
 
@@ -242,50 +237,6 @@ def _moved(subject: str, row: Row) -> dict[str, Any]:
         "grown": "" if grown is None or math.isinf(grown) else number(grown, 1),
         "lost": row.change == "lost",
     }
-
-
-def _flip(subject: str, flip: Flip) -> dict[str, Any]:
-    return {
-        "subject": subject,
-        "title": flip.title,
-        "target": target_text(flip.target),
-        "decides": flip.decides,
-        "before": shown(flip.before),
-        "now": shown(flip.now),
-        "limit": f"{SIGNS[flip.limit]} {flip.tolerance:g}",
-        "unit": "" if flip.unit == "1" else flip.unit,
-        "kept": flip.kept,
-    }
-
-
-def _strips(versions: Versions) -> str:
-    """Change of every measure in its margins, a dot for each subject and target; worse is right."""
-    better = {margin.measure: margin.better for margin in load_registry().margin}
-    found: dict[str, list[float]] = {}
-    for pair in versions.pairs:
-        for row in pair.rows:
-            grown = in_margins(row)
-            if grown is not None:
-                sign = 1.0 if better[row.measure] == "lower" else -1.0
-                found.setdefault(row.measure, []).append(sign * grown)
-    names = list(found)
-    with new_figure(0.21 * len(names) + 0.8) as figure:
-        axes = figure.subplots()
-        axes.axvspan(-1.0, 1.0, color=BAND_COLOUR, zorder=0)
-        axes.axvline(0.0, color="#b0b0b0", linewidth=0.5, zorder=1)
-        random = np.random.default_rng(0)  # spreads dots that would lie on each other
-        for place, name in enumerate(names):
-            values = np.clip(found[name], -CLIP, CLIP)
-            colours = np.where(
-                values > 1.0, COLOURS["left"], np.where(values < -1.0, COLOURS["right"], "#606060")
-            )
-            height = place + random.uniform(-0.25, 0.25, len(values))
-            axes.scatter(values, height, s=7, c=colours, linewidths=0, zorder=2)
-        axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
-        axes.set_ylim(len(names) - 0.4, -0.6)
-        axes.set_xlim(-CLIP - 0.2, CLIP + 0.2)
-        axes.set_xlabel("better  ←  change in margins  →  worse")
-        return svg(figure, "changes")
 
 
 def _drawings(

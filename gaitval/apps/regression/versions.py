@@ -31,30 +31,6 @@ class StoredWalk:
 
 
 @dataclass(frozen=True)
-class Flip:
-    """A limit that is kept in one version of a walk and not in the other.
-
-    Attributes
-    ----------
-    title, target : of the limit, as in `metrics.json`.
-    decides : whether it is an acceptance criterion; the others are context.
-    limit, tolerance, unit : "at_most", "at_least" or "exactly", of what.
-    before, now : measured values; None if not measured.
-    kept : whether it is kept now, and so was not before.
-    """
-
-    title: str
-    target: str
-    decides: bool
-    limit: str
-    tolerance: float
-    unit: str
-    before: float | None
-    now: float | None
-    kept: bool
-
-
-@dataclass(frozen=True)
 class WalkPair:
     """The walks of one person before and now.
 
@@ -91,13 +67,6 @@ class Versions:
         """Subject and row of each measure that got better by more than its margin."""
         return self._with("improved")
 
-    def flipped(self) -> list[tuple[str, Flip]]:
-        """Subject and limit of each verdict that is another now, though the value behind it may
-        have moved by less than its margin. Those that fail now first, acceptance before context.
-        """
-        found = [(pair.now.subject, flip) for pair in self.pairs for flip in flips(pair)]
-        return sorted(found, key=lambda each: (each[1].kept, not each[1].decides))
-
     def _with(self, change: str) -> list[tuple[str, Row]]:
         found = [
             (pair.now.subject, row) for pair in self.pairs for row in pair.rows
@@ -126,26 +95,6 @@ def _pair(before: StoredWalk, now: StoredWalk) -> WalkPair:
         rows=tuple(compare(before.metrics, now.metrics, margins=before.margins)),
         same_record=len(records) == 1,
     )
-
-
-def flips(pair: WalkPair) -> list[Flip]:
-    """The limits, in both versions of a `pair`, whose verdicts differ."""
-    then = {(row.id, row.target): row for row in pair.before.metrics.tolerances}
-    return [
-        Flip(
-            title=row.title,
-            target=row.target,
-            decides=row.role == "acceptance",
-            limit=row.limit,
-            tolerance=row.tolerance,
-            unit=row.unit,
-            before=old.value,
-            now=row.value,
-            kept=row.passed,
-        )
-        for row in pair.now.metrics.tolerances
-        if (old := then.get((row.id, row.target))) and old.passed != row.passed
-    ]
 
 
 def twice(walks: Sequence[StoredWalk]) -> list[str]:

@@ -1,4 +1,4 @@
-"""The section on whole curves: its tables and figures say what metrics.json says."""
+"""The section on healthy people: its words and figure say what metrics.json says."""
 
 import copy
 
@@ -12,8 +12,8 @@ from gaitval.metrics.curve_results import GaitProfiles
 from gaitval.metrics.gait_profile import is_control
 from gaitval.metrics.results import metrics_from
 from gaitval.metrics.validation import validate
-from gaitval.reporting.curve_statistics import Healthy, profile
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR
+from gaitval.reporting.healthy_profile import Healthy, profile
 from gaitval.reporting.report import _drawings
 
 CONFIGURATION = sharp_filter(cycles=5, start_phases=(0.0,))
@@ -34,22 +34,6 @@ def read(values):
 
 def _tables(values):
     return Healthy(read(values).curve_statistics, is_control(PERSON))
-
-
-def test_rows_are_those_of_the_metrics(metrics):
-    found = _tables(metrics)
-    curves = metrics["curve_statistics"]["curves"]
-    assert len(found.curves) == sum(len(each) for each in curves.values()) / 2
-    row = next(row for row in found.curves if row.name == "Knee flexion moment")
-    for side, key in zip(row.sides, ("knee_angle_r", "knee_angle_l"), strict=True):
-        stored = curves["moments"][key]
-        assert side.multiple_correlation == stored["multiple_correlation"]
-        points = sum(each["last"] - each["first"] + 1 for each in stored["regions"])
-        assert side.share == pytest.approx(100.0 * points / 101.0)
-    assert [row.name for row in found.bands][0::3] == ["Hip flexion", "Hip flexion moment"]
-    assert [row.people for row in found.bands] == ["adults"] * 3 + ["children"] * 3
-    assert found.controls is load_controls()
-    assert found.is_control
 
 
 def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters(metrics):

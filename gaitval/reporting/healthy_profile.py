@@ -1,10 +1,8 @@
-"""The report's section on whole curves: where the walk differs from the record, how similar they
-are, and how far both are from healthy gait.
-"""
+"""The report's section on how far record and walk are from healthy gait."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 
@@ -12,12 +10,8 @@ from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.gait.healthy_controls import Controls, load_controls
 from gaitval.metrics.curve_results import GaitProfiles, WalkStatistics
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
-from gaitval.metrics.norms import BAND
-from gaitval.metrics.typed import sided
-from gaitval.quantities.joint_power import JOINTS
 from gaitval.reporting.drawing import keys_of, legend_above, new_figure, svg
-from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, RECORD_COLOUR
-from gaitval.reporting.tables import CURVES
+from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
 
 _SHORT: Final = {
     "pelvis_tilt": "pelvis\ntilt",
@@ -76,28 +70,13 @@ def profile(profiles: GaitProfiles) -> str:
         return svg(figure, "profile")
 
 
-class ComparedCurve(NamedTuple):
-    """Of a curve, or the band of one: its name, and what was found of the right and the left side.
-
-    Attributes
-    ----------
-    kind, people : of a band, in whose units it is, and the kind of healthy people behind it.
-    """
-
-    name: str
-    sides: Sequence[Any]
-    kind: str = ""
-    people: str = ""
-
-
 @dataclass(frozen=True)
 class Healthy:
-    """The section's tables: `found` in a walk, of a person who is one of the controls or not."""
+    """What the section says: `found` in a walk, of a person who is one of the controls or not."""
 
     found: WalkStatistics
     is_control: bool
 
-    band: ClassVar = BAND
     smallest: ClassVar = SMALLEST_DIFFERENCE
 
     @property
@@ -109,31 +88,6 @@ class Healthy:
     def controls(self) -> Controls:
         """The healthy adults of the profile."""
         return load_controls()
-
-    @property
-    def curves(self) -> list[ComparedCurve]:
-        """Where the walk differs from the record."""
-        return [
-            ComparedCurve(
-                _title(kind, name), [self.found.curves.of(kind)[k] for k in sided([name])]
-            )
-            for kind, names, _ in CURVES
-            for name in names
-        ]
-
-    @property
-    def bands(self) -> list[ComparedCurve]:
-        """How much of walk and record is within bands of healthy people."""
-        return [
-            ComparedCurve(
-                _title(kind, name),
-                [self.found.bands[kind][key] for key in sided([name])],
-                kind,
-                getattr(self.found.band_people, kind),
-            )
-            for kind in self.found.bands
-            for name in JOINTS
-        ]
 
     @property
     def sides(self) -> list["ProfileSide"]:
@@ -153,10 +107,6 @@ class Healthy:
         key = max(record, key=lambda each: abs(walk[each] - record[each]))
         side, name = split_side(key)
         return FurthestAngle(name, side, record[key], walk[key])
-
-
-def _title(kind: str, name: str) -> str:
-    return NAMES[name] + (" moment" if kind == "moments" else "")
 
 
 class FurthestAngle(NamedTuple):
