@@ -17,7 +17,6 @@ def perturb(
     *,
     pushes: bool = True,
     grounds: Sequence[Disturbance] | None = None,
-    largest: bool = False,
     delay: float | tuple[float, float, float] = 0.0,
 ) -> Recoveries:
     """Push a stored policy, let it slip, trip and step down, and compare that with people.
@@ -27,7 +26,6 @@ def perturb(
     policy : of `load_policy`; it walks with the identified body, as it is validated.
     pushes : whether it is pushed.
     grounds : `Slip`, `Trip` and `StepDown` of `gaitval.apps.balance.disturb`; usual ones if None.
-    largest : whether the largest pushes are searched, as ensembles of five starts.
     delay : s, by which it feels its body late; or three, of joints and feet, the balance organ and
         vision.
 
@@ -35,7 +33,8 @@ def perturb(
     -------
     Recoveries
         Its `result` is `perturb.json`: steps after each push, m, x forward and y left, changes from
-        the undisturbed walk; walks on each ground; published quantities beside the walker's.
+        the undisturbed walk; which starts survive each ground; published quantities beside the
+        walker's.
 
     Raises
     ------
@@ -46,7 +45,7 @@ def perturb(
 
     References
     ----------
-    Hof et al. (2010), J Exp Biol 213:2655; Wang and Srinivasan (2014), Biol Lett 10:20140405.
+    Hof et al. (2010), J Exp Biol 213:2655.
 
     Examples
     --------
@@ -71,5 +70,4 @@ def perturb(
         walker_of(policy, delays=delays if any(delays) else None),
         kinds=kinds,
         grounds=given,
-        largest=largest,
     )

@@ -1,4 +1,4 @@
-"""What balance is judged by in one walk: paths of the centre of mass and the feet, steps, spin.
+"""What balance is judged by in one walk: paths of the centre of mass and the feet, and steps.
 
 Axes are those of a rollout: x forward, y left, z up; m, s, N.
 """
@@ -10,17 +10,15 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, SIDES, Side
+from gaitval.coordinates import SIDES, Side
 from gaitval.metrics.cycles import foot_events
 from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.tree import ROOT_DOFS, segment_frames, tree_arrays
+from gaitval.model.tree import segment_frames
 from gaitval.simulation.rollout import Rollout
 
 OUTWARD: Final = (-1.0, 1.0)
 """Sign of y that points outward of the right and the left foot."""
 _FEET: Final = tuple(SEGMENTS.index(f"foot_{side[0]}") for side in SIDES)
-_TRUNK: Final = SEGMENTS.index("torso")
-_ANKLES: Final = tuple(ROOT_DOFS + ACTUATED.index(f"ankle_angle_{side[0]}") for side in SIDES)
 
 
 @dataclass(frozen=True)
@@ -52,17 +50,12 @@ class BalanceWalk:
     ----------
     time : (T,) s.
     centre, velocity : (T, 3) of the centre of mass.
-    pelvis : (T, 3) its origin, between the hips.
     feet : (T, 2, 3) right and left ankle.
     pressure : (T, 2, 2) m, x and y of the centre of pressure of each foot; NaN off the ground.
     force : (T, 2, 3) N, of the ground on each foot.
-    spin : (T, 3) kg m²/s, angular momentum of the whole body about its centre of mass.
-    trunk : (T, 2) rad, of the trunk from upright: forward lean, and lean to the left.
-    ankle : (T, 2) Nm, plantarflexion moment of each ankle.
     steps : in order.
     pendulum : m, height of the centre of mass above the ground, mean of the walk before it was
         disturbed: the length of the pendulum that it is compared with.
-    mass : kg.
     onset : row at which the disturbance begins; T if there is none.
     fell : whether it ended in a fall.
     """
@@ -70,16 +63,11 @@ class BalanceWalk:
     time: Array
     centre: Array
     velocity: Array
-    pelvis: Array
     feet: Array
     pressure: Array
     force: Array
-    spin: Array
-    trunk: Array
-    ankle: Array
     steps: tuple[Footstep, ...]
     pendulum: float
-    mass: float
     onset: int
     fell: bool
 
@@ -95,10 +83,9 @@ class BalanceWalk:
         """
         return np.asarray(self.centre[:, :2] + self.velocity[:, :2] / self.rate)
 
-    def after(self, seconds: float = 0.0) -> list[Footstep]:
-        """The steps whose heel strike is at least `seconds` after the disturbance began."""
-        step = float(self.time[1] - self.time[0])
-        return [each for each in self.steps if each.strike >= self.onset + seconds / step]
+    def after(self) -> list[Footstep]:
+        """The steps whose heel strike is after the disturbance began."""
+        return [each for each in self.steps if each.strike >= self.onset]
 
     def offset(self, step: Footstep) -> Array:
         """(2,) m, of the foot from the extrapolated centre of mass at its heel strike: forward, and
@@ -121,15 +108,12 @@ def steps_of(vertical: Array, *, step: float, threshold: float) -> tuple[Footste
     return tuple(sorted(found, key=lambda each: each.strike))
 
 
-def walked(
-    rollout: Rollout, model: BodyModel, *, threshold: float, onset: int | None = None
-) -> BalanceWalk:
-    """What balance is judged by in a `rollout` of the body `model` as it walked. A foot is on the
-    ground above `threshold` N; `onset` is the row at which it is disturbed, of a push by default.
+def walked(rollout: Rollout, model: BodyModel, *, threshold: float) -> BalanceWalk:
+    """What balance is judged by in a `rollout` of the body `model` as it walked, disturbed by its
+    push. A foot is on the ground above `threshold` N.
     """
     pushed = np.flatnonzero(rollout.root_force.any(axis=1))
-    if onset is None:
-        onset = int(pushed[0]) if len(pushed) else len(rollout.time)
+    onset = int(pushed[0]) if len(pushed) else len(rollout.time)
     step = float(rollout.time[1] - rollout.time[0])
     frames = segment_frames(model, rollout.positions)
     before = slice(0, max(onset, 2))
@@ -137,49 +121,11 @@ def walked(
         time=rollout.time,
         centre=rollout.centre_of_mass,
         velocity=np.gradient(rollout.centre_of_mass, step, axis=0),
-        pelvis=frames[:, 0, :3, 3].copy(),  # a view would keep all poses
         feet=frames[..., :3, 3][:, list(_FEET)],
         pressure=rollout.centre_of_pressure[..., :2],
         force=rollout.ground_reaction,
-        spin=angular_momentum(model, frames, step),
-        trunk=_lean(frames[:, _TRUNK, :3, :3]),
-        ankle=-rollout.moments[:, [each - ROOT_DOFS for each in _ANKLES]],
         steps=steps_of(rollout.ground_reaction[..., 2], step=step, threshold=threshold),
         pendulum=float(rollout.centre_of_mass[before, 2].mean()),
-        mass=model.mass,
         onset=onset,
         fell=bool(rollout.fell[0]),
     )
-
-
-def _lean(rotation: Array) -> Array:
-    """(T, 2) rad, forward and to the left, of an upward axis turned by `rotation` (T, 3, 3)."""
-    up = rotation[:, :, 2]
-    return np.arctan2(up[:, :2], up[:, 2:])
-
-
-def angular_momentum(model: BodyModel, frames: Array, step: float) -> Array:
-    """(T, 3) kg m²/s, of the body `model` about its centre of mass, world axes, from the poses of
-    its segments (`frames` (T, 14, 4, 4), every `step` s): positive about y is pitching forward,
-    about x rolling to the right, about z turning to the left.
-    """
-    tree = tree_arrays(model)
-    rotation, origin = frames[..., :3, :3], frames[..., :3, 3]
-    centres = origin + np.einsum("tsij,sj->tsi", rotation, tree.centre_of_mass)
-    whole = np.einsum("s,tsi->ti", tree.mass, centres) / tree.mass.sum()
-    speeds = np.gradient(centres, step, axis=0)
-    mean = np.gradient(whole, step, axis=0)
-    arms, relative = centres - whole[:, None], speeds - mean[:, None]
-    orbital = np.einsum("s,tsi->ti", tree.mass, np.cross(arms, relative))
-    # The rate of a rotation matrix times its transpose is the cross product with its velocity.
-    turning = np.gradient(rotation, step, axis=0) @ np.swapaxes(rotation, -1, -2)
-    rates = 0.5 * np.stack(
-        [
-            turning[..., 2, 1] - turning[..., 1, 2],
-            turning[..., 0, 2] - turning[..., 2, 0],
-            turning[..., 1, 0] - turning[..., 0, 1],
-        ],
-        axis=-1,
-    )
-    own = np.einsum("tsij,sjk,tslk,tsl->ti", rotation, tree.inertia, rotation, rates, optimize=True)
-    return np.asarray(orbital + own)

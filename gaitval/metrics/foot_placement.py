@@ -1,9 +1,8 @@
 """Where feet are placed after a disturbance, and by which law.
 
 What is compared is the difference from the undisturbed walk of the same start: the next foot's
-place, its distance from the extrapolated centre of mass (Hof 2010: it stays as it is), how the foot
-follows from the pelvis in the middle of stance (Wang and Srinivasan 2014), when the foot and the
-centre of pressure answer, and after how many steps the walk is as before.
+place, its distance from the extrapolated centre of mass (Hof 2010: it stays as it is), when the
+foot and the centre of pressure answer, and after how many steps the walk is as before.
 
 Beside the walk stand two guesses. *No reaction*: the next foot lands where it would have. *The
 pendulum*: the body falls over its stance foot as a linear inverted pendulum, and the foot lands
@@ -16,15 +15,13 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.metrics.balance_walk import OUTWARD, BalanceWalk, Footstep
+from gaitval.metrics.balance_walk import BalanceWalk, Footstep
 
 RECOVERED: Final = 0.02
 """m; a foot that is this close to its usual place from the extrapolated centre of mass needs no
 further step: so far the ankle moves the centre of pressure (Hof 2010)."""
 TIME_FOR_A_STEP: Final = 0.3
 """s, that people need for a step (Hof 2010): of pushes with less time, the step after counts."""
-LEAST: Final = 20
-"""Steps of which a linear map is made."""
 ANSWERED: Final = 0.5
 """Share of a change by which it counts as there: its time is when it has passed half of it."""
 
@@ -40,8 +37,6 @@ class Placement(NamedTuple):
     foot : (2,) m, change of the foot's place in the world, forward and to the left.
     extrapolated : (2,) m, change of the extrapolated centre of mass at the heel strike.
     offset : (2,) m, change of the foot's distance from it, forward and outward.
-    usual : (2,) m, that distance without the disturbance.
-    time : s, change of the time of the heel strike.
     guess : (2,) m, change of the foot's place by the pendulum, forward and to the left; NaN if no
         usual step follows.
     """
@@ -52,8 +47,6 @@ class Placement(NamedTuple):
     foot: Array
     extrapolated: Array
     offset: Array
-    usual: Array
-    time: float
     guess: Array
 
 
@@ -76,8 +69,6 @@ def placements(disturbed: BalanceWalk, plain: BalanceWalk, *, ends: float) -> It
             foot,
             disturbed.extrapolated[mine.strike] - plain.extrapolated[usual.strike],
             disturbed.offset(mine) - plain.offset(usual),
-            plain.offset(usual),
-            float(disturbed.time[mine.strike] - plain.time[usual.strike]),
             guess,
         )
 
@@ -118,83 +109,6 @@ def steps_to_recover(found: Sequence[Placement], axes: Sequence[int] = (0, 1)) -
         if not (np.abs(each.offset[list(axes)]) <= RECOVERED).all():
             last = each.number
     return None if not found or last == found[-1].number else last
-
-
-class LinearMap(NamedTuple):
-    """How the next foot follows from the pelvis in the middle of stance.
-
-    Attributes
-    ----------
-    gains : (2, 4) of the foot's place forward and sideways, both from the stance foot, on the
-        pelvis' place sideways and forward (m/m) and its velocity sideways and forward (m/(m/s));
-        sideways is towards the swinging foot.
-    explained : (2,) share of the variance that the map explains, forward and sideways.
-    steps : that it is of.
-    """
-
-    gains: Array
-    explained: Array
-    steps: int
-
-
-def linear_map(walks: Sequence[BalanceWalk]) -> LinearMap | None:
-    """The map by least squares over all steps of `walks`, of which each side has its own mean; None
-    with fewer than 20 steps. The middle of stance is as long after the heel strike as the pelvis
-    usually takes to be over the ankle: a time, not that place, so that the place may differ.
-    """
-    pairs = [
-        (walk, before, after)
-        for walk in walks
-        for before, after in zip(walk.steps, walk.steps[1:], strict=False)
-        if before.side != after.side
-    ]
-    kept = []
-    for column in range(2):
-        own = [each for each in pairs if each[1].column == column]
-        rows = [row for each in own if (row := _passing(*each)) is not None]
-        if rows:
-            middle = round(float(np.median(rows)))
-            kept.append([_state(*each, middle) for each in own if _lasts(*each, middle)])
-    kept = [side for side in kept if side]
-    if sum(len(side) for side in kept) < LEAST:
-        return None
-    tables = [np.array(side) for side in kept]
-    whole = np.concatenate([table - table.mean(axis=0) for table in tables])
-    inputs, outputs = whole[:, :4], whole[:, 4:]
-    gains, *_ = np.linalg.lstsq(inputs, outputs, rcond=None)
-    rest = outputs - inputs @ gains
-    explained = 1.0 - (rest**2).sum(axis=0) / (outputs**2).sum(axis=0)
-    return LinearMap(gains.T, explained, len(inputs))
-
-
-def _passing(walk: BalanceWalk, before: Footstep, after: Footstep) -> int | None:
-    """Rows from a heel strike until the pelvis passes over that ankle; None if it does not."""
-    rows = slice(before.strike, after.strike)
-    over = np.flatnonzero(walk.pelvis[rows, 0] >= walk.feet[rows, before.column, 0])
-    return int(over[0]) if len(over) else None
-
-
-def _lasts(walk: BalanceWalk, before: Footstep, after: Footstep, middle: int) -> bool:
-    """Whether the stance reaches its middle, and the next foot is on the ground in the walk."""
-    return before.strike + middle < after.strike < len(walk.time)
-
-
-def _state(walk: BalanceWalk, before: Footstep, after: Footstep, middle: int) -> list[float]:
-    """(6,) a row of the map: four numbers of the pelvis and two of the next foot, all from the
-    stance ankle in the middle of stance.
-    """
-    row, stance = before.strike + middle, before.column
-    # Towards the other foot: to the left of a right stance foot.
-    inward = -OUTWARD[stance]
-    ankle = walk.feet[row, stance, :2]
-    place = walk.pelvis[row, :2] - ankle
-    step = float(walk.time[1] - walk.time[0])
-    moving = (walk.pelvis[row + 1, :2] - walk.pelvis[row - 1, :2]) / (2.0 * step)
-    foot = walk.feet[after.strike, after.column, :2] - ankle
-    return [
-        *(inward * place[1], place[0], inward * moving[1], moving[0]),
-        *(foot[0], inward * foot[1]),
-    ]
 
 
 class Ankle(NamedTuple):

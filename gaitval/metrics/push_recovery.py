@@ -57,9 +57,6 @@ class Push:
     force: float
 
 
-Survived = Callable[[Sequence[Push]], Sequence[bool]]
-
-
 REPLAYED: Final = 4.0
 """Gait cycles after a push that is replayed: the walker has recovered by then, or fallen."""
 
@@ -107,7 +104,7 @@ def growing_forces(
 ) -> Generator[float, bool | None, float]:
     """The forces, N, that one phase and direction is tested with, each as soon as it is told
     whether the last one was survived; returns the largest up to which all were. `step`,
-    `resolution` and `ceiling` as for `largest_survived`.
+    `resolution` and `ceiling` are N; `ceiling` is tested itself if `step` divides it.
     """
     reached, limit, increment = 0.0, ceiling, step
     # a thousandth of a newton below the limit counts as the limit: steps add up inexactly
@@ -117,58 +114,6 @@ def growing_forces(
         else:  # on in fine steps, up to just below the push that it fell from
             limit, increment = reached + increment - resolution, resolution
     return reached
-
-
-def largest_survived(
-    survived: Survived,
-    phases: Sequence[float],
-    directions: Sequence[float],
-    *,
-    step: float,
-    resolution: float,
-    ceiling: float,
-    on_progress: Callable[[int], None] | None = None,
-) -> Array:
-    """The largest force (P, D) N, of `phases` and `directions` (rad), up to which every tested push
-    is survived; 0 if none is. `survived` returns for each of several pushes whether it is, and may
-    test those of one call in parallel. `step`, `resolution` and `ceiling` are N; `ceiling` is
-    tested itself if `step` divides it. `on_progress` gets the number of finished cases.
-    """
-    cases = [(phase, direction) for phase in phases for direction in directions]
-    found, searches = (
-        np.zeros(len(cases)),
-        [growing_forces(step, resolution, ceiling) for _ in cases],
-    )
-    stood: dict[int, bool | None] = dict.fromkeys(range(len(cases)))
-    while stood:
-        asked: dict[int, Push] = {}
-        for n, answer in stood.items():
-            try:
-                asked[n] = Push(*cases[n], searches[n].send(answer))
-            except StopIteration as end:
-                found[n] = end.value
-        if on_progress is not None:
-            on_progress(len(cases) - len(asked))
-        stood = dict(zip(asked, survived(list(asked.values())), strict=True)) if asked else {}
-    return found.reshape(len(phases), len(directions))
-
-
-def largest_pushes(
-    survived: Survived,
-    settings: PushSettings,
-    directions: Sequence[float],
-    on_progress: Callable[[int], None] | None = None,
-) -> Array:
-    """`largest_survived` as the `settings` of a person say, in `directions`, rad."""
-    return largest_survived(
-        survived,
-        settings.phases,
-        directions,
-        step=settings.step,
-        resolution=settings.resolution,
-        ceiling=settings.largest,
-        on_progress=on_progress,
-    )
 
 
 @dataclass(frozen=True)

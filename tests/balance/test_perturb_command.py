@@ -43,8 +43,6 @@ def test_who_falls_undisturbed_is_not_compared():
 @pytest.mark.slow  # a reference motion and forty walks
 def test_pushes_and_grounds_of_a_stored_walker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("gaitval.apps.balance.study.PHASES", 2)
-    monkeypatch.setattr("gaitval.apps.balance.study.RANDOM", 8)
-    monkeypatch.setattr("gaitval.apps.balance.study.STEADY", 4)
     only_html(monkeypatch)
     told = io.StringIO()
     monkeypatch.setattr(display, "messages", display.Terminal(file=told, width=200))

@@ -54,8 +54,7 @@ def pendulum(kicks=(), *, steps=16, first=0, law=None, jitter=0.0, seed=0, press
             away, c, s = place - under, np.cosh(RATE * DT), np.sinh(RATE * DT)
             place, speed = under + away * c + speed / RATE * s, away * RATE * s + speed * c
     return BalanceWalk(
-        time=DT * np.arange(rows), centre=centre, velocity=velocity, pelvis=centre.copy(),
-        feet=feet, pressure=pressure, force=force, spin=np.zeros((rows, 3)),
-        trunk=np.zeros((rows, 2)), ankle=np.zeros((rows, 2)), steps=tuple(found), pendulum=HEIGHT,
-        mass=70.0, onset=min((row for row, *_ in kicks), default=rows), fell=False,
+        time=DT * np.arange(rows), centre=centre, velocity=velocity, feet=feet,
+        pressure=pressure, force=force, steps=tuple(found), pendulum=HEIGHT,
+        onset=min((row for row, *_ in kicks), default=rows), fell=False,
     )  # fmt: skip

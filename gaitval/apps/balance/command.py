@@ -30,7 +30,7 @@ DelayOption = Annotated[
 @added_command(
     "gaitval perturb 5                               # all kinds",
     "gaitval perturb runs/S05 --slip 0.1:0.3 --trip 0.5:0.1 --step-down 0.05",
-    "gaitval perturb 5 --pushes --largest            # and the largest pushes",
+    "gaitval perturb 5 --pushes                      # only pushes",
     "gaitval perturb 5 --delay 50:90:150             # it feels its body late",
     after="report",
 )
@@ -63,9 +63,6 @@ def perturb(
     side: Annotated[
         str, typer.Option("--side", metavar="right|left", help="The foot on that ground.")
     ] = "right",
-    largest: Annotated[
-        bool, typer.Option("--largest", help="The largest pushes survived by all of five starts.")
-    ] = False,
     delay: DelayOption = None,
     out: Annotated[
         Path | None,
@@ -78,7 +75,7 @@ def perturb(
     """How a person's walker recovers from pushes, slips, trips and steps down, beside people.
 
     Where it places its feet from the extrapolated centre of mass, when, and what its ankles do,
-    against published experiments, one who does not react, and a pendulum. Writes perturb.html,
+    against a published experiment, one who does not react, and a pendulum. Writes perturb.html,
     perturb.pdf and perturb.json. A minute.
     """
     from gaitval._internal.io.folder_lock import locked
@@ -101,9 +98,7 @@ def perturb(
             kinds: tuple[str, ...] = ("push", "slip", "trip", "step")
             if asked and not pushes:
                 kinds = kinds[1:]
-            found = recoveries(
-                identifier, who, kinds=kinds, grounds=grounds, largest=largest, say=live.say
-            )
+            found = recoveries(identifier, who, kinds=kinds, grounds=grounds, say=live.say)
         write_recoveries(found, who, folder)
     _say(found.result)
     display.plain(f"Page: {folder / 'perturb.html'}")
@@ -114,7 +109,7 @@ def _say(result: "PerturbResult") -> None:
     for answer in result.answers():
         display.plain(answer)
     for row in result.quantities:
-        if not row.right_sign or row.inside is False:
+        if not row.inside:
             display.plain(f"Not as people: {row.words} ({row.source})")
     for each in result.grounds:
         stood = f"{sum(each.survived)} of {len(each.survived)} starts survived"

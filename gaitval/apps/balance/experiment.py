@@ -14,7 +14,6 @@ from gaitval.apps.balance.disturb import (
     DisturbedEnvironment,
     Planned,
     Slip,
-    StepDown,
     Trip,
 )
 from gaitval.arrays import Array
@@ -33,12 +32,10 @@ from gaitval.simulation.walker import WalkingTask
 
 AFTER: Final = 5.0
 """Gait cycles that a disturbed walk is followed: the paper's figure of velocity shows five."""
-NOISE: Final = 0.02
-"""rad, of the joints at the start of walks whose small deviations the linear map is made of: that
-of a training."""
-FIRST: Final = 2
-"""Steps of such a walk that are left out, one of each foot: they end where the moved joints swing
-the leg, whatever the pelvis does."""
+STARTS: Final = 5
+"""Walks on one ground, which begin almost alike: at the edge of falling the last digits decide."""
+NOISE: Final = 1e-5
+"""rad, standard deviation of the joint angles at their starts."""
 
 
 @dataclass(frozen=True)
@@ -79,41 +76,26 @@ class TestedWalker:
         """N, above which a foot is on the ground."""
         return self.task.configuration.contact.event_threshold
 
-    def seen(self, rollout: Rollout, onset: int | None = None) -> BalanceWalk:
-        """What balance is judged by in a `rollout` that is disturbed at row `onset`."""
-        return walked(rollout, self.model, threshold=self.threshold, onset=onset)
+    def seen(self, rollout: Rollout) -> BalanceWalk:
+        """What balance is judged by in a `rollout`."""
+        return walked(rollout, self.model, threshold=self.threshold)
 
 
-def pushed(
-    walker: TestedWalker, pushes: Sequence[Push], seeds: Sequence[int] = ()
-) -> Iterator[BalanceWalk]:
-    """Walks with `pushes`; one of force 0 is undisturbed. With `seeds`, one a push, each walk
-    starts with `NOISE`.
-    """
-    noise = NOISE if seeds else 0.0
-    numbered = list(zip(pushes, seeds or [0] * len(pushes), strict=True))
-    for some in in_groups(numbered):
+def pushed(walker: TestedWalker, pushes: Sequence[Push]) -> Iterator[BalanceWalk]:
+    """Walks with `pushes`; one of force 0 is undisturbed."""
+    for some in in_groups(pushes):
         for rollout in record_together(
             walker.together,
             walker.policy,
             mu=walker.mu,
             start_phases=[0.0] * len(some),
             cycles=walker.settling + 1.0 + AFTER,
-            noise=noise,
-            seeds=[seed for _, seed in some],
             pushes=[
                 (walker.settling + push.phase, push.force, push.direction) if push.force else None
-                for push, _ in some
+                for push in some
             ],
         ):
             yield walker.seen(rollout)
-
-
-def steady_walks(walker: TestedWalker, count: int) -> list[BalanceWalk]:
-    """So many walks without pushes that begin with `NOISE`, without their first steps."""
-    still = [Push(0.0, 0.0, 0.0)] * count
-    walks = pushed(walker, still, list(range(count)))
-    return [replace(walk, steps=walk.steps[FIRST:]) for walk in walks]
 
 
 def sideways_pushes(forces: Sequence[float], phases: int) -> list[Push]:
@@ -136,59 +118,31 @@ def lengthways_pushes(forces: Sequence[float], phases: int) -> list[Push]:
     ]
 
 
-def random_pushes(count: int, largest: float, seed: int = 0) -> list[Push]:
-    """Pushes in any direction at any phase, of a force uniform up to the `largest`, N."""
-    random = np.random.default_rng(seed)
-    return [
-        Push(float(phase), float(direction), float(force))
-        for phase, direction, force in zip(
-            random.uniform(0.0, 1.0, count),
-            random.uniform(-math.pi, math.pi, count),
-            random.uniform(0.0, largest, count),
-            strict=True,
-        )
-    ]
-
-
 @dataclass(frozen=True)
-class DisturbedWalk:
-    """A walk on disturbed ground beside the same walk on level ground.
+class GroundWalk:
+    """A walk on disturbed ground.
 
     Attributes
     ----------
-    walk, plain : with and without; both know when the disturbance begins.
-    step : the step of the plain walk that is disturbed, or follows the disturbed swing.
+    fell : whether it ended in a fall.
     slid : m, of a slip.
-    ended : s after its beginning, when it was over; NaN if it was not.
-    rollout : of `walk`.
-    knee, plain_knee : (T,) rad, flexion of the knee of that side.
     """
 
-    ground: Disturbance
-    walk: BalanceWalk
-    plain: BalanceWalk
-    step: Footstep
+    fell: bool
     slid: float
-    ended: float
-    rollout: Rollout
-    knee: Array
-    plain_knee: Array
 
 
 class OnGround:
-    """Walks on disturbed ground, each beside the plain one.
+    """Walks on disturbed ground, planned by the one on level ground from the same start.
 
     Parameters
     ----------
     walker : whose they are.
-    environment : to walk in; a new one by default.
     """
 
-    def __init__(
-        self, walker: TestedWalker, environment: DisturbedEnvironment | None = None
-    ) -> None:
+    def __init__(self, walker: TestedWalker) -> None:
         self.walker = walker
-        self.environment = environment or DisturbedEnvironment(walker.task)
+        self.environment = DisturbedEnvironment(walker.task)
         self._known: dict[tuple[float, int], Rollout] = {}
 
     def _level(self, noise: float, seed: int) -> Rollout:
@@ -210,37 +164,25 @@ class OnGround:
 
     def walk(
         self, ground: Disturbance, *, noise: float = 0.0, seed: int = 0, later: float = 0.0
-    ) -> DisturbedWalk:
+    ) -> GroundWalk:
         """A walk on `ground`, from a start with `noise` rad on the joints by `seed`; a slip or a
         trip begins by so many actions `later`.
         """
         level = self._level(noise, seed)
         usual = self.walker.seen(level)
-        step = self._step(usual, ground.side)
-        planned = self._plan(ground, level, usual, step)
+        planned = self._plan(ground, level, usual, self._step(usual, ground.side))
         shift = later * self.environment.walker.action_seconds
         planned = replace(planned, start=planned.start + shift)
         rollout = self._rollout(planned, noise, seed)
-        began = self.environment.began
-        step_time = float(level.time[1] - level.time[0])
-        # A step down is there when the foot would have landed; it is noticed later.
-        at = planned.start if np.isnan(began) or isinstance(ground, StepDown) else began
-        onset = min(round(at / step_time), len(rollout.time) - 1)
-        knee = f"knee_angle_{ground.side[0]}"
-        seen = rollout
-        if isinstance(ground, Trip):
-            seen = _without_wall(rollout, SIDES.index(ground.side), at, self.environment.ended)
-        return DisturbedWalk(
-            ground,
-            self.walker.seen(seen, onset),
-            self.walker.seen(level, onset),
-            step,
-            self.environment.slid,
-            self.environment.ended - at,
-            rollout,
-            _angle(rollout, knee),
-            _angle(level, knee),
-        )
+        return GroundWalk(bool(rollout.fell[0]), self.environment.slid)
+
+    def starts_survived(self, ground: Disturbance) -> list[bool]:
+        """Whether each of `STARTS` starts survives."""
+        middle = (STARTS - 1) / 2
+        return [
+            not self.walk(ground, noise=NOISE, seed=seed, later=seed - middle).fell
+            for seed in range(STARTS)
+        ]
 
     def _step(self, plain: BalanceWalk, side: Side) -> Footstep:
         """The first step of a side after the settling cycles."""
@@ -276,24 +218,6 @@ class OnGround:
         ahead, behind = _foot_ends(self.walker.model, level.positions[step.strike])
         other = SIDES.index(opposite(step.side))
         return 0.5 * (float(ahead[other]) + float(behind[step.column]))
-
-
-def _without_wall(rollout: Rollout, column: int, began: float, ended: float) -> Rollout:
-    """The `rollout` in which the foot is not on the ground while a wall holds it: the wall pushes
-    upwards, too, and would count as a step.
-    """
-    force = rollout.ground_reaction.copy()
-    held = rollout.time >= began
-    if np.isfinite(ended):
-        held &= rollout.time < ended
-    force[held, column] = 0.0
-    return replace(rollout, ground_reaction=force)
-
-
-def _angle(rollout: Rollout, name: str) -> Array:
-    from gaitval.coordinates import COORDINATES
-
-    return rollout.positions[:, COORDINATES.index(name)]
 
 
 def _foot_ends(model: BodyModel, positions: Array) -> tuple[Array, Array]:

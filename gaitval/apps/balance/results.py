@@ -36,22 +36,8 @@ class PushedStep(Result):
     """Of the foot's distance from it, forward and outward."""
     pendulum: _Pair
     """Of the foot by the pendulum's capture point."""
-    time: _Figure
-    """s, of the heel strike."""
     recovered: Count | None
     """Steps until feet are placed as before; null if not within the walk."""
-    spin: _Pair
-    """kg m²/s, largest change of angular momentum rolling to the right and pitching forward."""
-    lean: _Pair
-    """Degrees, largest change of the trunk's lean forward and to the left."""
-
-
-class LinearMapResult(Result):
-    """How the next foot follows from the pelvis in mid-stance, see `placement.LinearMap`."""
-
-    gains: Annotated[list[list[Number]], Field(min_length=2, max_length=2)]
-    explained: Annotated[list[Number], Field(min_length=2, max_length=2)]
-    steps: Count
 
 
 GROUND_WORDS: Final = {"slip": "slips", "trip": "trips", "step": "steps down"}
@@ -76,56 +62,32 @@ class GroundResult(Result):
     side: Literal["right", "left"]
     settings: dict[str, Number]
     survived: Annotated[list[Flag], Field(min_length=1)]
-    """By start, of an ensemble whose starts differ by micrometres and milliseconds; what else is
-    said of the ground is of the walk without noise."""
+    """By start, of an ensemble whose starts differ by micrometres and milliseconds."""
     slid: Size
-    """m."""
-    momentum_residual: Size | None
-    """% of body weight, of the largest force that ground and gravity do not explain."""
-    values: dict[str, _Figure]
-    """By quantity."""
+    """m, in the walk without noise."""
 
     def words(self) -> str:
         """The settings with their units."""
         return setting_words(self.settings)
 
 
-class LargestPushes(Result):
-    """Largest push up to which all starts survive, N, by phase and direction."""
-
-    phases: list[Number]
-    directions: list[Number]
-    """Degrees."""
-    largest: list[list[Size]]
-    tried: Count
-    torn: Count
-    """Of the tried pushes, those on which the starts disagree."""
-    flipped: Count
-    again: Count
-    """Walks with the largest pushes from starts that they were not found with: falls, and all."""
-
-
 class ComparedQuantity(Result):
     """A quantity of the walker beside what was published, and two guesses."""
 
-    kind: Literal["push", "slip", "trip", "step"]
     name: str
     unit: str
     words: str
     of: str
     source: str
     locator: str
-    sign: Annotated[int, Field(ge=-1, le=1)] | None
-    published: _Figure
     low: _Figure
     high: _Figure
     walker: _Figure
     nothing: _Figure
     """Of one who does not react; null where it has none."""
     pendulum: _Figure
-    right_sign: Flag
-    inside: Flag | None
-    """Within the published bounds; null without any."""
+    inside: Flag
+    """Whether the walker is within the published bounds."""
 
 
 class PerturbResult(Written):
@@ -144,19 +106,14 @@ class PerturbResult(Written):
     steady_fell: Flag
     """Whether it fell without any disturbance; then there is nothing else."""
     pushes: list[PushedStep]
-    steady: LinearMapResult | None
-    """Of walks that begin with noise and are not pushed, without the first step of each foot."""
-    moved: LinearMapResult | None
-    """Of pushed walks."""
     grounds: list[GroundResult]
-    largest: LargestPushes | None
     quantities: list[ComparedQuantity]
     as_people: dict[
         Literal["walker", "nothing", "pendulum"],
         Annotated[list[Count], Field(min_length=2, max_length=2)],
     ]
-    """In how many of the compared quantities each has the published sign, and is within what was
-    published where that has bounds; and of how many it says something."""
+    """In how many of the compared quantities each is within what was published, and of how many it
+    says something."""
 
     def answers(self) -> list[str]:
         """What it survived, and how much is as in people, a sentence each."""

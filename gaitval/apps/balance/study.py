@@ -5,27 +5,15 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
 from gaitval._internal.text.display import Displayed
-from gaitval.apps.balance.compared import (
-    Guessed,
-    Published,
-    Pushes,
-    on_ground,
-    published,
-    sideways,
-)
+from gaitval.apps.balance.compared import Guessed, Published, Pushes, published, sideways
 from gaitval.apps.balance.disturb import Disturbance, Slip, StepDown, Trip
 from gaitval.apps.balance.experiment import (
-    DisturbedWalk,
     OnGround,
     TestedWalker,
     lengthways_pushes,
     pushed,
-    random_pushes,
     sideways_pushes,
-    steady_walks,
 )
 from gaitval.apps.balance.results import (
     ComparedQuantity,
@@ -34,18 +22,10 @@ from gaitval.apps.balance.results import (
 )
 from gaitval.coordinates import SIDES
 from gaitval.metrics.balance_walk import BalanceWalk
-from gaitval.metrics.foot_placement import (
-    TIME_FOR_A_STEP,
-    LinearMap,
-    answered,
-    linear_map,
-    steps_to_recover,
-)
-from gaitval.metrics.push_ensembles import NOISE, STARTS, RobustPushes, robust_pushes
+from gaitval.metrics.foot_placement import TIME_FOR_A_STEP, answered, steps_to_recover
 from gaitval.metrics.push_recovery import Push
 from gaitval.metrics.pushed_steps import forces_of
 from gaitval.metrics.typed import tidy
-from gaitval.metrics.whole_body import momentum_residual
 from gaitval.reporting.written import taken
 
 if TYPE_CHECKING:
@@ -56,10 +36,6 @@ FORCES: Final = (100.0, 200.0)
 """N for `environment.push_seconds`, of who weighs as much as an adult (`PushSettings.of_mass`)."""
 PHASES: Final = 10
 """Of the gait cycle at which is pushed."""
-RANDOM: Final = 24
-"""Pushes in any direction, for the linear map."""
-STEADY: Final = 16
-"""Walks from noisy starts, for that of steady walking."""
 _KIND_OF: Final[Mapping[type, str]] = {Slip: "slip", Trip: "trip", StepDown: "step"}
 
 
@@ -71,15 +47,12 @@ class Recoveries(Displayed):
     ----------
     plain : undisturbed.
     tried, walks : pushes and the walks with them.
-    grounds : by ground, the walk from the start without noise, and which starts of the ensemble
-        were survived.
     """
 
     result: PerturbResult
     plain: BalanceWalk
     tried: tuple[Push, ...]
     walks: tuple[BalanceWalk, ...]
-    grounds: tuple[tuple[DisturbedWalk, tuple[bool, ...]], ...]
 
     def pushed_along(self, axis: int) -> list[BalanceWalk]:
         """The walks with pushes forward and backward (0), or to the sides (1)."""
@@ -101,31 +74,29 @@ class Recoveries(Displayed):
 
         return pd.DataFrame(
             {
-                "kind": row.kind,
                 "quantity": row.name,
                 "low": row.low,
                 "high": row.high,
                 "walker": row.walker,
                 "unit": row.unit,
-                "as people": row.right_sign and row.inside is not False,
+                "as people": row.inside,
             }
             for row in self.result.quantities
         )
 
     def to_frame(self) -> "pd.DataFrame":
-        """Rows of quantity, who (people, walker, nothing, pendulum), value, unit."""
+        """Rows of quantity, who (walker, nothing, pendulum), value, unit."""
         import pandas as pd
 
         return pd.DataFrame(
             {
-                "kind": row.kind,
                 "quantity": row.name,
                 "who": who,
-                "value": getattr(row, "published" if who == "people" else who),
+                "value": getattr(row, who),
                 "unit": row.unit,
             }
             for row in self.result.quantities
-            for who in ("people", "walker", "nothing", "pendulum")
+            for who in ("walker", "nothing", "pendulum")
         )
 
 
@@ -135,11 +106,10 @@ def recoveries(
     *,
     kinds: Collection[str] = KINDS,
     grounds: Sequence[Disturbance] = (),
-    largest: bool = False,
     say: Callable[[str], None] = lambda _: None,
 ) -> Recoveries:
-    """Disturb the `walker` called `name` in all `kinds`, on the `grounds`, and, if asked for,
-    find the `largest` pushes forward, backward and sideways. `say` is told what comes next.
+    """Disturb the `walker` called `name` in all `kinds`, on the `grounds`. `say` is told what
+    comes next.
     """
     settings = walker.task.configuration.pushes
     forces = forces_of(settings, walker.task.model.mass, FORCES)
@@ -147,49 +117,32 @@ def recoveries(
     plain = next(pushed(walker, [Push(0.0, 0.0, 0.0)]))
     tried: list[Push] = []
     walks: list[BalanceWalk] = []
-    maps: tuple[LinearMap | None, LinearMap | None] = None, None
     compared: dict[str, Guessed] = {}
     if "push" in kinds and not plain.fell:
         say("pushes")
         aside, along = sideways_pushes(forces, PHASES), lengthways_pushes(forces[:1], PHASES)
         tried = [*aside, *along]
         walks = list(pushed(walker, tried))
-        steady = linear_map(steady_walks(walker, STEADY))
-        more = list(pushed(walker, random_pushes(RANDOM, forces[-1])))
-        maps = steady, linear_map([*walks, *more])
         seconds = walker.task.configuration.environment.push_seconds
-        compared |= sideways(Pushes.of(plain, walks[: len(aside)], seconds), *maps)
-    found: list[tuple[DisturbedWalk, tuple[bool, ...]]] = []
+        compared = sideways(Pushes.of(plain, walks[: len(aside)], seconds))
+    found: list[dict[str, Any]] = []
     if not plain.fell:
         on, own = OnGround(walker), [g for g in grounds if _KIND_OF[type(g)] in kinds]
         for ground in own:
-            kind, side, *_ = (given := _settings(ground)).values()
-            rest = {name: each for name, each in given.items() if name not in ("kind", "side")}
-            say(f"{kind}, {side} foot ({setting_words(rest)})")
-            found.append((on.walk(ground), _stands(on, ground)))
-        compared |= on_ground([each for each, _ in found])
-    robust = _largest(walker, say) if largest and not plain.fell else None
-    result = _result(name, walker, plain, tried, walks, maps, found, robust, compared)
-    return Recoveries(result, plain, tuple(tried), tuple(walks), tuple(found))
-
-
-def _stands(on: OnGround, ground: Disturbance) -> tuple[bool, ...]:
-    """Whether each start of an ensemble survives."""
-    middle = (STARTS - 1) / 2
-    return tuple(
-        not on.walk(ground, noise=NOISE, seed=seed, later=(seed - middle)).walk.fell
-        for seed in range(STARTS)
-    )
-
-
-def _largest(walker: TestedWalker, say: Callable[[str], None]) -> RobustPushes:
-    say("largest pushes")
-    directions = (0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi)
-    return robust_pushes(walker.task, walker.policy, walker.mu, directions=directions)
-
-
-def _settings(ground: Disturbance) -> dict[str, Any]:
-    return {"kind": _KIND_OF[type(ground)], **asdict(ground)}
+            settings = asdict(ground)
+            kind, side = _KIND_OF[type(ground)], settings.pop("side")
+            say(f"{kind}, {side} foot ({setting_words(settings)})")
+            found.append(
+                {
+                    "kind": kind,
+                    "side": side,
+                    "settings": settings,
+                    "survived": on.starts_survived(ground),
+                    "slid": on.walk(ground).slid,
+                }
+            )
+    result = _result(name, walker, plain, tried, walks, found, compared)
+    return Recoveries(result, plain, tuple(tried), tuple(walks))
 
 
 def _result(
@@ -198,9 +151,7 @@ def _result(
     plain: BalanceWalk,
     tried: Sequence[Push],
     walks: Sequence[BalanceWalk],
-    maps: tuple[LinearMap | None, LinearMap | None],
-    grounds: Sequence[tuple[DisturbedWalk, tuple[bool, ...]]],
-    robust: RobustPushes | None,
+    grounds: Sequence[Mapping[str, Any]],
     compared: Mapping[str, Guessed],
 ) -> PerturbResult:
     seconds = walker.task.configuration.environment.push_seconds
@@ -219,10 +170,7 @@ def _result(
             _pushed_step(push, walk, plain, seconds)
             for push, walk in zip(tried, walks, strict=True)
         ],
-        steady=maps[0],
-        moved=maps[1],
-        grounds=[_ground(each, stood) for each, stood in grounds],
-        largest=None if robust is None else _robust(robust),
+        grounds=grounds,
         quantities=rows,
         as_people={who: as_people(rows, who) for who in ("walker", "nothing", "pendulum")},
     )
@@ -239,9 +187,7 @@ def _pushed_step(
     steps = list(Pushes.of(plain, [walk], seconds).found[0]) if not walk.fell else []
     step = answered(steps, TIME_FOR_A_STEP)
     axis = push_axis(push)
-    rows = slice(walk.onset, min(len(walk.time), len(plain.time)))
-    spin, lean = (getattr(walk, n)[rows] - getattr(plain, n)[rows] for n in ("spin", "trunk"))
-    known = ("number", "lead", "foot", "extrapolated", "offset", "time")
+    known = ("number", "lead", "foot", "extrapolated", "offset")
     pairs = ("foot", "extrapolated", "offset")
     return {
         "phase": push.phase,
@@ -255,39 +201,6 @@ def _pushed_step(
             for name in known
         },
         "recovered": steps_to_recover(steps, (axis,)),
-        "spin": [_peak(spin[:, 0]), _peak(spin[:, 1])],
-        "lean": [math.degrees(_peak(lean[:, each])) for each in (0, 1)],
-    }
-
-
-def _peak(values: Any) -> float:
-    """The value of the largest size, with its sign; 0 of none."""
-    return float(values[np.abs(values).argmax()]) if len(values) else 0.0
-
-
-def _ground(each: DisturbedWalk, stood: tuple[bool, ...]) -> dict[str, Any]:
-    settings = _settings(each.ground)
-    kind, side = settings.pop("kind"), settings.pop("side")
-    return {
-        "kind": kind,
-        "side": side,
-        "settings": settings,
-        "survived": list(stood),
-        "slid": each.slid,
-        "momentum_residual": momentum_residual(each.rollout, each.walk.mass),
-        "values": {name: value.walker for name, value in on_ground([each]).items()},
-    }
-
-
-def _robust(found: RobustPushes) -> dict[str, Any]:
-    return {
-        "phases": found.phases,
-        "directions": [math.degrees(each) for each in found.directions],
-        "largest": found.largest,
-        "tried": len(found.tried),
-        "torn": sum(each.torn for each in found.tried),
-        "flipped": found.flipped[0],
-        "again": found.flipped[1],
     }
 
 
@@ -296,9 +209,7 @@ def _compared(row: Published, values: Guessed) -> dict[str, Any]:
         ComparedQuantity,
         row,
         name=row.quantity,
-        published=row.value,
         **values._asdict(),
-        right_sign=row.right_sign(values.walker),
         inside=row.inside(values.walker),
     )
 
@@ -310,5 +221,4 @@ def as_people(rows: Sequence[ComparedQuantity], who: str) -> tuple[int, int]:
     known = {each.quantity: each for each in published()}
     values = [(known[row.name], getattr(row, who)) for row in rows]
     told = [(row, value) for row, value in values if who == "walker" or value is not None]
-    right = [row.right_sign(value) and row.inside(value) is not False for row, value in told]
-    return sum(right), len(right)
+    return sum(row.inside(value) for row, value in told), len(told)

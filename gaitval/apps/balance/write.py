@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from gaitval.apps.balance.compared import MEASURED, Pushes
+from gaitval.apps.balance.compared import Pushes
 from gaitval.apps.balance.experiment import TestedWalker
 from gaitval.apps.balance.figures import DrawnSteps
 from gaitval.apps.balance.study import Recoveries
@@ -19,11 +19,8 @@ def write_recoveries(found: Recoveries, walker: TestedWalker, folder: Path) -> N
             Pushes.of(found.plain, found.pushed_along(axis), seconds) for axis in (0, 1)
         )
         drawn = DrawnSteps.of(aside, along, walker.task.reference.stride_time)
-    known = {row.name: row for row in result.quantities}
-    offset = known.get("offset_change")
+    offset = next((row for row in result.quantities if row.name == "offset_change"), None)
     shown: dict[str, Any] = {
-        "units": {name: row.unit for name, row in known.items()},
-        "words": MEASURED,
         "offset": None if offset is None else offset.walker,
         "steps": 0 if drawn is None else len(drawn.aside),
         "drawn": drawn is not None,
