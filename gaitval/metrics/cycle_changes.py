@@ -13,15 +13,7 @@ a first-order autoregression, is independent from stride to stride (Cochrane and
 Stat Assoc 44:32). Strides with a longer memory, or curves of which some last and some do not, are
 called changed more often than `ALPHA` (docs/how-to/change.md has how often).
 
-Looked at are each point, the mean over the cycle, and between them changes as wide as `WIDTHS`
-wherever they may be. Strides differ mostly slowly over the cycle (the whole curve a little higher,
-or later), so a change of a part of it is told from them best by that part less what the rest of the
-curve says of it: the matched filter of a change in noise that hangs together, the change over the
-covariance of the strides. That covariance is of all curves of a kind, whatever session they are of,
-drawn towards white noise by the share that makes its expected squared error least: the variance of
-a mean of so many curves over the square of how far it is from white. It is worked out once and does
-not know which cycle is of which session, so the permutations keep the share of false alarms
-whatever the filter.
+Looked at are each point and the mean over the cycle.
 
 Few cycles show their own spread badly at each point, so the variance of t is the mean of the
 point's and of the whole curve's (a moderated t, in the manner of Tusher et al. 2001, PNAS 98:5116;
@@ -33,10 +25,10 @@ Young 1993 (the largest of all curves).
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from scipy.integrate import quad
@@ -54,12 +46,6 @@ from gaitval.metrics.curve_statistics import (
     regions_of,
 )
 
-WIDTHS: Final = (10.0, 20.0, 40.0)
-"""% of the cycle at half of its height of a change that is looked for: octaves between a point,
-which curves below 10 Hz do not make narrower than 5 %, and the mean over the cycle."""
-_STEP: Final = 2
-"""Points between two places at which one is looked for."""
-
 MOST_CORRELATED: Final = 0.9
 """Above it so few strides say nothing of their mean; convention."""
 
@@ -72,9 +58,8 @@ class CurveDifference:
     ----------
     t : (n + 1,) moderated t at each point, positive where the second set is larger; the last is
         that of the mean over the cycle.
-    p : of its largest |t|, whatever of it was looked at, among the largest of all curves.
-    regions : where it differs; first and last point, and p. The width of what was found there, all
-        of it where only its mean differs.
+    p : of its largest |t| among the largest of all curves.
+    regions : where it differs; first and last point, and p. All of it where only its mean differs.
     """
 
     t: Array
@@ -192,19 +177,15 @@ def differing_curves(
         groups.setdefault(key, []).append(name)
     labels = {key: _labels(*key[1:], permutations) for key in groups}
     cycles = {n: np.concatenate([before[n], after[n]]) for names in groups.values() for n in names}
-    filters = _filters(cycles)
     # All relabellings of one group say no more than so many, whatever the others have.
     count = max((len(each) for each in labels.values()), default=0)
     largest = np.zeros(count)
-    looked_at: dict[str, _LookedAt] = {}
+    t: dict[str, Array] = {}
     for number, (key, names) in enumerate(groups.items()):
-        values = {n: cycles[n] for n in names}
-        found = [_of_labels(values, filters, part) for part in _parts(labels[key])]
-        looked_at |= {n: _LookedAt(*(each[0] for each in of)) for n, of in found[0].items()}
-        peaks = np.concatenate(
-            [np.max([np.abs(a).max(axis=1) for of in part.values() for a in of], axis=0)
-             for part in found]
-        )  # fmt: skip
+        stacked = np.stack([cycles[name] for name in names], axis=1)
+        found = [_of_labels(stacked, part) for part in _parts(labels[key])]
+        t |= dict(zip(names, found[0][0], strict=True))
+        peaks = np.concatenate([np.abs(part).max(axis=(1, 2)) for part in found])
         # Groups are relabelled independently; the first relabelling of each is the data's own.
         order = np.random.default_rng(number).integers(len(peaks), size=count)
         order[0] = 0
@@ -217,157 +198,29 @@ def differing_curves(
     if min(rarest, default=1.0) > ALPHA:
         count = 0
     threshold = every.threshold() if count else None
-    return FamilyTest(
-        {
-            name: _difference(
-                each,
-                after[name].mean(axis=0) - before[name].mean(axis=0),
-                filters.get(name.partition("/")[0]),
-                threshold,
-                every,
-            )
-            for name, each in looked_at.items()
-        },
-        threshold,
-        count,
-        correlation,
-    )
-
-
-class _LookedAt(NamedTuple):
-    """t of what is looked at in a curve of n points: each point, the mean and the mean by all that
-    is known of strides (2,), and changes of `_places` (m,); one of 0 where no stride differs.
-    """
-
-    points: Array
-    means: Array
-    changes: Array
+    curves = {name: _difference(each, threshold, every) for name, each in t.items()}
+    return FamilyTest(curves, threshold, count, correlation)
 
 
 def _parts(labels: Array) -> list[Array]:
     return np.array_split(labels, -(-len(labels) // TOGETHER))
 
 
-def _places(points: int) -> list[tuple[float, float]]:
-    """Middle and width of each change that is looked for, % of a cycle of so many points."""
-    middles = np.linspace(0.0, 100.0, points)[::_STEP]
-    return [(float(middle), width) for width in WIDTHS for middle in middles]
-
-
-def _reach(points: int, middle: float, width: float) -> Array:
-    """(n,) of a change of height one: half of it `width` / 2 from its `middle`, none at `width`."""
-    away = np.abs(np.linspace(0.0, 100.0, points) - middle) / width
-    return np.asarray(0.5 * (1.0 + np.cos(np.pi * np.minimum(away, 1.0))))
-
-
-def _filters(cycles: Mapping[str, Array]) -> dict[str, Array]:
-    """By kind of curve, (m + 1, n) what changes are looked for with: those of `_places`, and of the
-    whole cycle. None of a kind whose curves do not differ from stride to stride.
+def _of_labels(curves: Array, second: Array) -> Array:
+    """t (k, curves, n + 1) of points and mean of `curves` (N, curves, n), for each of k labellings
+    `second`.
     """
-    found = {}
-    for kind in dict.fromkeys(name.partition("/")[0] for name in cycles):
-        deviations = []
-        for name, values in cycles.items():
-            own = values - values.mean(axis=0)
-            size = float(np.sqrt(np.mean(own**2)))
-            if name.partition("/")[0] == kind and size > ROUNDING * float(np.abs(values).max()):
-                deviations.append(own / size)
-        if not deviations:
-            continue
-        points = deviations[0].shape[1]
-        changes = [*(_reach(points, *each) for each in _places(points)), np.ones(points)]
-        covariance = _covariance(deviations)
-        filters = np.linalg.solve(covariance, np.transpose(changes)).T
-        # each of the same standard deviation in such strides
-        spread = np.sqrt(np.einsum("ij,jk,ik->i", filters, covariance, filters))
-        found[kind] = filters / spread[:, None]
-    return found
+    points = _t(curves, second, moderated=True)
+    means = _t(curves.mean(axis=-1, keepdims=True), second, moderated=False)
+    return np.concatenate([points, means], axis=-1)
 
 
-def _covariance(deviations: Sequence[Array]) -> Array:
-    """(n, n) of the `deviations` (N, n) of several curves, drawn towards that of white noise."""
-    own = [each.T @ each / len(each) for each in deviations]
-    mean = np.mean(own, axis=0)
-    white = np.trace(mean) / len(mean) * np.eye(len(mean))
-    apart = float(np.sum((mean - white) ** 2))
-    between = sum(float(np.sum((each - mean) ** 2)) for each in own) / len(own) ** 2
-    cycles = np.concatenate(deviations)
-    # of single cycles: the sum of |z z' - C|^2, without the n by n matrix of each
-    within = float(np.sum(np.sum(cycles**2, axis=1) ** 2)) / len(cycles) - float(np.sum(mean**2))
-    share = min(1.0, max(between, within / len(cycles)) / apart) if apart > 0.0 else 1.0
-    return np.asarray((1.0 - share) * mean + share * white)
-
-
-def _of_labels(
-    values: Mapping[str, Array], filters: Mapping[str, Array], second: Array
-) -> dict[str, tuple[Array, Array, Array]]:
-    """What `_LookedAt` has of each curve, (k, n), (k, 2) and (k, m), for each of k labellings."""
-    found: dict[str, tuple[Array, Array, Array]] = {}
-    for kind in dict.fromkeys(name.partition("/")[0] for name in values):
-        names = [name for name in values if name.partition("/")[0] == kind]
-        curves = np.stack([values[name] for name in names], axis=1)
-        points = _t(curves, second, moderated=True)
-        means = [curves.mean(axis=-1, keepdims=True)]
-        changes = np.zeros((len(second), len(names), 1))
-        if kind in filters:
-            filtered = curves @ filters[kind].T
-            changes = _t(filtered[..., :-1], second, moderated=True)
-            means.append(filtered[..., -1:])
-        of_means = _t(np.concatenate(means, axis=-1), second, moderated=False)
-        found |= {
-            name: (points[:, i], of_means[:, i], changes[:, i]) for i, name in enumerate(names)
-        }
-    return found
-
-
-def _difference(
-    found: _LookedAt,
-    difference: Array,
-    filters: Array | None,
-    threshold: float | None,
-    peaks: Peaks,
-) -> CurveDifference:
-    count = len(found.points)
-    size = np.abs(found.points)
-    above = beyond(found.points, threshold)
-    shown = above.copy()
-    percent = np.linspace(0.0, 100.0, count)
-    for middle, width, height in _changes(found.changes, difference, filters, threshold):
-        away = np.abs(percent - middle)
-        if not shown[away <= width].any():  # else its points say where it is
-            there = away <= 0.5 * width
-            above |= there
-            size[there] = np.maximum(size[there], abs(height))
-    whole = float(np.abs(found.means).max())
-    if beyond(found.means, threshold).any() and (whole >= size.max() or not above.any()):
+def _difference(t: Array, threshold: float | None, peaks: Peaks) -> CurveDifference:
+    size, above = np.abs(t), beyond(t, threshold)
+    if above[-1] and not above[:-1].any():
         above[:] = True  # all of it a little
-        size = np.maximum(size, whole)
-    largest = max(float(np.abs(each).max()) for each in found)
-    t = np.append(found.points, found.means[0])
-    return CurveDifference(t, peaks.p(largest), regions_of(size, above, peaks.p))
-
-
-def _changes(
-    t: Array, difference: Array, filters: Array | None, threshold: float | None
-) -> Iterator[tuple[float, float, float]]:
-    """Middle, width and t of the changes beyond the `threshold`, the largest first: each is taken
-    away from the `difference` (n,) of the means before the next, because a filter looks at the rest
-    of the curve, too, and sees it there.
-    """
-    if filters is None or threshold is None:
-        return
-    places = _places(len(difference))
-    left, seen = difference.copy(), filters[:-1] @ difference
-    error = np.where(t == 0.0, np.inf, seen / np.where(t == 0.0, 1.0, t))
-    now = t
-    for _ in places:
-        number = int(np.argmax(np.abs(now)))
-        if not beyond(now[number : number + 1], threshold)[0]:
-            return
-        yield (*places[number], float(now[number]))
-        change = _reach(len(difference), *places[number])
-        left -= float(filters[number] @ left) / float(filters[number] @ change) * change
-        now = (filters[:-1] @ left) / error
+        size[:-1] = size[-1]
+    return CurveDifference(t, peaks.p(size.max()), regions_of(size[:-1], above[:-1], peaks.p))
 
 
 def _labels(first: int, second: int, permutations: int) -> Array:

@@ -64,7 +64,7 @@
   orbit.maxPolarAngle = 0.5 * Math.PI;
   canvas.style.touchAction = "pan-y"; // a finger that moves up or down scrolls the page
 
-  const { lit, solid } = walkerBody;
+  const { lit } = walkerBody;
 
   /* Three great circles. */
   function rings({ position, radius }) {
@@ -93,7 +93,7 @@
     push: new THREE.MeshBasicMaterial(see_through),
     record: lit({ ghost: 0.3, transparent: true, ...behind }),
     unknown: lit({ ghost: 0.1, transparent: true, ...behind }),
-    ...Object.fromEntries(["right", "left", "body", "shorts", "face", "hair", "device"].map((name) => [name, lit()])),
+    ...Object.fromEntries(["right", "left", "body", "shorts", "face", "hair"].map((name) => [name, lit()])),
     spheres: new THREE.LineBasicMaterial(see_through),
   };
   const depthOnly = new THREE.MeshBasicMaterial({ colorWrite: false, ...behind });
@@ -115,13 +115,8 @@
 
   const group = (of, segment) => of.groups[of.segments.indexOf(segment)];
   const SIDE_PAINTS = { r: "right", l: "left" };
-  const skins = scene.devices.filter(({ kind }) => kind === "skin").map(({ segment }) => segment);
   for (const { segment, paint, geometry } of walkerBody(scene.body)) {
-    const own = skins.includes(segment) ? "device" : (SIDE_PAINTS[paint] ?? paint);
-    group(body, segment).add(new THREE.Mesh(geometry, themed[own]));
-  }
-  for (const shape of scene.devices.filter(({ kind }) => kind !== "skin")) {
-    group(body, shape.segment).add(new THREE.Mesh(solid(shape), themed.device));
+    group(body, segment).add(new THREE.Mesh(geometry, themed[SIDE_PAINTS[paint] ?? paint]));
   }
   for (const [index, segment] of body.segments.entries()) {
     const circles = scene.body.spheres.filter((sphere) => sphere.segment === segment).flatMap(rings);
@@ -678,7 +673,6 @@
   });
   player.hidden = false;
   find('[data-saves="video"]').hidden = !VIDEO || !canvas.captureStream;
-  find(".replay-key.device").hidden = find(".replay-device").hidden = !scene.devices.length;
   shown.spheres.forEach((object) => (object.visible = shows("spheres")));
   resize();
   look("oblique");

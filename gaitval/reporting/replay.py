@@ -6,9 +6,9 @@ script (`replay.js`) only looks frames up. World axes are REP-103: x forward, y 
 
 import base64
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,6 @@ from gaitval.metrics.cycles import FootEvents, foot_events, step_of
 from gaitval.metrics.results import Method, Metrics
 from gaitval.metrics.typed import array
 from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.devices.drawn import shapes
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames
@@ -281,15 +280,12 @@ def _push_of(walk: ShownWalk) -> dict[str, float]:
     return {"force": math.hypot(ahead, left), "degrees": degrees}
 
 
-def scene(
-    walk: ShownWalk, devices: Sequence[Mapping[str, Any]], pushed: Sequence[ShownWalk] = ()
-) -> dict[str, object]:
+def scene(walk: ShownWalk, pushed: Sequence[ShownWalk] = ()) -> dict[str, object]:
     """What `replay.js` reads of `walk` and of the walks that were `pushed`, as JSON values: poses,
     forces and the place in the cycle. `replay_body.js` draws the body from its joints.
 
     Poses are those of the positions of `walk` in `gaitval.model.tree`; arrays are as in
     `ShownStrides` and `ShownWalk`, with the strides of the pushed walks behind those of the walk.
-    `devices` are those of `model.devices.drawn`.
     """
     walks = [walk, *pushed]
     ends = np.cumsum([len(each.strides.seconds) for each in walks]).tolist()
@@ -308,7 +304,6 @@ def scene(
             for first, end, each in zip(ends, ends[1:], pushed, strict=False)
         ],
         "arrow": ARROW,
-        "devices": devices,
         "body": _body(walk.body, joined("positions")),
         "recorded": {"known": walk.known, **_body(walk.recorded_body, walk.recorded)},
         **{name: _packed(joined(name), "float32") for name in _NUMBERS},
@@ -348,8 +343,7 @@ def walk_pictures(run: RunFiles) -> Picture | None:
     }
     if walk is not None:
         sticks["simulation"] = stick_figure(walk.body, walk.positions[0, poses])
-    devices = shapes(run.walk.model, run.walk.devices) if run.walk.model else []
     return Picture(
         pose_strip(sticks, np.array(STRIP)),
-        None if walk is None else scene(walk, devices, [w for w in pushed if w]),
+        None if walk is None else scene(walk, [w for w in pushed if w]),
     )

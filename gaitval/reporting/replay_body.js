@@ -3,7 +3,7 @@
    `walkerBody({ joints, spheres, mass })` returns parts, each with its segment, its paint and its geometry in
    the frame of the segment (x forward, y left, z up, m). Lengths are those of the model; girths are
    those of a typical adult, wider for a body that is heavier for its legs. They have no meaning in the
-   simulation. `walkerBody.lit` makes their material, `walkerBody.solid` the shapes of devices;
+   simulation. `walkerBody.lit` makes their material;
    `walkerBody.drawnSlowly()` says whether there is no graphics card; `walkerBody.tilt` lets a slope rise. */
 "use strict";
 const walkerBody = (() => {
@@ -196,17 +196,6 @@ const walkerBody = (() => {
     return material;
   }
 
-  /* A mesh of a shape {kind, size, position, turned}; of a box the lengths, else the radius and, of a
-     cylinder along z, the length. */
-  function solid({ kind, position, size, turned = [0, 0, 0, 1] }) {
-    const made = {
-      box: () => new THREE.BoxGeometry(...size),
-      sphere: () => new THREE.SphereGeometry(size[0], 20, 12),
-      cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 20).rotateX(0.5 * Math.PI),
-    }[kind]();
-    return made.applyQuaternion(new THREE.Quaternion(...turned)).translate(...position);
-  }
-
   const parts = ({ joints, spheres, mass }) => {
     const of = (segment) => spheres.filter((sphere) => sphere.segment === segment);
     const leg = -joints.shank_r[2] - joints.foot_r[2];
@@ -249,5 +238,5 @@ const walkerBody = (() => {
     scene.quaternion.set(...room);
     scene.updateMatrixWorld(true);
   }
-  return Object.assign(parts, { lit, solid, drawnSlowly, tilt });
+  return Object.assign(parts, { lit, drawnSlowly, tilt });
 })();

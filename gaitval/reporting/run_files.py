@@ -6,18 +6,16 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from gaitval._internal.io import file_gate
-from gaitval._internal.io.artefacts import file_hash, read_json, read_toml
+from gaitval._internal.io.artefacts import file_hash, read_json
 from gaitval._internal.io.build_info import minute_of
 from gaitval.configuration import Configuration, RecordSettings, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval.errors import ArtefactError
 from gaitval.identification.body_report import Bar
 from gaitval.metrics.identified_body import identified_model
 from gaitval.metrics.results import METRICS, Metrics, StoredPushes, read_metrics
 from gaitval.model.body import BodyModel
-from gaitval.model.devices.device import Device, devices_of
-from gaitval.model.devices.drawn import DEVICES_FILE
 from gaitval.model.urdf import read_urdf
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.rollout import Rollout
@@ -68,7 +66,6 @@ class WalkFiles:
     reference : the motion that the walker follows.
     pushed : the same walk, pushed.
     legs : by what an identification found them to differ (`metrics.identified_body`).
-    device_tables : what the run was made with, as TOML.
     """
 
     model: BodyModel | None
@@ -76,7 +73,6 @@ class WalkFiles:
     rollout: Rollout | None
     pushed: Sequence[Rollout]
     legs: Mapping[str, Any] | None
-    device_tables: Mapping[str, Any] | None
 
     @property
     def found(self) -> BodyModel | None:
@@ -84,11 +80,6 @@ class WalkFiles:
         if self.model is None or self.legs is None:
             return self.model
         return identified_model(self.model, self.legs)
-
-    @property
-    def devices(self) -> Sequence[Device]:
-        """What the run was made with."""
-        return devices_of(self.device_tables, DEVICES_FILE) if self.device_tables else ()
 
 
 class StageFiles(NamedTuple):
@@ -180,7 +171,6 @@ def read_walk(folder: Path, metrics: Metrics) -> WalkFiles:
     """The walk in a run `folder` that its `metrics` refer to."""
     urdf, identification = folder / "model.urdf", folder / "identification.json"
     reference, walk = folder / "reference.npz", folder / "rollouts" / f"{metrics.final}.npz"
-    devices = folder / DEVICES_FILE
     has_legs = identification.exists() and metrics.final == "identified"
     return WalkFiles(
         read_urdf(urdf) if urdf.exists() else None,
@@ -188,7 +178,6 @@ def read_walk(folder: Path, metrics: Metrics) -> WalkFiles:
         Rollout.load(walk) if walk.exists() else None,
         [Rollout.load(each) for each in sorted(walk.parent.glob("pushed_*.npz"))],
         read_json(identification) if has_legs else None,
-        read_toml(devices, ConfigurationError) if devices.exists() else None,
     )
 
 

@@ -33,7 +33,7 @@ STAGE_VERSIONS: Final[Mapping[str, int]] = {
     "push": 1,
     "validate": 2,
     "estimate": 1,
-    "device": 1,
+    "device": 2,
     "report": 2,
 }
 """By name, for every round of Algorithm 1, and for a prediction too."""

@@ -13,7 +13,7 @@ from gaitval.cli import app
 def test_a_folder_that_cannot_be_had_is_refused_before_anybody_walks(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "wearer", lambda *_: SimpleNamespace(name="S05", own=()))
     monkeypatch.setattr(study, "outcomes", lambda *_, **__: pytest.fail("they walked"))
-    wanted = ["device", "5", "backpack", "--samples", "0", "--out"]
+    wanted = ["device", "5", "backpack", "--out"]
     with locked(tmp_path / "other"):
         found = CliRunner().invoke(app, [*wanted, str(tmp_path / "other")])
     assert found.exit_code == 2

@@ -1,22 +1,11 @@
-"""What devices do to metabolic rate: bands of models, who decides the sign, loads by share."""
+"""What devices do to metabolic rate: bands of models and their sign; loads by share."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from gaitval.apps.devices.costs import (
-    COMMON,
-    PERSON,
-    change_of,
-    cost_changes,
-    in_words,
-    person_band,
-    rate_in_words,
-    signed,
-    size,
-    unknown_in_words,
-)
+from gaitval.apps.devices.costs import COMMON, PERSON, CostChange, cost_change, signed
 from gaitval.apps.devices.results import MARGINS
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
@@ -28,26 +17,18 @@ from gaitval.scaling.scaling import scale_subject
 MODELS = ("bhargava", "umberger", "uchida", JOINTS)
 
 
-def _outcome(assumption, rates, *, speed=1.2, fell=False):
-    gross = dict(zip(MODELS, rates, strict=True))
-    return SimpleNamespace(
-        assumption=assumption,
-        cost=MetabolicCost("S05", 60.0, speed, gross),
-        curves=SimpleNamespace(speed=speed),
-        fell=fell,
-    )
+def _outcome(*changes, speed=1.2, fell=False):
+    rates = np.add((4.0, 4.5, 3.4, 3.8), changes or 0.0)
+    cost = MetabolicCost("S05", 60.0, speed, dict(zip(MODELS, rates.tolist(), strict=True)))
+    return SimpleNamespace(cost=cost, curves=SimpleNamespace(speed=speed), fell=fell)
 
 
-WITHOUT = _outcome("without", (4.0, 4.5, 3.4, 3.8))
-
-
-def _with(assumption, *changes, **options):
-    rates = np.add((4.0, 4.5, 3.4, 3.8), changes)
-    return _outcome(assumption, rates, **options)
+def _change(*changes):
+    return cost_change(_outcome(), _outcome(*changes))
 
 
 def test_a_change_is_the_mean_of_two_models_and_in_the_middle_of_its_bands():
-    change = change_of(_with("kinematics kept", 0.4, 0.5, 0.3, 0.2), WITHOUT)
+    change = _change(0.4, 0.5, 0.3, 0.2)
     assert change.before == pytest.approx(3.9)
     assert change.middle == pytest.approx(0.3)
     assert change.percent == pytest.approx(100 * 0.3 / 3.9)
@@ -57,27 +38,23 @@ def test_a_change_is_the_mean_of_two_models_and_in_the_middle_of_its_bands():
 
 
 def test_a_change_that_two_models_see_alike_is_as_large_as_they_say():
-    assert size({"bhargava": 0.3, JOINTS: 0.3, "uchida": 5.0}) == pytest.approx(0.3)
+    assert CostChange(
+        4.0, 4.3, {"bhargava": 0.3, JOINTS: 0.3, "uchida": 5.0}
+    ).size == pytest.approx(0.3)
     # Of which they see nothing together is not known to be nothing.
-    assert size({"bhargava": 0.3, JOINTS: -0.3}) == pytest.approx(0.3)
+    assert CostChange(4.0, 4.0, {"bhargava": 0.3, JOINTS: -0.3}).size == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize(("change", "sign"), [(0.9, 0), (1.2, 1), (-0.9, 0), (-1.2, -1)])
 def test_a_change_within_what_a_rate_may_move_by_itself_has_no_sign(change, sign):
     by = change * MARGINS["W/kg"]
-    found = change_of(_with("kinematics kept", by, by, by, by), WITHOUT)
+    found = _change(by, by, by, by)
     assert found.sign == sign
     assert found.agreed == np.sign(change)
 
 
 def test_a_model_that_says_the_contrary_leaves_a_change_without_sign():
-    assert change_of(_with("kinematics kept", 0.5, -0.1, 0.5, 0.5), WITHOUT).sign == 0
-
-
-def _true(random, changes):
-    """What people's mean change may be, of changes by model."""
-    middle = (changes["bhargava"] + changes[JOINTS]) / 2
-    return middle + COMMON * size(changes) * random.normal()
+    assert _change(0.5, -0.1, 0.5, 0.5).sign == 0
 
 
 def test_a_band_of_a_person_holds_people_who_change_unlike():
@@ -85,57 +62,35 @@ def test_a_band_of_a_person_holds_people_who_change_unlike():
     inside = 0
     for _ in range(4000):
         changes = {"bhargava": random.normal(), JOINTS: random.normal()}
-        change = _true(random, changes) + PERSON * (random.normal() - random.normal())
-        low, high = person_band(changes)
-        inside += low <= change <= high
+        found = CostChange(4.0, 4.0 + np.mean(list(changes.values())), changes)
+        mean = found.middle + COMMON * found.size * random.normal()
+        low, high = found.person
+        inside += low <= mean + PERSON * (random.normal() - random.normal()) <= high
     assert inside / 4000 == pytest.approx(0.90, abs=0.02)
 
 
 def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():
-    slower = _with("moments kept", -0.5, -0.5, -0.5, -0.5, speed=1.1)
-    fallen = _with("learned", -0.5, -0.5, -0.5, -0.5, fell=True)
-    kept = _with("kinematics kept", -0.1, -0.1, -0.1, -0.1)
-    assert [each.assumption for each in cost_changes([WITHOUT, kept, slower, fallen])] == [
-        "kinematics kept"
-    ]
+    less = (-0.5, -0.5, -0.5, -0.5)
+    assert cost_change(_outcome(), _outcome(*less, speed=1.1)) is None
+    assert cost_change(_outcome(), _outcome(*less, fell=True)) is None
+    assert _change(*less) is not None
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ([(0.5, 0.52, 0.48, 0.5), (0.3, 0.31, 0.29, 0.3)], "costs more, by every assumption"),
-        ([(-0.5, -0.52, -0.48, -0.5)], "costs less, by every assumption"),
-        ([(0.5, 0.5, 0.5, 0.5), (-0.5, -0.5, -0.5, -0.5)], "assumption decides the sign"),
-        ([(0.5, -0.3, 0.6, 0.1)], "models decide the sign, not the device"),
-        ([(-0.05, -0.02, -0.1, -0.04)], "costs less by every model if the motion is kept, but"),
-        ([(0.5, 0.5, 0.5, 0.5), (-0.6, 0.3, -0.6, -0.1)], "the assumptions do not agree either"),
-        ([], ""),
+        ((0.5, 0.52, 0.48, 0.5), "costs more by every model."),
+        ((-0.5, -0.52, -0.48, -0.5), "costs less by every model."),
+        ((0.5, -0.3, 0.6, 0.1), "models do not agree"),
+        ((-0.05, -0.02, -0.1, -0.04), "costs less by every model, but by so little"),
     ],
 )
-def test_the_page_says_who_decides_the_sign(changes, words):
-    names = ("kinematics kept", "moments kept")
-    found = [
-        change_of(_with(name, *each), WITHOUT) for name, each in zip(names, changes, strict=False)
-    ]
-    said = in_words(found)
+def test_a_change_is_said_with_its_sign_and_both_bands(changes, words):
+    change = _change(*changes)
+    said = change.words()
     assert words in said
-    assert bool(said) == bool(words)
-
-
-def test_a_change_is_said_with_both_bands():
-    change = change_of(_with("kinematics kept", -0.4, -0.5, -0.3, -0.2), WITHOUT)
-    said = rate_in_words(change)
-    for shown in ("−0.30 W/kg", "−8 %", *(signed(each) for each in change.band + change.person)):
+    for shown in (signed(change.middle), *(signed(each) for each in change.band + change.person)):
         assert shown in said
-
-
-def test_why_no_change_is_known_is_said():
-    kept = _with("kinematics kept", -0.1, -0.1, -0.1, -0.1)
-    assert unknown_in_words([WITHOUT, kept]) == ""
-    kept.cost = None
-    assert "muscles" in unknown_in_words([WITHOUT, kept])
-    slower = _with("kinematics kept", -0.1, -0.1, -0.1, -0.1, speed=1.0)
-    assert "speed" in unknown_in_words([WITHOUT, slower])
 
 
 @pytest.fixture(scope="module")

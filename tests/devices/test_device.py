@@ -111,30 +111,12 @@ def test_what_cannot_be_is_refused_with_place_and_remedy(case):
     assert "devices.0" in message
 
 
-def test_a_strap_on_nothing_is_refused():
-    text = GOOD.partition("motor")[0] + "strap = { stiffness = 500.0, damping = 2.0 }\n"
-    with pytest.raises(ConfigurationError, match="the strap holds nothing"):
-        read(text)
-
-
 def test_a_prosthesis_has_no_strap_and_two_hinges_at_a_joint_are_refused():
     with pytest.raises(ConfigurationError, match="Remove `strap`"):
         read(GOOD.replace('joint = "knee_angle"', 'joint = "knee_angle"\nmuscles = false'))
     second = '\n[[devices.hinges]]\njoint = "knee_angle"\ndamping = 1.0\n'
     with pytest.raises(ConfigurationError, match="more than one hinge at"):
         read(GOOD + second)
-
-
-def test_a_socket_is_of_a_prosthesis_and_holds_something():
-    socket = "socket = { stiffness = 500.0, damping = 2.0, play = 0.02 }\n"
-    own = GOOD.partition("motor")[0]
-    with pytest.raises(ConfigurationError, match="muscles = false"):
-        read(own + "damping = 1.0\n" + socket)
-    without = own.replace('joint = "knee_angle"', 'joint = "knee_angle"\nmuscles = false')
-    with pytest.raises(ConfigurationError, match="the socket holds nothing"):
-        read(without + socket)
-    (device,) = read(without + "damping = 1.0\n" + socket)
-    assert device.hinges[0].socket.play == 0.02
 
 
 def test_an_unknown_name_lists_those_that_there_are():

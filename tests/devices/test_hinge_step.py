@@ -4,7 +4,7 @@ import pytest
 from gaitval.apps.devices import hinge_step as column
 from gaitval.apps.devices.hinge_step import hinge_torque
 from gaitval.apps.devices.walking import command_noise, hinge_numbers
-from gaitval.model.devices.device import Hinge, Socket, Strap
+from gaitval.model.devices.device import Hinge, Strap
 from gaitval.model.devices.springs_and_motors import Clutch, Motor, Spring
 
 STEP = 0.0005
@@ -80,46 +80,6 @@ def test_energy_balance_of_spring_strap_and_inertia():
     assert errors[1] < 0.01
     assert errors[1] == pytest.approx(errors[0] / 4, rel=0.1)  # an integrator of first order
     assert np.abs(angle - turned).max() > 0.01
-
-
-def socketed(**socket):
-    return Hinge(
-        joint="ankle_angle", muscles=False, spring=Spring(stiffness=100.0), damping=0.2,
-        socket=Socket(damping=0.5, **socket),
-    )  # fmt: skip
-
-
-def test_a_socket_turns_freely_in_its_play_and_then_in_series_with_the_foot():
-    angle, _, torque, states = swung(socketed(stiffness=400.0, play=0.05), rate=0.5, seconds=12.0)
-    late = slice(2000, None)
-    angle, torque, turned = angle[late], torque[late], states[late, column.ANGLE]
-    # Beyond the play 1 / (1/100 + 1/400) = 80 Nm/rad; within it the dampers alone.
-    wanted = -80.0 * np.sign(angle) * np.maximum(np.abs(angle) - 0.05, 0.0)
-    np.testing.assert_allclose(torque, wanted, atol=0.1)
-    # The foot turns by what the socket does not.
-    wanted = 0.8 * np.sign(angle) * np.maximum(np.abs(angle) - 0.05, 0.0)
-    np.testing.assert_allclose(turned, wanted, atol=1e-3)
-
-
-def test_energy_balance_of_a_socket_with_play():
-    errors = []
-    for step in (4e-4, 1e-4):
-        hinge = socketed(stiffness=300.0, play=0.03)
-        _, speed, torque, states = swung(hinge, seconds=3.0, step=step)
-        rate = states[:, column.SPEED]
-        lost = step * np.sum(0.2 * rate**2 + 0.5 * (rate - speed) ** 2)
-        stored = states[:, column.STORED]
-        errors.append(abs(step * np.sum(torque * speed) - (stored[0] - stored[-1] - lost)) / lost)
-    assert errors[1] < 0.05
-    assert errors[1] == pytest.approx(errors[0] / 4, rel=0.05)  # of first order: it vanishes
-
-
-def test_a_socket_without_play_is_a_strap():
-    strap = Hinge(joint="ankle_angle", spring=Spring(stiffness=100.0), damping=0.2,
-                  strap=Strap(stiffness=300.0, damping=0.5))  # fmt: skip
-    ours, theirs = swung(socketed(stiffness=300.0)), swung(strap)
-    for one, other in zip(ours, theirs, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -93,7 +93,6 @@ def test_a_wrong_device_is_refused_before_any_work(tmp_path):
 def test_the_main_job_walks_with_a_device_then_and_links_its_page(tmp_path, monkeypatch):
     from gaitval.cli import main
 
-    monkeypatch.setattr("gaitval.apps.devices.command.SAMPLES", 4096)
     words = ["gaitval", "subject", "5", "--device", "ankle_spring", "--out", str(tmp_path)]
     for setting in QUICK:
         words += ["--set", setting]

@@ -1,11 +1,15 @@
+"""A person without and with devices: figures, curves, page, table."""
+
+import csv
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from html_page import only_html, without_figures
+from html_page import only_html
 from made_curves import made_curves
 from seen_figures import figure_of, legend, lines
 
+from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.devices import command, study
 from gaitval.apps.devices.curves import JOINTS
 from gaitval.apps.devices.page import (
@@ -15,10 +19,9 @@ from gaitval.apps.devices.page import (
     _device_figure,
     _figure,
     _force_figure,
-    strap_loads,
     write_report,
 )
-from gaitval.apps.devices.results import TITLES, figures_of
+from gaitval.apps.devices.results import MARGINS, TITLES, DeviceResult, figures_of
 from gaitval.apps.devices.study import DeviceOutcome, Wearer, outcomes, wearer
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
@@ -28,104 +31,61 @@ from gaitval.model.devices.device import load_devices
 
 @pytest.fixture(scope="module")
 def who(person):
-    return Wearer("S05", person.task, person.policy, person.mu)
+    return Wearer("S05", person.task, person.policy, person.mu, origin="5", height=1.75)
 
 
 @pytest.fixture(scope="module")
 def found(who):
-    patch = pytest.MonkeyPatch()
-    patch.setattr(study, "PUSHES", study.PUSHES[:2])
-    try:
-        return outcomes(who, load_devices("ankle_spring"), samples=0, cycles=8.0)[0]
-    finally:
-        patch.undo()
-
-
-def test_pushes_come_from_eight_sides_evenly():
-    pushes = study.pushes_of(200.0)
-    np.testing.assert_allclose(np.degrees([push[2] for push in pushes]), 45.0 * np.arange(8))
-    assert {push[1] for push in pushes} == {200.0}
-    assert len(study.PUSHES) == 24
+    return outcomes(who, load_devices("ankle_spring"), cycles=8.0)
 
 
 def test_figures_have_both_ends_of_a_curve():
     curves = made_curves()
     curves.own["knee_angle", "left"][:3] = -0.7, 0.2, 0.9
     curves.own["knee_angle", "left"][3:] = 0.0
-    figures = figures_of(DeviceOutcome("without", None, curves, 5.0, False, None), "left")
+    figures = figures_of(DeviceOutcome(None, curves, 5.0, False), "left")
     assert figures["knee: highest moment of the muscles (Nm/kg)"] == pytest.approx(0.9)
     assert figures["knee: lowest moment of the muscles (Nm/kg)"] == pytest.approx(-0.7)
 
 
-def test_a_person_is_shown_by_every_assumption(found):
-    assert [each.assumption for each in found] == ["without", "kinematics kept", "moments kept"]
-    plain, kept, moments = (figures_of(each, "right") for each in found)
+def test_a_spring_at_the_ankle_takes_a_part_of_the_calfs_moment(found):
+    plain, worn = (figures_of(each, "right") for each in found)
     name = "ankle: lowest moment of the muscles (Nm/kg)"
-    assert plain[name] < kept[name] < 0.0
-    assert plain[name] < moments[name] < 0.0
-    # the same motion; of its few cycles one may begin a step of the physics later
-    assert kept["stride time (s)"] == pytest.approx(plain["stride time (s)"], abs=0.002)
-    assert found[1].survived is None
-    assert found[0].survived == 2
+    assert plain[name] < worn[name] < 0.0
+    assert plain["ankle: lowest torque of the device (Nm/kg)"] == 0.0
+    assert worn["ankle: lowest torque of the device (Nm/kg)"] < -0.1
 
 
 def test_who_walks_with_a_device_is_held_to_the_speed_without(found):
     """Left to herself she would walk slower with these springs, and seem to save work for that."""
-    plain, _, moments = found
-    assert moments.held
-    assert moments.curves.speed == pytest.approx(plain.curves.speed, rel=0.01)
-    assert study.at_kept_speed(moments, plain)
-
-
-def test_straps_carry_what_the_device_gives(found):
-    rows = strap_loads(found[2])
-    assert [row["hinge"] for row in rows] == ["ankle angle r", "ankle angle l"]
-    assert all(row["largest"] > row["rms"] > 0.0 and row["apart"] > 0.1 for row in rows)
+    plain, worn = found
+    assert worn.held
+    assert worn.curves.speed == pytest.approx(plain.curves.speed, rel=0.01)
+    assert study.at_kept_speed(worn, plain)
 
 
 def test_no_device_is_refused(who):
     with pytest.raises(ConfigurationError, match="no device"):
-        outcomes(who, [], samples=0)
+        outcomes(who, [])
 
 
-def test_a_device_is_drawn_at_the_joints_where_it_acts(found):
-    curves = {each.assumption: each.curves for each in found}
-    # angles, moments and powers of three joints, and torque and power of the one with a spring
-    # and no panel is empty
-    assert _figure(curves, "right", "right").count('id="right-cycle.right.') == 3 * 3
-    assert _device_figure(curves, "right", "d").count('id="d-cycle.right.') == 2
-
-
-def test_a_walk_that_fell_is_called_so_and_no_other(who, found, tmp_path, monkeypatch):
-    """On the page and in the terminal, with the pushes that each survived."""
+def test_a_result_its_table_and_its_page_have_the_same_figures(who, found, tmp_path, monkeypatch):
     only_html(monkeypatch)
-    without_figures(monkeypatch)
-    mixed = [replace(each, fell=number == 2, survived=number) for number, each in enumerate(found)]
-    write_report(tmp_path, who, load_devices("ankle_spring"), mixed, None)
+    plain, worn = found
+    write_report(tmp_path, who, load_devices("ankle_spring"), plain, replace(worn, fell=True))
+    result = DeviceResult.model_validate(read_json(tmp_path / "device.json"))
+    assert (result.person, result.cycles) == (who.name, 20.0)
+    known = {(each.quantity, each.side, each.walk): each for each in result.figures}
+    assert known["hip: lowest moment of the muscles", "left", "with"].unit == "Nm/kg"
+    assert {each.unit for each in result.figures} == set(MARGINS)
+    rows = list(csv.DictReader((tmp_path / "device.csv").open(encoding="utf-8")))
+    assert [each["quantity"] for each in rows] == [each.quantity for each in result.figures]
+    assert [float(each["value"]) for each in rows] == [each.value for each in result.figures]
     page = (tmp_path / "device.html").read_text(encoding="utf-8")
-    for number, each in enumerate(mixed):
-        card = page[page.index(f"<dt>{each.assumption}</dt>") :].split("</div>")[0]
-        assert ("falls after" in card, "walks" in card) == (number == 2, number != 2)
-        assert f"survives {number} of {len(study.PUSHES)} pushes" in card
-
-
-def test_lines_are_told_apart_without_colour():
-    assert len({each["linestyle"] for each in LINES.values()}) == len(LINES)
-
-
-@pytest.mark.slow
-def test_the_report_has_all(who, found, tmp_path):
-    write_report(tmp_path, who, load_devices("ankle_spring"), found, None)
-    page = (tmp_path / "device.html").read_text(encoding="utf-8")
-    assert "Nobody knows which" in page
-    assert "by two assumptions" in page  # nothing was learned
-    assert "<b>Learned</b>" not in page
     assert "ankle: highest torque of the device" in page
     assert "hip: highest torque of the device" not in page
-    assert "stroke: #1a1a1a" not in page  # the walk without, unseen on a dark page
-    assert (tmp_path / "device.pdf").stat().st_size > 10_000
-    table = (tmp_path / "device.csv").read_text(encoding="utf-8")
-    assert "moments kept,left,ankle: lowest torque of the device,Nm/kg," in table
+    assert "<dt>without</dt><dd>walks 8 cycles" in page
+    assert "<dt>with</dt><dd>falls after 8 cycles" in page
 
 
 @pytest.mark.slow
@@ -167,9 +127,9 @@ def test_the_command_puts_no_prosthesis_on_the_sound_leg(tmp_path):
 
 
 def told_apart():
-    """Curves of which no two are equal: by kind, joint, side and assumption."""
+    """Curves of which no two are equal: by kind, joint, side and walk."""
     found = {}
-    for number, assumption in enumerate(LINES):
+    for number, walk in enumerate(LINES):
         curves = made_curves()
         for kind, size in zip((*ROWS, *OF_DEVICE), (0.1, 1.0, 2.0, 3.0, 4.0), strict=True):
             for j, joint in enumerate(JOINTS):
@@ -178,12 +138,12 @@ def told_apart():
                     getattr(curves, kind)[joint, side] = rising
         for s, side in enumerate(SIDES):
             curves.forces[side] = np.arange(101.0) + 100 * s + 1000 * number
-        found[assumption] = curves
+        found[walk] = curves
     return found
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_each_panel_shows_its_joint_kind_and_assumption(side):
+def test_each_panel_shows_its_joint_kind_and_walk(side):
     given = told_apart()
     figure = figure_of(lambda: _figure(given, side, "a"))
     panels = np.reshape(figure.axes, (len(ROWS), len(JOINTS)))

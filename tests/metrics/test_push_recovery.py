@@ -13,12 +13,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from fell_together import fell_together
+from scored import score_rollout
 from simulation_fixtures import changed, random_policy
 from synthetic_walk import SPEED, perfect_walk, synthetic_record
 
 from gaitval._internal.io.artefacts import read_json
 from gaitval._internal.io.journal import Journal
-from gaitval.apps.devices.scores import score_rollout
 from gaitval.configuration import PushSettings
 from gaitval.metrics import push_recovery as module
 from gaitval.metrics.push_recovery import (

@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fell_together import fell_together
+from scored import score_rollout
 from simulation_fixtures import changed, random_policy
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from gaitval.apps.devices.scores import score_rollout
 from gaitval.errors import ModelError
 from gaitval.metrics.rollouts import _Start, _walk
 from gaitval.model.parameters import nominal_parameters
@@ -58,17 +58,6 @@ def by_hand(environment, policy, start_phase, steps, push=None):
     return rewards, fell, info
 
 
-def test_a_score_is_the_mean_reward_of_a_planned_step(task, environment):
-    policy = random_policy(task, scale=0.1)
-    seconds = 8 * environment.walker.action_seconds
-    score = score_rollout(environment, policy, mu=MU, start_phase=0.3, seconds=seconds)
-    rewards, fell, info = by_hand(environment, policy, 0.3, 8)
-    assert not fell
-    assert score.reward == pytest.approx(np.mean(rewards), rel=1e-12)
-    assert score.cycles == info["cycles"]
-    assert not score.fell
-
-
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("phase", [0.005, 0.245, 0.255, 0.605])
 def test_on_the_reference_a_share_of_the_habit_is_left(task, share, phase):
@@ -97,34 +86,6 @@ def test_on_the_reference_a_share_of_the_habit_is_left(task, share, phase):
 
 def test_a_new_training_environment_has_no_habit_taken_away(task):
     assert WalkingEnvironment(task)._habit is None
-
-
-def test_steps_after_a_fall_count_as_nothing(task, environment):
-    """So a walk that falls is worse than one that stands, however long both were planned."""
-    policy = random_policy(task, scale=20.0)
-    score = score_rollout(environment, policy, mu=MU, start_phase=0.3, seconds=9.0)
-    rewards, fell, info = by_hand(environment, policy, 0.3, 900)
-    planned = round(9.0 / environment.walker.action_seconds)
-    assert fell
-    assert score.fell
-    assert len(rewards) < 0.5 * planned
-    assert score.reward == pytest.approx(sum(rewards[:-1]) / planned, rel=1e-12)
-    assert score.cycles == info["cycles"]
-
-
-def test_scores_do_not_depend_on_what_was_walked_before(task, environment):
-    """Common random numbers: candidates differ by mu alone."""
-    policy = random_policy(task, scale=0.1)
-    other = MU.copy()
-    other[:2] = 0.5, 0.9
-
-    def score(mu):
-        return score_rollout(environment, policy, mu=mu, start_phase=0.6, seconds=0.3)
-
-    first = score(MU)
-    changed = score(other)
-    assert score(MU) == first
-    assert changed.reward != first.reward
 
 
 @pytest.mark.parametrize("engine", ["compiled", "dart"])

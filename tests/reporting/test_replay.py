@@ -4,7 +4,6 @@ import base64
 import hashlib
 import json
 import re
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -19,14 +18,11 @@ from gaitval._internal.io.artefacts import read_json
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS
-from gaitval.model.devices.device import load_devices, write_devices
-from gaitval.model.devices.drawn import DEVICES_FILE, drawn
 from gaitval.model.ground import Ground
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.reporting import replay
 from gaitval.reporting.report import write_report
-from gaitval.reporting.run_files import read_run
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.skeleton import HumanSkeleton
 
@@ -228,7 +224,7 @@ def test_a_push_is_replayed_behind_the_walk_with_the_stride_before(folder, rollo
     pushed = shown(folder, replace(rollout, root_force=force))
     earlier = len(pushed.strides.seconds) - len(whole.strides.seconds)
     assert earlier >= 0
-    found = replay.scene(whole, [], [pushed])
+    found = replay.scene(whole, [pushed])
     count = len(whole.strides.seconds)
     (push,) = found["pushes"]
     assert (push["first"], push["end"]) == (count, count + len(pushed.strides.seconds))
@@ -239,13 +235,6 @@ def test_a_push_is_replayed_behind_the_walk_with_the_stride_before(folder, rollo
     assert arrows[count:, :, 1].max() == pytest.approx(push["force"])
     assert found["walked"] == count
     assert unpacked(found["body"]["origin"]).shape[0] == push["end"]
-
-
-def test_a_device_of_the_run_is_drawn_beside_the_body(folder, walk, tmp_path):
-    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
-    write_devices(tmp_path / DEVICES_FILE, load_devices("hip_exo"))
-    found = replay.walk_pictures(read_run(tmp_path)).scene["devices"]
-    assert found == drawn(tmp_path) != []
 
 
 def test_without_a_whole_stride_there_is_nothing_to_replay(folder):
@@ -290,10 +279,10 @@ def test_the_bundle_of_three_js_is_the_recorded_one_with_its_licence(tmp_path, m
 def test_on_a_slope_the_scene_is_turned_into_the_room(folder, walk):
     """The rotation takes the ground's normal to where it points in a room whose z is up; level
     ground says nothing of it."""
-    assert "room" not in replay.scene(walk, [])["body"]
+    assert "room" not in replay.scene(walk)["body"]
     ground = Ground(10.0, 5.0)
     there = replace(walk, body=replace(walk.body, ground=ground))
-    turn = Rotation.from_quat(replay.scene(there, [])["body"]["room"]).as_matrix()
+    turn = Rotation.from_quat(replay.scene(there)["body"]["room"]).as_matrix()
     np.testing.assert_allclose(turn @ ground.up, [0.0, 0.0, 1.0], atol=1e-12)
     ahead = turn @ [1.0, 0.0, 0.0]
     assert ahead[2] / ahead[0] == pytest.approx(0.1)  # it rises ahead

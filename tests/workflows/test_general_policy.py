@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scored import score_rollout
 from simulation_fixtures import task_of_subject
 
 from experiments.delayed_policy import SETTINGS as LATE
 from experiments.delayed_policy import taught, with_memory
 from experiments.placing_feet import Law, PlacingFeet, tried
 from experiments.slow_policy import SETTINGS, TRIED, fell, task_of
-from gaitval.apps.devices.scores import score_rollout
 from gaitval.configuration import SENSES, Configuration, load_configuration
 from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject_file import BUILTIN, load_subject

@@ -129,14 +129,14 @@ def recoveries(
     if not plain.fell:
         on, own = OnGround(walker), [g for g in grounds if _KIND_OF[type(g)] in kinds]
         for ground in own:
-            settings = asdict(ground)
-            kind, side = _KIND_OF[type(ground)], settings.pop("side")
-            say(f"{kind}, {side} foot ({setting_words(settings)})")
+            given = asdict(ground)
+            kind, side = _KIND_OF[type(ground)], given.pop("side")
+            say(f"{kind}, {side} foot ({setting_words(given)})")
             found.append(
                 {
                     "kind": kind,
                     "side": side,
-                    "settings": settings,
+                    "settings": given,
                     "survived": on.starts_survived(ground),
                     "slid": on.walk(ground).slid,
                 }

@@ -253,7 +253,7 @@ def _notes(
         found.append(
             f"Cycles are not tested: {counts[0]} before and {counts[1]} after. The test exchanges "
             "cycles between the sessions and needs four a side in each, five where strides hang "
-            f"together{_kept_none(before, after)}."
+            "together; a study's record has means alone, its import has the cycles."
         )
     if not same_markers and not (before.again and after.again):
         found.append(
@@ -271,16 +271,6 @@ def _notes(
             "moves angles by more than the same markers put on again."
         )
     return found
-
-
-def _kept_none(before: Visit, after: Visit) -> str:
-    """Why a session has no cycles, and what to do."""
-    sources = {visit.source for visit in (before, after) if not visit.cycles}
-    if "import" in sources:
-        return "; an import of an earlier gaitval kept none: import again"
-    if "record" in sources:
-        return "; a study's record has means alone: give the import that it was made from"
-    return ""
 
 
 def _counts(visit: Visit) -> str:

@@ -15,7 +15,6 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.importing.files import CYCLES, FOLDER, RECORD
 from gaitval.importing.stored import Session
-from gaitval.measurement.bands import LASTING
 from gaitval.metrics.curve_results import KINDS
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.typed import array
@@ -144,9 +143,8 @@ def _of_import(folder: Path) -> Visit:
             band = record["bands"].get(column)
             if band is not None:
                 half[name] = factor * array(band["half"])
-                again[name] = factor * (
-                    array(band["again"]) if "again" in band else _without_lasting(band)
-                )
+                if "again" in band:
+                    again[name] = factor * array(band["again"])
     files = {f"{FOLDER}/{name}": folder / FOLDER / name for name in (RECORD, "curves.csv", CYCLES)}
     return Visit(
         folder=folder,
@@ -207,12 +205,6 @@ def _columns(session: Session, kind: str, word: str) -> list[tuple[str, str]]:
                 name = f"{of[name[:-2]]}{name[-2:]}"
             found.append((f"{kind}/{name}", plain))
     return found
-
-
-def _without_lasting(band: Mapping[str, Any]) -> Array:
-    """Of an import that does not say it: by the shares that it lists, over the whole cycle."""
-    lasting = sum(s for name, s in band["sources"].items() if name.startswith(LASTING))
-    return np.asarray(array(band["half"]) * np.sqrt(max(0.0, 1.0 - lasting)))
 
 
 def _cycles(path: Path, names: Sequence[str]) -> dict[str, Array]:

@@ -1,27 +1,19 @@
 """The command that puts devices on a person."""
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
-if TYPE_CHECKING:
-    from gaitval.apps.devices.study import DeviceOutcome
-
-SAMPLES = 300_000
-"""Samples of a learned adaptation, if nobody says otherwise."""
-
 
 @added_command(
     "gaitval device 5 hip_exo",
     "gaitval device 5 my_orthosis.toml --out reports/orthosis",
     "gaitval device patient.toml                 # with the devices of the subject's file",
-    "gaitval device 5 backpack --samples 0       # without learning",
-    "gaitval device 5 --load 20 --samples 0      # a vest of 20 % of body mass",
+    "gaitval device 5 --load 20                  # a vest of 20 % of body mass",
     after="report",
 )
 def device(
@@ -56,22 +48,15 @@ def device(
             "--load", metavar="PERCENT", help="A vest of so much of body mass, up to 40 %.",
         ),
     ] = None,
-    samples: Annotated[
-        int,
-        typer.Option(
-            "--samples", metavar="N", min=0, max=10_000_000,
-            help="Samples of the learned adaptation; 0: none.",
-        ),
-    ] = SAMPLES,
 ) -> None:  # fmt: skip
     """What exoskeletons, prostheses, orthoses or loads would do to a person.
 
-    The person walks without and with the devices, by three assumptions on how people adapt: the
-    motion is kept, the control is kept, or walking is learned anew. Nobody knows which is right;
-    the report shows all: moments, work, loads and metabolic rate without and with. One to two
-    minutes.
+    The person walks without and with the devices, with the same control and at the same speed; the
+    report shows torque and power of the devices, moments, work, loads and metabolic rate. A minute.
     """
     from gaitval._internal.io.folder_lock import locked
+    from gaitval.apps.devices.answer import answer
+    from gaitval.apps.devices.costs import UNKNOWN, cost_change
     from gaitval.apps.devices.page import write_report
     from gaitval.apps.devices.study import outcomes, wearer
     from gaitval.model.devices.device import load_devices
@@ -90,28 +75,9 @@ def device(
     with locked(folder):
         with display.live_view() as live:
             live.started("device", f"{person.name}, {names}")
-            found, policy = outcomes(person, fitted, samples=samples, say=_say)
-        write_report(folder, person, fitted, found, policy)
-    _say_found(found)
+            without, worn = outcomes(person, fitted, say=display.messages.print)
+        write_report(folder, person, fitted, without, worn)
+    display.plain(answer(without, worn))
+    change = cost_change(without, worn)
+    display.plain(f"Metabolic rate: {UNKNOWN if change is None else change.words()}")
     display.plain(f"Report: {folder / 'device.html'}")
-
-
-def _say(line: str) -> None:
-    display.messages.print(line)
-
-
-def _say_found(found: Sequence["DeviceOutcome"]) -> None:
-    """A line for each assumption, and why a change of metabolic rate is not among them."""
-    from gaitval.apps.devices.costs import cost_changes, rate_in_words, unknown_in_words
-
-    rates = {each.assumption: rate_in_words(each) for each in cost_changes(found)}
-    for outcome in found:
-        walked = "fell after" if outcome.fell else "walked"
-        pushes = "" if outcome.survived is None else f"; survived {outcome.survived} of 24 pushes"
-        rate = rates.get(outcome.assumption)
-        cost = f"; metabolic rate {rate}" if rate else ""
-        display.plain(
-            f"{outcome.assumption}: {walked} {outcome.cycles:.0f} gait cycles{pushes}{cost}"
-        )
-    if not rates:
-        display.plain(f"Change of metabolic rate {unknown_in_words(found)}.")

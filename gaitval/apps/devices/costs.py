@@ -4,17 +4,15 @@ A change is of one person between two walks at one speed, so most of what models
 person cancels. What is left is of two kinds. Common to everybody is by how much the models are off,
 which more people do not make smaller: a share of the change's size (`COMMON`), found at groups of
 people who were measured. A person's own is that people do not change alike (`PERSON`, in each of
-two walks), which the band of one person has, too (`person_band`).
+two walks).
 """
 
-from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.stats import norm as normal
 
 from gaitval._internal.text.number_text import number
-from gaitval.apps.devices.answer import WORDS
 from gaitval.apps.devices.results import MARGINS
 from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
 from gaitval.quantities.metabolic_cost import JOINTS as OF_JOINTS
@@ -40,12 +38,10 @@ class CostChange(NamedTuple):
 
     Attributes
     ----------
-    assumption : how the person adapts.
     before, after : gross, mean of the muscles' and the joints' model.
     changes : by model.
     """
 
-    assumption: str
     before: float
     after: float
     changes: dict[str, float]
@@ -56,17 +52,28 @@ class CostChange(NamedTuple):
         return self.after - self.before
 
     @property
+    def size(self) -> float:
+        """How large a change is whose sign two models may not agree on: the root mean square of the
+        muscles' and the joints'.
+        """
+        known = [self.changes[each] for each in (CENTRAL, OF_JOINTS) if each in self.changes]
+        return float(np.sqrt(np.mean(np.square(known))))
+
+    @property
     def band(self) -> tuple[float, float]:
         """Low and high of 90 % of what is common to people, and of what the rate of a walk may move
         by itself.
         """
-        return _around(self.middle, REACH * COMMON * size(self.changes), MARGINS["W/kg"])
+        return self._around(MARGINS["W/kg"])
 
     @property
-    def sign(self) -> int:
-        """1 if it costs more by all of the band and every model, -1 if less, else 0."""
-        low, high = self.band
-        return self.agreed * int(low > 0.0 or high < 0.0)
+    def person(self) -> tuple[float, float]:
+        """Low and high of 90 % of one person's change."""
+        return self._around(REACH * np.sqrt(2.0) * PERSON)
+
+    def _around(self, own: float) -> tuple[float, float]:
+        reach = float(np.hypot(REACH * COMMON * self.size, own))
+        return self.middle - reach, self.middle + reach
 
     @property
     def agreed(self) -> int:
@@ -75,136 +82,52 @@ class CostChange(NamedTuple):
         return int(min(found) > 0.0) - int(max(found) < 0.0)
 
     @property
-    def person(self) -> tuple[float, float]:
-        """Low and high of 90 % of one person's change."""
-        return person_band(self.changes)
+    def sign(self) -> int:
+        """1 if it costs more by all of the band and every model, -1 if less, else 0."""
+        low, high = self.band
+        return self.agreed * int(low > 0.0 or high < 0.0)
 
     @property
     def percent(self) -> float:
         """% of the rate without devices, gross."""
         return 100.0 * self.middle / self.before
 
+    def words(self) -> str:
+        """The change, W/kg and %, with its bands, and whether it has a sign."""
+        (low, high), (least, most) = self.band, self.person
+        way = "more" if self.agreed > 0 else "less"
+        said = f"Walking with it costs {way} by every model"
+        if not self.agreed:
+            said = "The models do not agree whether walking with it costs more or less"
+        elif not self.sign:
+            said += ", but by so little that the rate of a walk may move as much by itself"
+        return (
+            f"{signed(self.middle)} W/kg ({'+' if self.percent > 0.0 else '−'}"
+            f"{number(abs(self.percent), 0)} %; 90 %: people’s mean {signed(low)} to "
+            f"{signed(high)}, one person {signed(least)} to {signed(most)}). {said}."
+        )
 
-def cost_changes(outcomes: Sequence[DeviceOutcome]) -> list[CostChange]:
-    """Of each of `outcomes` but the first, which is without: those at the speed without devices
-    whose metabolic rate is known.
+
+def cost_change(without: DeviceOutcome, worn: DeviceOutcome) -> CostChange | None:
+    """The change of metabolic rate from the walk `without` to that with devices; None where it is
+    not known of both, or they are of other speeds.
     """
-    without, *others = outcomes
-    if without.cost is None:
-        return []
-    return [
-        change_of(each, without)
-        for each in others
-        if each.cost is not None and at_kept_speed(each, without)
-    ]
-
-
-def change_of(outcome: DeviceOutcome, without: DeviceOutcome) -> CostChange:
-    """The change of metabolic rate from the walk `without`; both have one."""
-    assert outcome.cost is not None
-    assert without.cost is not None
-    now, before = outcome.cost, without.cost
+    if without.cost is None or worn.cost is None or not at_kept_speed(worn, without):
+        return None
+    now, before = worn.cost, without.cost
     changes = {
         model: now.gross[model] - before.gross[model]
         for model in now.gross
         if model in before.gross
     }
-    return CostChange(outcome.assumption, before.middle, now.middle, changes)
+    return CostChange(before.middle, now.middle, changes)
 
 
-def middle(changes: Mapping[str, float]) -> float:
-    """The stated change, of `changes` by model: the mean of the muscles' and the joints'."""
-    return float(np.mean([changes[each] for each in (CENTRAL, OF_JOINTS) if each in changes]))
-
-
-def size(changes: Mapping[str, float]) -> float:
-    """How large a change is whose sign two models may not agree on, of `changes` by model: the root
-    mean square of the muscles' and the joints'.
-    """
-    known = [changes[each] for each in (CENTRAL, OF_JOINTS) if each in changes]
-    return float(np.sqrt(np.mean(np.square(known))))
-
-
-def person_band(changes: Mapping[str, float]) -> tuple[float, float]:
-    """Low and high of 90 % of one person's change that models gave as `changes`, W/kg."""
-    own = np.sqrt(2.0) * PERSON
-    return _around(middle(changes), REACH * COMMON * size(changes), REACH * own)
-
-
-def _around(at: float, *reaches: float) -> tuple[float, float]:
-    reach = float(np.sqrt(np.sum(np.square(reaches))))
-    return at - reach, at + reach
-
-
-def in_words(changes: Sequence[CostChange]) -> str:
-    """What decides the sign: the device, the assumption, or the model; empty without a change."""
-    if not changes:
-        return ""
-    by = {sign: [each.assumption for each in changes if each.sign == sign] for sign in (1, -1, 0)}
-    if len(changes) in (len(by[1]), len(by[-1])):
-        way = "more" if by[1] else "less"
-        return f"Walking with it costs {way}, by every assumption and every model."
-    if by[1] and by[-1]:
-        return (
-            "The assumption decides the sign, not the device: walking costs more "
-            f"{_listed(by[1])}, and less {_listed(by[-1])}."
-        )
-    said = [
-        f"Walking costs {way} {_listed(by[sign])}."
-        for sign, way in ((1, "more"), (-1, "less"))
-        if by[sign]
-    ]
-    unsure = [each for each in changes if not each.sign]
-    for sign, way in ((1, "more"), (-1, "less")):
-        alike = [each.assumption for each in unsure if each.agreed == sign]
-        if alike:
-            said.append(
-                f"It costs {way} by every model {_listed(alike)}, but by so little that the rate "
-                "of a walk may move as much by itself."
-            )
-    apart = [each.assumption for each in unsure if not each.agreed]
-    if apart:
-        said.append(
-            f"The models decide the sign, not the device, {_listed(apart)}: they do not agree "
-            "whether walking costs more or less."
-        )
-    if len({each.middle > 0.0 for each in changes}) > 1:
-        said.append("By the mean of the models the assumptions do not agree either.")
-    return " ".join(said)
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " or ".join(WORDS[name][0].lower() + WORDS[name][1:] for name in names)
-
-
-def rate_in_words(change: CostChange) -> str:
-    """The change by an assumption, W/kg and %, with its bands."""
-    (low, high), (least, most) = change.band, change.person
-    return (
-        f"{signed(change.middle)} W/kg ({'+' if change.percent > 0.0 else '−'}"
-        f"{number(abs(change.percent), 0)} %; 90 %: people’s mean {signed(low)} to {signed(high)}, "
-        f"one person {signed(least)} to {signed(most)})"
-    )
-
-
-def unknown_in_words(outcomes: Sequence[DeviceOutcome]) -> str:
-    """Why no change of metabolic rate is given of `outcomes`, the first without devices; empty
-    where one is.
-    """
-    if cost_changes(outcomes):
-        return ""
-    if outcomes[0].cost is None or all(each.cost is None for each in outcomes[1:]):
-        return (
-            "not given: muscles could not be worked out, for the person’s height is not known, a "
-            "prosthesis has a part of a leg, or no gait cycle is whole"
-        )
-    return "not given: no walk with it keeps the speed without"
-
-
-def model_names(changes: Sequence[CostChange]) -> list[str]:
-    """The models of the `changes`, the one that stands for muscles first."""
-    names = list(dict.fromkeys(name for each in changes for name in each.changes))
-    return sorted(names, key=lambda name: name != CENTRAL)
+UNKNOWN: Final = (
+    "No change is given: no walk with it keeps the speed without, or muscles could not be worked "
+    "out, for a prosthesis has a part of a leg, or no gait cycle is whole."
+)
+"""Said where `cost_change` is None."""
 
 
 def signed(value: float) -> str:

@@ -5,8 +5,7 @@ spring k about r, damper c, and the strap's stiffness kₛ and damping dₛ to t
 
     J ω̇ = τ - k (θ - r) - c ω - u,    u = kₛ (θ - q) + dₛ (ω - q̇),    θ̇ = ω,
 
-and the limb gets the strap's torque u; the socket of a prosthesis is a strap, whose kₛ acts beyond
-its play p: on θ - q - p above, θ - q + p below. It is integrated implicitly in θ and ω, with q a
+and the limb gets the strap's torque u. It is integrated implicitly in θ and ω, with q a
 step ahead along its velocity; without inertia θ follows from the balance alone. Without a strap θ
 is q, and the limb gets τ - k (q - r) - c q̇. Torques and angles have the signs of the joint's
 coordinate.
@@ -24,11 +23,11 @@ from gaitval.simulation.physics_steps import Account, WalkerBody, Workspace, ent
 # Columns of the numbers of a hinge.
 (
     SPRING, REST, PULLS, DAMPING, RATCHET, TORQUE, FASTEST, POWER, BANDWIDTH,
-    STRAPPED, STRAP, STRAP_DAMPING, INERTIA, PLAY,
-) = range(14)  # fmt: skip
-NUMBERS: Final = PLAY + 1
+    STRAPPED, STRAP, STRAP_DAMPING, INERTIA,
+) = range(13)  # fmt: skip
+NUMBERS: Final = INERTIA + 1
 """Stiffness Nm/rad, rest rad, -1 pulls down, 1 up, 0 both, damping Nms/rad, 1 if the clutch takes
-up slack; Nm, rad/s, W, 1/s; 1 if there is a strap, its Nm/rad and Nms/rad, kg m², rad."""
+up slack; Nm, rad/s, W, 1/s; 1 if there is a strap, its Nm/rad and Nms/rad, kg m²."""
 # Columns of the state of a hinge.
 COMMAND, ENGAGED, HELD, EXTRA, ANGLE, SPEED, MOTOR, LIMB, STORED = range(9)
 STATE: Final = STORED + 1
@@ -76,12 +75,6 @@ def hinge_torque(step: float, angle: float, rate: float, numbers: Array, hinge: 
     if numbers[STRAPPED] > 0.0:
         strap, loss, inertia = numbers[STRAP], numbers[STRAP_DAMPING], numbers[INERTIA]
         ahead = angle + step * rate
-        # The joint's angle from which the strap is stretched; within the play it is not.
-        apart, from_there = hinge[ANGLE] - ahead, ahead
-        if abs(apart) < numbers[PLAY]:
-            strap = 0.0
-        elif numbers[PLAY] > 0.0:
-            from_there += numbers[PLAY] if apart > 0.0 else -numbers[PLAY]
         for _ in range(2):
             # ω after the step, from the implicit balance.
             free = inertia / step + damping + loss + step * (stiffness + strap)
@@ -89,7 +82,7 @@ def hinge_torque(step: float, angle: float, rate: float, numbers: Array, hinge: 
                 inertia / step * hinge[SPEED]
                 + motor
                 - stiffness * (hinge[ANGLE] - rest)
-                - strap * (hinge[ANGLE] - from_there)
+                - strap * (hinge[ANGLE] - ahead)
                 + loss * rate
             )
             speed = drive / free
@@ -98,8 +91,8 @@ def hinge_torque(step: float, angle: float, rate: float, numbers: Array, hinge: 
             if pulls == 0.0 or pulls * (rest - turned) >= 0.0:
                 break
             stiffness = 0.0
-        limb = strap * (turned - from_there) + loss * (speed - rate)
-        hinge[STORED] = 0.5 * strap * (turned - from_there) ** 2
+        limb = strap * (turned - ahead) + loss * (speed - rate)
+        hinge[STORED] = 0.5 * strap * (turned - ahead) ** 2
     else:
         turned, speed = angle, rate
         if pulls != 0.0 and pulls * (rest - turned) < 0.0:

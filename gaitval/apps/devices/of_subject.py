@@ -1,7 +1,7 @@
 """Devices of a subject: what `[[devices]]` of its file and `gaitval subject --device` ask for.
 
 The main job is of the person without them, whom the record is of; then the person walks with them,
-by every assumption, in a folder of the run. So a device can be changed without doing the main job
+in a folder of the run. So a device can be changed without doing the main job
 again.
 """
 
@@ -82,7 +82,6 @@ def stage(run: Run) -> Stage:
 
 
 def _walk(run: Run, name: str) -> None:
-    from gaitval.apps.devices.command import SAMPLES
     from gaitval.apps.devices.page import write_report
     from gaitval.apps.devices.study import Wearer, outcomes
     from gaitval.study.inputs import stored_policy, validated_task
@@ -90,9 +89,9 @@ def _walk(run: Run, name: str) -> None:
     task, mu = validated_task(run)
     policy = stored_policy(run, run.folder / "policy")
     origin = str(run.folder.resolve())
-    person = Wearer(run.subject.identifier, task, policy, mu, origin=origin)
+    height = run.subject.height_m
+    person = Wearer(run.subject.identifier, task, policy, mu, origin=origin, height=height)
     devices = run.subject.devices
     folder, say = run.folder / name, run.observer.say
-    found, learned = outcomes(person, devices, samples=SAMPLES, say=say)
-    write_report(folder, person, devices, found, learned)
+    write_report(folder, person, devices, *outcomes(person, devices, say=say))
     say(f"With {name.replace('-', ', ')}: {folder / PAGE}")

@@ -1,6 +1,5 @@
 """The report of devices on a person: without and with, side by side."""
 
-import shutil
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -10,35 +9,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitval.apps.devices.answer import WORDS, answers, kept_in_words, torques
-from gaitval.apps.devices.costs import (
-    cost_changes,
-    in_words,
-    model_names,
-    rate_in_words,
-    signed,
-    unknown_in_words,
-)
+from gaitval.apps.devices.answer import answer, torques
+from gaitval.apps.devices.costs import UNKNOWN, cost_change, signed
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
-from gaitval.apps.devices.replayed import replayed, shown_method
 from gaitval.apps.devices.results import TITLES, DeviceResult, figures, figures_of
-from gaitval.apps.devices.study import CYCLES, PUSHES, DeviceOutcome, Wearer, at_kept_speed
+from gaitval.apps.devices.study import CYCLES, DeviceOutcome, Wearer, at_kept_speed
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.devices.device import Device, write_devices
-from gaitval.model.devices.drawn import DEVICES_FILE
-from gaitval.model.urdf import write_urdf
-from gaitval.policy.storage import Policy, save_policy
 from gaitval.quantities.metabolic_cost import LEFT_OUT
 from gaitval.reporting.drawing import legend_above, link, new_figure, svg
-from gaitval.reporting.replay import SCRIPTS
 
 LINES: Final = {
     "without": {"color": "#1a1a1a", "linestyle": "-"},
-    "kinematics kept": {"color": "#009e73", "linestyle": "--"},
-    "moments kept": {"color": "#d55e00", "linestyle": "-."},
-    "learned": {"color": "#0072b2", "linestyle": ":"},
+    "with": {"color": "#d55e00", "linestyle": "-."},
 }
-"""Of each assumption; told apart without colours, too, and where they lie on each other."""
+"""Of each walk; told apart without colours, too, and where they lie on each other."""
 ROWS: Final = {
     "angles": ("Angle (°)", 180.0 / np.pi),
     "own": ("Moment of the muscles (Nm/kg)", 1.0),
@@ -62,7 +47,7 @@ def _with_device(curves: Mapping[str, WalkCurves], side: Side) -> list[str]:
 
 
 def _figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
-    """Every curve of the person on a side, a line for each assumption."""
+    """Every curve of the person on a side, a line for each walk."""
     with new_figure(1.8 * len(ROWS)) as figure:
         panels = figure.subplots(len(ROWS), len(JOINTS), sharex=True)
         for row, (kind, (label, factor)) in zip(panels, ROWS.items(), strict=True):
@@ -103,16 +88,16 @@ def _lines(
     of: tuple[str, Side],
     factor: float,
 ) -> None:
-    """The curve of a joint and side (`of`) by each assumption."""
-    for assumption, each in curves.items():
+    """The curve of a joint and side (`of`) of each walk."""
+    for walk, each in curves.items():
         curve = factor * getattr(each, kind)[of]
-        look: Any = LINES[assumption]
-        axes.plot(np.linspace(0.0, 100.0, 101), curve, label=assumption, **look)
+        look: Any = LINES[walk]
+        axes.plot(np.linspace(0.0, 100.0, 101), curve, label=walk, **look)
     axes.axhline(0.0, color="0.8", lw=0.5, zorder=0)
 
 
 def _legend(figure: Figure, axes: Axes) -> None:
-    """Say above a `figure` which line of its `axes` is which assumption."""
+    """Say above a `figure` which line of its `axes` is which walk."""
     legend_above(figure, axes.get_legend_handles_labels()[0], columns=4, size=8.0)
 
 
@@ -121,8 +106,8 @@ def _force_figure(curves: Mapping[str, WalkCurves]) -> str:
     with new_figure(2.6) as figure:
         panels = figure.subplots(1, 2, sharey=True)
         for axes, side in zip(panels, SIDES, strict=True):
-            for assumption, each in curves.items():
-                axes.plot(phase, each.forces[side], label=assumption, **LINES[assumption])
+            for walk, each in curves.items():
+                axes.plot(phase, each.forces[side], label=walk, **LINES[walk])
             link(axes, "cycle", side, 0)
             axes.set_title(f"{side} foot")
             axes.set_xlabel("Gait cycle (%)")
@@ -131,74 +116,47 @@ def _force_figure(curves: Mapping[str, WalkCurves]) -> str:
         return svg(figure, "forces")
 
 
-def strap_loads(outcome: DeviceOutcome) -> list[dict[str, Any]]:
-    """What the straps of each hinge carry: largest and root mean square torque, Nm, and the largest
-    angle by which the device and the joint differ, degrees.
-    """
-    from gaitval.model.tree import ROOT_DOFS
-
-    walk, rows = outcome.walk, []
-    for h, (name, joint) in enumerate(zip(walk.hinges, walk.joints, strict=True)):
-        apart = walk.angle[:, h] - walk.rollout.positions[:, ROOT_DOFS + joint]
-        rows.append(
-            {
-                "hinge": name.replace("_", " "),
-                "largest": float(np.abs(walk.limb[:, h]).max()),
-                "rms": float(np.sqrt(np.mean(walk.limb[:, h] ** 2))),
-                "apart": float(np.degrees(np.abs(apart).max())),
-            }
-        )
-    return rows
-
-
 def write_report(
     folder: Path,
     person: Wearer,
     devices: Sequence[Device],
-    outcomes: Sequence[DeviceOutcome],
-    policy: Policy | None,
+    without: DeviceOutcome,
+    worn: DeviceOutcome,
 ) -> None:
-    """Write device.html, device.pdf, device.csv, the devices, the person's body, the learned policy
-    and device.json into `folder`; walks are of `CYCLES`.
+    """Write device.html, device.pdf, device.csv, device.json and devices.toml, the `devices`, into
+    `folder`; walks are of `CYCLES`.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    write_urdf(person.task.model, folder / "model.urdf")
-    write_devices(folder / DEVICES_FILE, devices)
-    curves = {each.assumption: each.curves for each in outcomes if each.curves is not None}
-    sides = {side: [figures_of(each, side) for each in outcomes] for side in SIDES}
+    write_devices(folder / "devices.toml", devices)
+    outcomes = {"without": without, "with": worn}
+    curves = {name: each.curves for name, each in outcomes.items() if each.curves is not None}
     fitted = {side: [TITLES[joint] for joint in _with_device(curves, side)] for side in SIDES}
-    tables = {
-        side: [
+    tables = {}
+    for side in SIDES:
+        found = [figures_of(each, side) for each in outcomes.values()]
+        tables[side] = [
             (name, [each.get(name) for each in found])
             for name in next((each for each in found if each), {})
             if "of the device" not in name or name.partition(":")[0] in fitted[side]
         ]
-        for side, found in sides.items()
-    }
     result = DeviceResult.made(
-        person=person.name, walker=person.origin, cycles=CYCLES, figures=figures(outcomes)
+        person=person.name, walker=person.origin, cycles=CYCLES, figures=figures(without, worn)
     )
+    change = cost_change(without, worn)
     context: dict[str, Any] = {
         "person": person.name,
         "devices": devices,
         "mass": sum(device.mass for device in devices),
         "outcomes": outcomes,
-        "answers": answers(outcomes, devices),
-        "torques": torques(outcomes),
-        "held": kept_in_words(outcomes),
-        "costs": (changes := cost_changes(outcomes)),
-        "cost_words": in_words(changes),
-        "cost_rates": [f"{WORDS[each.assumption]} {rate_in_words(each)}" for each in changes],
-        "cost_unknown": unknown_in_words(outcomes),
-        "cost_models": model_names(changes),
+        "answer": answer(without, worn),
+        "torques": torques(worn),
+        "held": worn.held,
+        "kept": at_kept_speed(worn, without),
+        "cost": change,
+        "cost_words": UNKNOWN if change is None else change.words(),
         "left_out": LEFT_OUT,
         "signed": signed,
-        "kept": [at_kept_speed(each, outcomes[0]) for each in outcomes],
         "tables": tables,
-        "pushes": len(PUSHES),
-        "straps": [(each.assumption, strap_loads(each)) for each in outcomes if each.walk.hinges],
-        "picture": replayed(folder, person, outcomes),
-        "method": shown_method(person, outcomes[0]),
         "drawings": {
             "right": partial(_figure, curves, "right", "right"),
             "left": partial(_figure, curves, "left", "left"),
@@ -210,7 +168,4 @@ def write_report(
             "forces": partial(_force_figure, curves),
         },
     }
-    result.write(folder, scripts=SCRIPTS, **context)
-    shutil.rmtree(folder / "policy", ignore_errors=True)  # of an earlier run that learned
-    if policy is not None:
-        save_policy(policy, folder / "policy")
+    result.write(folder, **context)

@@ -1,6 +1,6 @@
 """The result of devices on a person: its figures."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from gaitval.coordinates import SIDES, Side
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 TITLES: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 MARGINS: Final = {
     "cycles": 0.5,
-    "pushes": 2.0,
     "m/s": 0.02,
     "s": 0.01,
     "% of the cycle": 0.5,
@@ -23,14 +22,14 @@ MARGINS: Final = {
     "W/kg": 0.1,
 }
 """By which a figure may move, by its unit, before it is another: a few hundredths of the largest
-value in ordinary walking. Cycles and pushes are counts that hang on single falls."""
+value in ordinary walking. Cycles are a count that hangs on single falls."""
 
 
 class DeviceFigure(Result):
     """A figure of a walk."""
 
-    assumption: str
-    """How the person adapts; `without` devices."""
+    walk: Literal["without", "with"]
+    """The devices."""
     side: Side | None
     """None of what is of the whole walk."""
     quantity: str
@@ -39,14 +38,14 @@ class DeviceFigure(Result):
 
 
 class DeviceResult(Written):
-    """What devices do to a person, by each assumption on how the person adapts."""
+    """What devices do to a person."""
 
     NAME: ClassVar[str] = "device"
     TEMPLATE: ClassVar[str] = "gaitval.apps.devices:device.html.j2"
     TABLES: ClassVar[Mapping[str, tuple[str, type[Result]]]] = {"device": ("figures", DeviceFigure)}
 
-    schema_version: Literal[4]
-    """4: a figure has its assumption and side apart, and the table has the same rows."""
+    schema_version: Literal[5]
+    """5: of two walks, without and with the devices."""
     person: str
     walker: str
     """Subject or folder that the person is of."""
@@ -106,13 +105,13 @@ def _of_muscles(outcome: "DeviceOutcome", side: Side) -> dict[str, float]:
     }
 
 
-def figures(outcomes: "Sequence[DeviceOutcome]") -> list[DeviceFigure]:
+def figures(without: "DeviceOutcome", worn: "DeviceOutcome") -> list[DeviceFigure]:
     """All figures of a result."""
     found = []
-    for outcome in outcomes:
+    of_walk: tuple[tuple[Literal["without", "with"], DeviceOutcome], ...]
+    of_walk = (("without", without), ("with", worn))
+    for walk, outcome in of_walk:
         whole = {"gait cycles walked (cycles)": outcome.cycles}
-        if outcome.survived is not None:
-            whole["pushes survived (pushes)"] = float(outcome.survived)
         for model, rate in ({} if outcome.cost is None else outcome.cost.gross).items():
             whole[f"gross metabolic rate, {model} (W/kg)"] = rate
         sides: dict[Side | None, dict[str, float]] = {None: whole}
@@ -121,12 +120,6 @@ def figures(outcomes: "Sequence[DeviceOutcome]") -> list[DeviceFigure]:
             for name, value in values.items():
                 quantity, _, unit = name.removesuffix(")").rpartition(" (")
                 found.append(
-                    DeviceFigure(
-                        assumption=outcome.assumption,
-                        side=of,
-                        quantity=quantity,
-                        unit=unit,
-                        value=value,
-                    )
+                    DeviceFigure(walk=walk, side=of, quantity=quantity, unit=unit, value=value)
                 )
     return found

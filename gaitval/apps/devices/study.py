@@ -1,18 +1,20 @@
-"""A person without and with devices, by each assumption on how the person adapts."""
+"""A person without and with devices.
 
-import math
+With them the person's control stays as it was: servo, feed-forward and policy. The devices' torque
+and mass are added, and the motion changes. What people carry on the trunk they know the weight of:
+its part of the moments is fed forward, too (`walking.moments_of_carrying`).
+"""
+
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 import gaitval
-from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
 from gaitval.apps.devices.curves import WalkCurves, walk_curves
 from gaitval.apps.devices.device_walk import DeviceWalk
-from gaitval.apps.devices.learning import EFFORT, adapt
-from gaitval.apps.devices.scores import RolloutScore, score_rollout
 from gaitval.apps.devices.sound_leg import check_side
 from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
 from gaitval.arrays import Array
@@ -27,6 +29,7 @@ from gaitval.model.devices.device import Device, devices_of
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.quantities.metabolic_cost import MetabolicCost, metabolic_cost
 from gaitval.scaling.scaling import scale_subject
@@ -35,25 +38,9 @@ from gaitval.study.stored_policy import general_walker
 
 CYCLES: Final = 20.0
 """Gait cycles of each walk."""
-_Push = tuple[float, float, float]
-"""Phase, force N and direction rad."""
-
-
-def pushes_of(force: float) -> tuple[_Push, ...]:
-    """Eight pushes of `force` N, one from each direction at changing phases."""
-    return tuple((2.0 + 0.25 * (k % 4), force, 2.0 * math.pi * k / 8) for k in range(8))
-
-
-PUSHES: Final = tuple(push for force in (100.0, 200.0, 300.0) for push in pushes_of(force))
-"""Those that are tried."""
-PROSTHETIC_EFFORT: Final = 1.0
-"""Times the cost of the moments in an ordinary training that one with a prosthesis has: to walk at
-all comes before ease."""
 SAME_SPEED: Final = 0.01
 """Fraction by which a walk may be slower or faster than that without and counts as of one speed.
 Positive work of a walk at another speed would differ for its speed alone."""
-AFTER: Final = 5.0
-"""Gait cycles that a push must be survived for."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +54,7 @@ class Wearer:
     mu : (14,) body parameters.
     own : devices that are part of the subject: of `[[devices]]` in its file.
     origin : what `wearer` found this person by.
+    height : m.
     """
 
     name: str
@@ -75,7 +63,7 @@ class Wearer:
     mu: Array
     own: tuple[Device, ...] = ()
     origin: str = ""
-    height: float | None = None
+    height: float = 0.0
 
 
 def wearer(name_or_path: str, fitted: Sequence[Device] = ()) -> Wearer:
@@ -111,27 +99,23 @@ def wearer(name_or_path: str, fitted: Sequence[Device] = ()) -> Wearer:
 
 @dataclass(frozen=True)
 class DeviceOutcome:
-    """What becomes of a person by one assumption.
+    """What becomes of a person without or with devices.
 
     Attributes
     ----------
-    assumption : `without` devices, or how the person adapts.
-    walk, curves : None if there is no complete gait cycle.
+    walk, curves : no curves if there is no complete gait cycle.
     cycles : gait cycles walked of those that were asked for.
     fell : whether the walk ended in a fall.
-    survived : of `PUSHES`; None where nothing can fall.
     held : whether the walker was held to the speed without devices, as on a treadmill.
     muscles : of the walk; None where they cannot be worked out.
     cost : metabolic rate of the walk, per kg of the person; None where muscles are not known, or
         a prosthesis has a part of a leg.
     """
 
-    assumption: str
     walk: DeviceWalk
     curves: WalkCurves | None
     cycles: float
     fell: bool
-    survived: int | None
     held: bool = False
     muscles: MuscleGait | None = None
     cost: MetabolicCost | None = None
@@ -165,29 +149,14 @@ Say = Callable[[str], None]
 """Called with a line on what is being done."""
 
 
-def pushes_survived(environment: WalkingEnvironment, policy: Policy, mu: Array) -> int:
-    """How many of `PUSHES` a walker survives."""
-    return sum(not pushed(environment, policy, mu, push).fell for push in PUSHES)
-
-
-def pushed(environment: WalkingEnvironment, policy: Policy, mu: Array, push: _Push) -> RolloutScore:
-    """A walk until `AFTER` gait cycles after a push."""
-    seconds = (push[0] + AFTER) * environment.task.reference.stride_time
-    return score_rollout(environment, policy, mu=mu, start_phase=0.0, seconds=seconds, push=push)
-
-
 def device_muscles(
-    person: Wearer, devices: Sequence[Device], walk: DeviceWalk, own: Array | None
+    person: Wearer, devices: Sequence[Device], walk: DeviceWalk
 ) -> tuple[MuscleGait | None, MetabolicCost | None]:
     """Muscles of a `walk` with `devices`, whose torques they need not make, and what it costs; None
-    where they cannot be worked out. `own` (T, 25) Nm are moments to take for the muscles', as for
-    `walk_curves`.
+    where they cannot be worked out.
     """
-    if person.height is None:
-        return None, None
     configuration = person.task.configuration
     rollout = walk.rollout
-    made = rollout.moments if own is None else own
     lost: dict[Side, set[str]] = {}
     for device in devices:
         for side in device.sides:
@@ -195,12 +164,12 @@ def device_muscles(
             if gone:
                 lost.setdefault(side, set()).update(gone)
     motion = walk_motion(
-        replace(rollout, moments=made),
+        rollout,
         find_cycles(rollout, configuration).first(configuration.validation.cycles),
         apply_parameters(person.task.model, person.mu),
         height=person.height,
         lost=lost,
-        torques=walk.total_moments - made,
+        torques=walk.total_moments - rollout.moments,
         laden=apply_parameters(body_with(person.task.model, devices), person.mu)
         if devices
         else None,
@@ -212,47 +181,43 @@ def device_muscles(
     return found, metabolic_cost([motion], found)
 
 
-def _outcome(
-    person: Wearer,
-    devices: Sequence[Device],
-    assumption: str,
-    walk: DeviceWalk,
-    survived: int | None,
-    own: Array | None = None,
-    *,
-    held: bool = False,
-) -> DeviceOutcome:
-    """What a `walk` by an `assumption` came to; `own` as for `device_muscles`."""
-    rollout, task = walk.rollout, person.task
-    try:
-        curves = walk_curves(walk, task.configuration, task.model.mass, own)
-    except RecordError:
-        curves = None
-    walked = float(rollout.phase[-1] - rollout.start_phase[0])
-    worn = () if assumption == "without" else devices
-    muscles, cost = (None, None) if curves is None else device_muscles(person, worn, walk, own)
-    return DeviceOutcome(
-        assumption, walk, curves, walked, bool(rollout.fell[0]), survived, held, muscles, cost
+def walk_without(person: Wearer, cycles: float) -> DeviceWalk:
+    """The walk of a `person` without devices."""
+    environment = WalkingEnvironment(person.task)
+    rollout = record_rollout(
+        environment, person.policy, mu=person.mu, start_phase=0.0, cycles=cycles
     )
+    nothing = np.zeros((len(rollout.time), 0))
+    return DeviceWalk(rollout, (), nothing, nothing, nothing, nothing, nothing)
+
+
+def _outcome(
+    person: Wearer, devices: Sequence[Device], walk: DeviceWalk, *, held: bool = False
+) -> DeviceOutcome:
+    """What a `walk` with `devices` came to."""
+    rollout, task = walk.rollout, person.task
+    walked, fell = float(rollout.phase[-1] - rollout.start_phase[0]), bool(rollout.fell[0])
+    try:
+        curves = walk_curves(walk, task.configuration, task.model.mass)
+    except RecordError:
+        return DeviceOutcome(walk, None, walked, fell, held)
+    return DeviceOutcome(walk, curves, walked, fell, held, *device_muscles(person, devices, walk))
 
 
 def outcomes(
     person: Wearer,
     devices: Sequence[Device],
     *,
-    samples: int,
     cycles: float = CYCLES,
     say: Say = lambda _: None,
-) -> tuple[list[DeviceOutcome], Policy | None]:
-    """The `person` without and with `devices`, and the policy that has learned them, over `cycles`
-    of each walk. `samples` are of the learned adaptation; none is made for 0. `say` is told what
+) -> tuple[DeviceOutcome, DeviceOutcome]:
+    """The `person` without and with `devices`, over `cycles` of each walk. `say` is told what
     begins.
 
     Who walks with the devices is held to the speed and cadence without them, as on the treadmill of
     most published experiments: else a device that makes a person slow would seem to save work.
     Where that makes the walker fall, and with a prosthesis, which has no such muscles, the walk is
-    at the speed that comes (`DeviceOutcome.held`, `at_kept_speed`). Pushes are at the speed that
-    comes: who is pushed on the ground may take a longer step.
+    at the speed that comes (`DeviceOutcome.held`, `at_kept_speed`).
     """
     if not devices:
         raise ConfigurationError(
@@ -260,43 +225,14 @@ def outcomes(
             "subject's file."
         )
     task = with_devices(person.task, devices)
-    environment = DeviceEnvironment(task)
     say("walking without a device")
-    plain = walk_without(task, person.policy, person.mu, cycles)
-    stumps = any(each.stumps for each in devices)
-    pace = None if stumps or plain.rollout.fell[0] else pace_of(plain, person.task)
-    found = partial(_outcome, person, devices)
-
-    def walked(assumption: str, policy: Policy) -> DeviceOutcome:
-        survived = pushes_survived(environment, policy, person.mu)
-        if pace is not None:
-            treadmill = DeviceEnvironment(task, pace=pace)
-            walk = walk_with(treadmill, policy, mu=person.mu, cycles=cycles)
-            if not walk.rollout.fell[0]:
-                return found(assumption, walk, survived, held=True)
-        walk = walk_with(environment, policy, mu=person.mu, cycles=cycles)
-        return found(assumption, walk, survived)
-
-    bare = WalkingEnvironment(person.task)
-    results = [found("without", plain, pushes_survived(bare, person.policy, person.mu))]
-    say("what is left for the muscles if the motion is kept")
-    kept = kinematics_kept(environment, plain.rollout)
-    results.append(found("kinematics kept", kept.walk, None, kept.own))
-    say("walking with the device, the person's control kept")
-    results.append(walked("moments kept", person.policy))
-    if not samples:
-        return results, None
-    say("learning to walk with the device")
-    learned = adapt(
-        task,
-        person.policy,
-        samples=samples,
-        effort=PROSTHETIC_EFFORT if stumps else EFFORT,
-        pace=pace,
-        on_progress=lambda done, total, length: say(
-            f"learning: {min(100, 100 * done // total)} %"
-            + ("" if length is None else f", episodes of {length:.1f} gait cycles")
-        ),
-    )
-    results.append(walked("learned", learned))
-    return results, learned
+    plain = walk_without(person, cycles)
+    without = _outcome(person, (), plain)
+    say("walking with the device")
+    if not (without.fell or any(each.stumps for each in devices)):
+        treadmill = DeviceEnvironment(task, pace=pace_of(plain, person.task))
+        walk = walk_with(treadmill, person.policy, mu=person.mu, cycles=cycles)
+        if not walk.rollout.fell[0]:
+            return without, _outcome(person, devices, walk, held=True)
+    walk = walk_with(DeviceEnvironment(task), person.policy, mu=person.mu, cycles=cycles)
+    return without, _outcome(person, devices, walk)

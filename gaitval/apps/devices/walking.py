@@ -14,21 +14,17 @@ from gaitval.apps.devices.hinge_step import hinge_torques, steps_with_devices
 from gaitval.apps.devices.phase_estimate import PhaseEstimate
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, SIDES, Side
-from gaitval.model.body import JOINT_COORDINATES, SEGMENTS, BodyModel
+from gaitval.model.body import BodyModel
 from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.controllers import Controller, Measured
 from gaitval.model.devices.device import Device, Hinge, check_together
 from gaitval.model.devices.springs_and_motors import Motor
-from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import (
     ACTUATED_COUNT,
     COORDINATE_COUNT,
     ROOT_DOFS,
-    SEGMENT_COUNT,
-    forward,
 )
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.observation import PARAMETERS_OBSERVED
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.simulation.physics_steps import (
@@ -41,8 +37,6 @@ from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, 
 Maker = Callable[[], Controller]
 """Makes a controller for one hinge: a class, for instance."""
 _PULLS: Final = {"down": -1.0, "both": 0.0, "up": 1.0}
-DAMPING_OBSERVED: Final = PARAMETERS_OBSERVED.start + PARAMETERS.index("damping")
-"""Where the observation has the damping of the joints."""
 _CARRYING: Final = ("pelvis", "torso")
 """Segments on which the legs carry a load."""
 _OF_LEGS: Final = ("hip", "knee", "ankle", "subtalar", "mtp")
@@ -106,8 +100,8 @@ class FittedDevice(NamedTuple):
 
     @property
     def rigid(self) -> bool:
-        """Whether it turns as its joint does: neither strap nor socket lets it turn otherwise."""
-        return self.hinge.strap is None and self.hinge.socket is None
+        """Whether it turns as its joint does: no strap lets it turn otherwise."""
+        return self.hinge.strap is None
 
 
 def fitted_devices(task: DeviceTask) -> tuple[FittedDevice, ...]:
@@ -118,7 +112,7 @@ def fitted_devices(task: DeviceTask) -> tuple[FittedDevice, ...]:
             for name in device.places(hinge.joint):
                 side: Side = "left" if name.endswith("_l") else "right"
                 controller = task.own() if task.own and hinge.motor else hinge.controller
-                implicit = not (hinge.muscles or hinge.motor or hinge.socket)
+                implicit = not (hinge.muscles or hinge.motor)
                 joint = ACTUATED.index(name)
                 found.append(FittedDevice(name, joint, side, hinge, device, controller, implicit))
     return tuple(found)
@@ -154,7 +148,7 @@ def moments_of_carrying(moments: Array, ground_reaction: Array, load: float) -> 
 
 def hinge_numbers(hinge: Hinge) -> Array:
     """(NUMBERS,) of a hinge for `hinge_step`."""
-    spring, motor, strap, socket = hinge.spring, hinge.motor, hinge.strap, hinge.socket
+    spring, motor, strap = hinge.spring, hinge.motor, hinge.strap
     ratchet = hinge.clutch is not None and hinge.clutch.ratchet
     numbers = np.zeros(column.NUMBERS)
     if spring is not None:
@@ -165,9 +159,7 @@ def hinge_numbers(hinge: Hinge) -> Array:
         rate = 2.0 * math.pi * motor.bandwidth
         numbers[column.TORQUE : column.BANDWIDTH + 1] = motor.torque, motor.speed, motor.power, rate
     if strap is not None:
-        numbers[column.STRAPPED :] = 1.0, strap.stiffness, strap.damping, strap.inertia, 0.0
-    if socket is not None:
-        numbers[column.STRAPPED :] = 1.0, socket.stiffness, socket.damping, 0.0, socket.play
+        numbers[column.STRAPPED :] = 1.0, strap.stiffness, strap.damping, strap.inertia
     return numbers
 
 
@@ -192,7 +184,6 @@ class DeviceWalker(Walker):
     ----------
     worn : its hinges.
     hinges : (H, STATE) their state, see `hinge_step`.
-    noise_seed : of the motors' noise, in every walk.
     """
 
     def __init__(
@@ -216,7 +207,6 @@ class DeviceWalker(Walker):
             self._numbers[row] = hinge_numbers(fit.hinge)
         self.hinges = np.zeros((len(self._beside), column.STATE))
         self._kept: list[Array] = []
-        self.noise_seed = 0
         super().__init__(task, engine=engine, arrays=arrays)
         if load := carried(task):
             forces = closed_cycle(task.reference.ground_reaction)
@@ -267,7 +257,7 @@ class DeviceWalker(Walker):
         self.hinges[:, column.SPEED] = velocities[self._which]
         self._time = 0.0
         self._kept = []
-        self._noise = np.random.default_rng(self.noise_seed)
+        self._noise = np.random.default_rng(0)
         stride = self.task.reference.stride_time
         self._estimates = {
             (id(device), side): PhaseEstimate(device.foot_switch, stride)
@@ -393,60 +383,14 @@ class DeviceWalker(Walker):
             speed=float(state[column.SPEED]),
             torque=float(state[column.LIMB]),
             moment=float(self.mean_moments[fit.joint]),
-            inclination=self._inclination(fit.name),
-            forward=-1.0 if fit.name.startswith(("knee", "lumbar_extension")) else 1.0,
             mass=self._person.mass,
         )
-
-    def _inclination(self, name: str) -> float:
-        """rad, of the segment below a joint from the vertical, seen from the side: positive if the
-        lower end of a limb, or the upper end of the trunk, is ahead.
-        """
-        (segment,) = (s for s, names in JOINT_COORDINATES.items() if name in names)
-        frames = self._work.frames  # every physics step fills them anew
-        forward(self.tree.joint_position, self.state[0], frames, SEGMENT_COUNT)
-        up = frames.rotation[SEGMENTS.index(segment), :, 2]
-        return math.atan2(up[0] if segment == "torso" else -up[0], up[2])
 
     def move(self, way: Array) -> None:
         """Move the whole body by `way` (2,) m, forward and left."""
         self.state[0, 3:5] += way
         if self._outside is not None:
             self._outside.set(self.state[0], self.state[1])
-
-    def sense(self, positions: Array, velocities: Array, loads: Array, moments: Array) -> None:
-        """Let the devices measure a state that they did not make, and act for an action:
-        `positions` and `velocities` (31,) of the body, vertical `loads` (2,) N on the right and the
-        left foot, and `moments` (25,) Nm of the muscles.
-        """
-        self.state[0], self.state[1] = positions, velocities
-        self._loads = loads
-        self.mean_moments[:] = moments
-        self._control()
-        self._time += self.action_seconds
-
-    def led(self, before: Array, after: Array) -> Array:
-        """(H, 5) of the hinges after a physics step with a body that is led from a state `before`
-        to a state `after`, both (2, 31), as `logged` has them.
-        """
-        unused = np.zeros(before.shape[1])
-        hinge_torques(self.physics_step, before, self._which, self._numbers, self.hinges, unused)
-        rows, beside = np.zeros((len(self.fitted), len(LOGGED))), 0
-        for h, fit in enumerate(self.fitted):
-            angle, rate = after[:, ROOT_DOFS + fit.joint]
-            if fit.implicit:
-                # As in a walk, whose joints' own springs and dampers act by the state after a step.
-                rest = self.body.tables.positions[0, fit.joint]
-                rows[h, 0] = (
-                    self.body.stiffness[fit.joint] * (rest - angle)
-                    - self.body.total_damping[fit.joint] * rate
-                )
-            else:
-                rows[h] = self.hinges[beside, LOGGED]
-                beside += 1
-            if fit.rigid:
-                rows[h, 3:] = angle, rate
-        return rows
 
     def logged(self) -> Array:
         """(T, H, 5) what was kept of the recorded steps, in the order of `worn` and `LOGGED`."""
@@ -508,7 +452,6 @@ class DeviceEnvironment(WalkingEnvironment):
         self.walker = DeviceWalker(task, engine=engine)
         self.shift = np.zeros(2)
         self._place = np.zeros(COORDINATE_COUNT)
-        self._one_sided = any(len(device.sides) == 1 for device in task.devices)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -537,18 +480,6 @@ class DeviceEnvironment(WalkingEnvironment):
     def _pace(self) -> float:
         """That which the walker is held to, or chose in its last action."""
         return super()._pace() if self.pace is None else self.pace
-
-    def told(self) -> NDArray[np.float32]:
-        """The observation, which says which leg is which if a device is on one side only.
-
-        The policy acts on the mirror image in the left leg's half of the cycle, so it could not
-        know the side of a prosthesis. It sees that in place of the damping of the joints, which is
-        observed as -1 to 1 and matters little.
-        """
-        observation = super().told()
-        if self._one_sided and self._mirrors:
-            observation[DAMPING_OBSERVED] = -1.0 if self._is_mirrored() else 1.0
-        return observation
 
     def _follow(self) -> None:
         """Move the walker towards its reference's place, if it is far from it."""

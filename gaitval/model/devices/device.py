@@ -44,8 +44,6 @@ JOINTS: Final = tuple(
     dict.fromkeys(name.removesuffix("_r").removesuffix("_l") for name in ACTUATED)
 )
 """Joints that a hinge can be parallel to, without side."""
-CARRIED: Final = ("hip_flexion", "knee_angle")
-"""Joints below which a segment hangs; a foot lies ahead of its joint."""
 KINDS: Final = tuple(dict.fromkeys(name.removesuffix("_r").removesuffix("_l") for name in SEGMENTS))
 """Segments that a part can be on, without side."""
 SHIPPED: Final = Path(__file__).parent / "shipped"
@@ -140,20 +138,6 @@ class Strap(Table):
     inertia: AtLeastZero = 0.0
 
 
-class Socket(Table):
-    """What ties a prosthesis to the stump: it turns in soft tissue, in series with the hinge below.
-
-    Attributes
-    ----------
-    stiffness, damping : Nm/rad and Nms/rad, between both.
-    play : rad to either side, in which it turns freely.
-    """
-
-    stiffness: Annotated[float, Field(ge=10, le=1e5)]
-    damping: AboveZero
-    play: Annotated[float, Field(ge=0, le=0.2)] = 0.0
-
-
 class Hinge(Table):
     """A hinge parallel to a joint.
 
@@ -172,7 +156,6 @@ class Hinge(Table):
     stance_damper: StanceDamper | None = None
     motor: Motor | None = None
     strap: Strap | None = None
-    socket: Socket | None = None
     controller: AnyController | None = Field(None, discriminator="kind")
 
     @model_validator(mode="after")
@@ -183,30 +166,16 @@ class Hinge(Table):
                 f"hinge at {self.joint}: a controller without a motor can do nothing. Add `motor` "
                 "with torque, speed and power, or remove `controller`."
             )
-        carries = self.controller is not None and self.controller.kind == "gravity"
-        if carries and self.joint not in CARRIED:
-            raise ValueError(
-                f"hinge at {self.joint}: the controller `gravity` carries what hangs below "
-                f"{' or '.join(CARRIED)}. Put it there, or take another controller."
-            )
         resists = self.spring or self.stance_damper or self.damping > 0.0
-        tie = next((each for each in ("strap", "socket") if getattr(self, each)), None)
-        if not (resists or self.motor) and (self.muscles or tie):
-            what = f"the {tie} holds nothing" if tie else "it does nothing"
+        if not (resists or self.motor) and self.muscles:
             raise ValueError(
-                f"hinge at {self.joint}: no spring, damping or motor, so {what}. Add one of them, "
-                "or remove the hinge."
+                f"hinge at {self.joint}: no spring, damping or motor, so it does nothing. Add one "
+                "of them, or remove the hinge."
             )
         if self.strap is not None and not self.muscles:
             raise ValueError(
                 f"hinge at {self.joint}: a prosthesis has this joint (muscles = false), so there "
-                "is no limb below it for a strap to hold. Remove `strap`; what ties a prosthesis "
-                "to the stump is `socket`."
-            )
-        if self.socket is not None and self.muscles:
-            raise ValueError(
-                f"hinge at {self.joint}: a socket ties a prosthesis to a stump, and the person has "
-                "this joint. Give `muscles = false`, or `strap` for what is worn beside a limb."
+                "is no limb below it for a strap to hold. Remove `strap`."
             )
         ratchet = self.clutch is not None and self.clutch.ratchet
         if ratchet and not self.muscles:
@@ -266,10 +235,6 @@ class Device(Table):
                     f"{self.name}: more than one {what} {', '.join(twice)}. Put them into one."
                 )
         return self
-
-    def motor(self, joint: str) -> Motor | None:
-        """The motor at a joint; None if there is none."""
-        return next((each.motor for each in self.hinges if each.joint == joint), None)
 
     @property
     def mass(self) -> float:
