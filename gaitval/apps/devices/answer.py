@@ -32,15 +32,15 @@ def answer(without: DeviceOutcome, worn: DeviceOutcome) -> str:
 
 def _changes(now: WalkCurves, before: WalkCurves) -> Iterator[str]:
     """Every change beyond the margin of its unit, such as "left hip positive work −35 %"."""
-    values = [("positive work of the muscles of both legs", "J/kg a stride", *(
-        sum(each.work.values()) for each in (now, before)
-    ))]  # fmt: skip
+    work, weights = "J/kg a stride", "BW"
+    both, alone = (sum(each.work.values()) for each in (now, before))
+    values = [("positive work of the muscles of both legs", work, both, alone)]
     for side in SIDES:
         for joint in JOINTS:
-            works = (each.work[joint, side] for each in (now, before))
-            values.append((f"{side} {TITLES[joint]} positive work", "J/kg a stride", *works))
-        peaks = (float(each.forces[side].max()) for each in (now, before))
-        values.append((f"{side} vertical peak", "BW", *peaks))
+            after, first = (each.work[joint, side] for each in (now, before))
+            values.append((f"{side} {TITLES[joint]} positive work", work, after, first))
+        after, first = (float(each.forces[side].max()) for each in (now, before))
+        values.append((f"{side} vertical peak", weights, after, first))
     for what, unit, after, first in values:
         if first > 0.0 and abs(after - first) > MARGINS[unit]:
             percent = 100.0 * (after / first - 1.0)
