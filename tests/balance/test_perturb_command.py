@@ -9,30 +9,13 @@ from typer.testing import CliRunner
 
 from gaitval import cli
 from gaitval._internal.io.artefacts import read_json
-from gaitval.apps.balance.results import GroundResult, PerturbResult
+from gaitval.apps.balance.results import PerturbResult
 from gaitval.terminal import display
-
-
-def ground(kind: str, *survived: bool) -> GroundResult:
-    return GroundResult.model_construct(kind=kind, survived=list(survived))
 
 
 def result(**changes: object) -> PerturbResult:
     given = {"steady_fell": False, "pushes": [], "grounds": [], "quantities": []} | changes
     return PerturbResult.model_construct(**given)
-
-
-def test_falls_are_said_before_what_is_as_in_people():
-    found = result(
-        grounds=[ground("slip", False, False), ground("slip", True, False), ground("trip", True)],
-        quantities=[None] * 4,
-        as_people={"walker": [3, 4]},
-    )
-    first, second = found.answers()
-    assert "slips 1 of 4" in first
-    assert "trips 1 of 1" in first
-    assert "3 of 4" in second
-    assert "pushes" not in first.lower()
 
 
 def test_who_falls_undisturbed_is_not_compared():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from smooth_curves import smooth_curves
 
-from gaitval.apps.changes.change import change_between, headline
+from gaitval.apps.changes.change import change_between
 from gaitval.apps.changes.results import ChangeResult
 from gaitval.apps.changes.visits import Visit, VisitFigure
 from gaitval.apps.changes.write import write_change
@@ -142,19 +142,6 @@ def test_without_bands_nothing_is_said_of_re_measuring():
     found = change_between(visit(1, **bare), moved(visit(2, **bare), "angles/knee_angle_r", 5.0))
     assert {r.level for _, r in found.findings()} == {None}
     assert any("no bands" in note for note in found.notes)
-
-
-def test_the_headline_names_only_what_keeps_it_from_judging():
-    """With the same markers the cycles decide, bands or none; a test cannot say that they lack."""
-    few = {name: values[:2] for name, values in visit(2).cycles.items()}
-    bare = {"half": {}, "again": {}, "at_once": None}
-    before, after = visit(1, cycles=few), visit(2, cycles=few)
-    assert "bands" not in headline(change_between(before, replace(after, static=before.static)))
-    message = headline(change_between(visit(1, cycles=few, **bare), visit(2, cycles=few, **bare)))
-    assert "cycles" in message
-    assert "bands" in message
-    found = change_between(visit(1), moved(visit(2), "angles/knee_angle_r", 20.0))
-    assert headline(found).startswith("1 change ")
 
 
 def test_a_change_of_speed_is_said_first():

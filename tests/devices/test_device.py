@@ -131,13 +131,6 @@ def test_a_file_without_a_device_is_refused():
         read("name = 3\n")
 
 
-def test_a_device_that_cannot_be_is_not_also_called_none():
-    table = {"devices": [{"name": "afo", "sides": ["both"]}]}
-    with pytest.raises(ConfigurationError, match="sides") as refused:
-        devices_of(table, "x")
-    assert "at least 1 item" not in str(refused.value)
-
-
 @pytest.mark.parametrize("other", ["below_knee", "above_knee"])
 def test_two_prostheses_of_one_leg_are_refused(other):
     fitted = [shipped_device(name) for name in ("below_knee", other)]

@@ -7,7 +7,6 @@ Each format is read by a library that is not gaitval's. What only one format has
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from xml.etree import ElementTree
 
 import dartpy
 import ezc3d
@@ -22,14 +21,14 @@ from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, RANGES
 from gaitval.mocap.recording import FootForces, Recording
-from gaitval.model.body import PARENTS, SEGMENTS
+from gaitval.model.body import SEGMENTS
 from gaitval.model.ground import Ground
 from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.model.tree import segment_frames
 from gaitval.model.urdf import write_urdf
 from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.opensim.motion import write_ground_reaction, write_markers
-from gaitval.opensim.osim import BODIES, write_osim
+from gaitval.opensim.osim import write_osim
 
 Frames = Callable[[np.ndarray], np.ndarray]
 """Of the joints' angles (25,) rad, the segments' frames (14, 4, 4) m."""
@@ -136,49 +135,6 @@ def test_on_a_slope_gravity_is_that_of_its_axes(name, walked: ExportedWalk, tmp_
     np.testing.assert_allclose(found, ground.gravity, atol=1e-12)
     assert found[0] < -0.5
     assert found[1] < -0.2
-
-
-# ---- Drawings. ----
-
-
-def test_limbs_that_mujoco_draws_end_at_the_next_joint(walked: ExportedWalk) -> None:
-    from gaitval.apps.export.mujoco_folder import person_xml
-
-    model = mujoco.MjModel.from_xml_string(person_xml(walked))
-    for segment in walked.body.segments:
-        ends = [
-            s.joint_position for s in walked.body.segments if PARENTS.get(s.name) == segment.name
-        ]
-        for number, end in enumerate(ends):
-            geom = model.geom(f"{segment.name}_{number}")
-            np.testing.assert_allclose(geom.pos, end / 2, atol=1e-9)
-            assert geom.size[1] == pytest.approx(np.linalg.norm(end) / 2)
-
-
-def test_opensim_draws_limbs_along_them_and_the_head_above_the_shoulders(
-    walked: ExportedWalk, tmp_path: Path
-) -> None:
-    """Its half axes are X forward, Y up, Z to the right; a limb's longest is along it."""
-    write_osim(tmp_path / "person.osim", walked.body, (), ContactSettings(), 0.8)
-    drawn = {
-        frame.attrib["name"]: [
-            np.array(str(frame.findtext(path)).split(), dtype=float)
-            for path in ("translation", ".//radii")
-        ]
-        for frame in ElementTree.parse(tmp_path / "person.osim").iter("PhysicalOffsetFrame")
-        if frame.find(".//radii") is not None
-    }
-    joint = {segment.name: segment.joint_position for segment in walked.body.segments}
-    for side in "rl":
-        for name, next_one in (("thigh", "shank"), ("shank", "foot"), ("upper_arm", "forearm")):
-            centre, radii = drawn[f"{BODIES[f'{name}_{side}']}_shape_1"]
-            end = joint[f"{next_one}_{side}"]
-            np.testing.assert_allclose(centre, TO_OPENSIM @ end / 2, atol=1e-3)
-            assert radii[1] == pytest.approx(np.linalg.norm(end) / 2, abs=1e-3)
-    hips = abs(joint["thigh_r"][1] - joint["thigh_l"][1]) / 2
-    pelvis = drawn["pelvis_shape_1"][1]
-    assert pelvis[2] == pelvis.max() > hips  # across
-    assert drawn["torso_shape_2"][0][1] > joint["upper_arm_r"][2]
 
 
 # ---- Markers and forces, by hand. ----

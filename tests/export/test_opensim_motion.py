@@ -18,7 +18,6 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
-from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
@@ -106,23 +105,6 @@ def test_opensim_poses_the_model_by_the_motion_file(walk, model_file, tmp_path):
         peer.model.realizePosition(peer.state)
         expected = segment_frames(walk.model, walk.positions[t : t + 1])[0]
         np.testing.assert_allclose(peer.frames(), expected, atol=1e-9)
-
-
-def test_a_motion_is_read_as_it_was_written(walk, tmp_path):
-    write_motion(tmp_path / "walk.mot", walk.time, walk.positions)
-    time, positions = read_motion(tmp_path / "walk.mot")
-    np.testing.assert_allclose(time, walk.time, atol=1e-9)
-    np.testing.assert_allclose(positions, walk.positions, atol=1e-9)
-
-
-def test_a_motion_of_another_model_is_refused(tmp_path):
-    path = tmp_path / "other.mot"
-    path.write_text(
-        "Coordinates\nversion=1\nnRows=1\nnColumns=2\ninDegrees=yes\nendheader\n"
-        "time\tpelvis_tilt\n0\t1\n"
-    )
-    with pytest.raises(RecordError, match=r"other.mot.*pelvis_list.*\.osim"):
-        read_motion(path)
 
 
 # ---- Inverse kinematics. ----

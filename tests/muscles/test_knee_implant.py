@@ -24,8 +24,7 @@ from gaitval.mocap.trc_writing import write_trc
 from gaitval.musculature import share
 from gaitval.musculature.bands import draw
 from gaitval.musculature.electromyography import seen_activations
-from gaitval.musculature.gait import DEFAULT, _cycle_of, muscles_of
-from gaitval.musculature.pelvis_zero import pelvis_zero, walking_tilt
+from gaitval.musculature.gait import _cycle_of, muscles_of
 from gaitval.session.loaded import loaded_motion, measured_knees
 from gaitval.session.request import ImportOptions, checked, silent
 from gaitval.session.session import ImportProgress
@@ -211,38 +210,6 @@ def test_frames_in_which_both_feet_are_on_a_plate_are_not_said(progress, gait_da
     assert shares["ss11"] > 0.97
     assert 0.55 < shares["ss3"] < 0.65
     assert not np.isfinite(computed["total"][-1])  # ss11 lands beside the plates
-
-
-@pytest.mark.slow
-def test_muscles_that_let_go_in_time_are_nearer_to_his_knee_as_it_comes(progress, gait_data, knees):
-    """All of the measured cycles that the plates show. At toe-off a knee is still pressed (.7 body
-    weights at 65 %) where muscles that let go at once leave it (.1).
-    """
-    tilt = walking_tilt(
-        replace(
-            loaded_motion(walk, progress.body.model, height=HEIGHT),
-            cycles={"left": [(walk.moments.time[0], walk.moments.time[-1])]},
-        )
-        for walk in progress.trials
-    )
-    errors: dict[bool, list[list[float]]] = {True: [], False: []}
-    correlations = []
-    for trial in TRIALS:
-        measured = _measured(gait_data / "knee_implant", trial)
-        for dynamics, into in errors.items():
-            _, _, curves = _computed(
-                progress, gait_data / "knee_implant", trial, knees, criterion=DEFAULT,
-                pelvis_zero=pelvis_zero(tilt), dynamics_of_activation=dynamics,
-            )  # fmt: skip
-            into.append([_rms(curves[name] - measured[name]) for name, _ in PARTS])
-            if dynamics:
-                correlations.append(_correlation(curves["total"], measured["total"]))
-                assert abs(_peak_off(curves["total"], measured["total"])) < 0.15, trial
-    total, medial, lateral = np.mean(errors[True], axis=0)
-    assert total < 0.30
-    assert max(medial, lateral) < 0.30
-    assert np.mean(correlations) > 0.93
-    assert total < np.mean(errors[False], axis=0)[0] - 0.01
 
 
 @pytest.mark.slow

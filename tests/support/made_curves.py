@@ -1,4 +1,4 @@
-"""Curves of a walk with devices, made up."""
+"""Curves of a walk with devices, made up: each is flat."""
 
 import numpy as np
 
@@ -6,35 +6,23 @@ from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.coordinates import SIDES
 
 
-def made_curves(
-    work=0.2, negative=0.1, moment=1.0, power=0.0, force=1.1, stance=0.6, stride=1.0
-) -> WalkCurves:
-    """Curves that are flat; each value for both sides, or a pair right, left."""
-
-    def pair(value):
-        return dict(zip(SIDES, value if isinstance(value, tuple) else (value,) * 2, strict=True))
+def made_curves() -> WalkCurves:
+    both = [(joint, side) for joint in JOINTS for side in SIDES]
 
     def flat(value):
-        of = pair(value)
-        return {(joint, side): np.full(101, of[side]) for joint in JOINTS for side in SIDES}
-
-    def each(value):
-        of = pair(value)
-        return {(joint, side): of[side] for joint in JOINTS for side in SIDES}
+        return {each: np.full(101, value) for each in both}
 
     return WalkCurves(
-        cycles=pair(5),
+        cycles=dict.fromkeys(SIDES, 5),
         angles=flat(0.1),
-        own=flat(moment),
+        own=flat(1.0),
         device=flat(0.0),
-        total=flat(moment),
         own_power=flat(0.0),
-        device_power=flat(power),
-        forces={side: np.full(101, value) for side, value in pair(force).items()},
-        stride_time=pair(stride),
-        stance=pair(stance),
+        device_power=flat(0.0),
+        forces={side: np.full(101, 1.1) for side in SIDES},
+        stride_time=dict.fromkeys(SIDES, 1.0),
+        stance=dict.fromkeys(SIDES, 0.6),
         speed=1.2,
-        work=each(work),
-        negative_work=each(negative),
-        device_work=each(tuple(stride * of for of in pair(power).values())),
+        work=dict.fromkeys(both, 0.2),
+        negative_work=dict.fromkeys(both, 0.1),
     )

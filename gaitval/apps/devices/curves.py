@@ -30,8 +30,7 @@ class WalkCurves:
     ----------
     cycles : how many, by side.
     angles : rad.
-    own, device, total : Nm/kg, moments of the person's muscles, of the devices, and of both; kg of
-        the person.
+    own, device : Nm/kg, moments of the person's muscles, and of the devices; kg of the person.
     own_power, device_power : W/kg, of the filtered moments and of rates as the report has them.
     forces : body weights of the person, vertical, by side.
     stride_time, stance : s, and fraction of the stride on the ground, by side.
@@ -39,14 +38,12 @@ class WalkCurves:
     work : J/kg a stride, positive work of the muscles, by `(joint, side)`: of each stride by
         itself, then the mean.
     negative_work : likewise, not negative.
-    device_work : likewise, positive work of the devices.
     """
 
     cycles: Mapping[Side, int]
     angles: Mapping[tuple[str, Side], Array]
     own: Mapping[tuple[str, Side], Array]
     device: Mapping[tuple[str, Side], Array]
-    total: Mapping[tuple[str, Side], Array]
     own_power: Mapping[tuple[str, Side], Array]
     device_power: Mapping[tuple[str, Side], Array]
     forces: Mapping[Side, Array]
@@ -55,27 +52,22 @@ class WalkCurves:
     speed: float
     work: Mapping[tuple[str, Side], float]
     negative_work: Mapping[tuple[str, Side], float]
-    device_work: Mapping[tuple[str, Side], float]
 
 
-def walk_curves(
-    walk: DeviceWalk, configuration: Configuration, mass: float, own: Array | None = None
-) -> WalkCurves:
-    """Curves of a `walk` of a person of a `mass` in kg, without devices. `own` (T, 25) Nm are
-    moments to take for those of the muscles; the walk's if not given. Raises RecordError if a side
-    has no complete gait cycle.
+def walk_curves(walk: DeviceWalk, configuration: Configuration, mass: float) -> WalkCurves:
+    """Curves of a `walk` of a person of a `mass` in kg, without devices. Raises RecordError if a
+    side has no complete gait cycle.
     """
     rollout = walk.rollout
     cycles = find_cycles(rollout, configuration)
     if not (cycles.count("right") and cycles.count("left")):
         raise RecordError(
             f"no complete gait cycle of both feet in {rollout.time[-1]:.1f} s of walking with "
-            "these devices, so there are no curves. Train with them (--samples), or change them."
+            "these devices, so there are no curves. Change them."
         )
     step = step_of(rollout)
-    moments = rollout.moments if own is None else own
     device = walk.total_moments - rollout.moments
-    smooth = low_pass_simulated(moments, step=step, frequency=CUTOFF)
+    smooth = low_pass_simulated(rollout.moments, step=step, frequency=CUTOFF)
     smooth_device = low_pass_simulated(device, step=step, frequency=CUTOFF)
     vertical = low_pass_simulated(rollout.ground_reaction[..., 2], step=step, frequency=CUTOFF)
     found: dict[str, dict[tuple[str, Side], Array]] = {
@@ -84,7 +76,6 @@ def walk_curves(
     forces, stride, stance = {}, {}, {}
     work: dict[tuple[str, Side], float] = {}
     negative: dict[tuple[str, Side], float] = {}
-    of_devices: dict[tuple[str, Side], float] = {}
     for column, side in enumerate(SIDES):
         starts, ends = cycles.starts[side], cycles.ends[side]
         stride[side] = float(np.mean(ends - starts)) * step
@@ -107,23 +98,20 @@ def walk_curves(
                 ("own_power", power), ("device_power", of_device),
             ):  # fmt: skip
                 found[name][joint, side] = curves.mean(axis=0)
-            for into, curves in ((work, power), (negative, -power), (of_devices, of_device)):
+            for into, curves in ((work, power), (negative, -power)):
                 # of each stride: in their mean, power of unlike strides cancels
                 positive = np.maximum(curves[:, :-1], 0.0).mean(axis=1) * seconds
                 into[joint, side] = float(positive.mean())
         forces[side] = cut(vertical[:, column] / (mass * GRAVITY), starts, ends).mean(axis=0)
         on = cycles.events[side].on_ground
         stance[side] = float(np.mean([on[a:b].mean() for a, b in zip(starts, ends, strict=True)]))
-    total = {key: found["own"][key] + found["device"][key] for key in found["own"]}
     return WalkCurves(
         cycles={side: cycles.count(side) for side in SIDES},
-        total=total,
         forces=forces,
         stride_time=stride,
         stance=stance,
         speed=float(walking_speed(rollout, cycles) or 0.0),
         work=work,
         negative_work=negative,
-        device_work=of_devices,
         **found,
     )
