@@ -13,6 +13,7 @@ from gaitval.errors import RecordError
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 
+ROOT = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 STRIDE = 1.05
 """s, of the walk of `judged_files`, about."""
 
@@ -134,6 +135,10 @@ def test_the_sound_walk_is_not_doubted(changed):
         ({"ik": lambda names, time, values: (names, time[::-1], values[::-1])}, "goes back"),
         ({"ik": lambda names, time, values: np.where(
             np.arange(len(time))[:, None] == 50, 9999.0, values)}, "stands for a value"),
+        ({"ik": times(*ROOT, factor=1e3)}, "looks like millimetres"),
+        ({"ik": times(*ROOT, factor=1e2)}, "looks like centimetres"),
+        ({"id": lambda names, time, values: values / 64.95}, "looks like Nm/kg "),
+        ({"id": lambda names, time, values: 1e3 * values}, "looks like Nmm "),
         ({"id": lambda names, time, values: 0.0 * values}, "all moments and forces are 0"),
     ],
 )  # fmt: skip

@@ -187,10 +187,7 @@ SAMPLE = samples.version_4()
     ("text", "message"),
     [
         ("", "not XML"),
-        ("<OpenSimDocument", "not XML"),
         ("<robot/>", "outermost element is <robot>"),
-        (SAMPLE[: len(SAMPLE) // 2], "not XML"),
-        (SAMPLE.replace("<OpenSimDocument", "<!DOCTYPE a><OpenSimDocument"), "document type"),
         (
             SAMPLE.replace(
                 "<OpenSimDocument",
@@ -204,9 +201,7 @@ SAMPLE = samples.version_4()
         (re.sub("<mass>[^<]*</mass>", "", SAMPLE), "<mass> is missing"),
         (re.sub("<mass>[^<]*</mass>", "<mass>-5</mass>", SAMPLE), "of -5 kg.* refuses it too"),
         (SAMPLE.replace("40000", "10905"), "another version"),
-        (SAMPLE.replace("40000", "9" * 400), "another version"),
         (SAMPLE.replace("0.04 -0.2", "nan -0.2"), "not finite"),
-        (SAMPLE.replace("0.04 -0.2", "nothing"), "not finite"),
         (SAMPLE.replace("0.04 -0.2", "0.04"), "must be 3 numbers"),
         (SAMPLE.replace("PinJoint", "EllipsoidJoint"), "EllipsoidJoint .*not understood"),
         (SAMPLE.replace("SimmSpline", "GCVSpline"), "GCVSpline.* not understood"),
