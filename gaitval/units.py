@@ -286,10 +286,6 @@ apart as an adult is in metres, and no program writes them."""
 REACH: Final = Quantity("a marker from the middle of a person", _length(), 0.0, 2.0)
 """No marker on a tall adult with arms raised is farther away."""
 PELVIS_HEIGHT: Final = Quantity("a pelvis above the ankles", _length(), 0.3, 1.4)
-POINT_FROM_FOOT: Final = Quantity(
-    "the way from a centre of pressure to the nearest marker of its foot",
-    _length("metres", "millimetres", "centimetres", "inches"), 0.0, 0.25,
-)  # fmt: skip
 PLACE: Final = Quantity("the place of a walker in a laboratory", _length(), 0.0, 20.0)
 STATURE: Final = Quantity("a stature", _length(), 0.8, 2.3)
 BODY_MASS: Final = Quantity(

@@ -7,7 +7,7 @@ with value and limits, and nothing else has to know a new finding. See docs/how-
 from collections.abc import Collection
 from typing import Final
 
-from gaitval.findings import clocks, feet, laboratory, markers, motion, pelvis, plates, stances
+from gaitval.findings import feet, laboratory, markers, motion, pelvis, plates, stances
 from gaitval.findings.finding import Finding, Looked, Result, Seen, look_for
 
 FINDINGS: Final[tuple[Finding, ...]] = (
@@ -21,7 +21,6 @@ FINDINGS: Final[tuple[Finding, ...]] = (
     feet.MOVED,
     feet.HEIGHT,
     feet.SCALE,
-    pelvis.TWIST,
     pelvis.LEVEL,
     pelvis.SACRAL_SIDES,
     laboratory.FLOOR_TILTED,
@@ -41,7 +40,6 @@ FINDINGS: Final[tuple[Finding, ...]] = (
     motion.FRAME_RATE,
     motion.DRIFT,
     motion.MISMATCH,
-    clocks.STRAY_EVENTS,
 )
 """A finding comes after those that explain it."""
 

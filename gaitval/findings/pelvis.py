@@ -22,38 +22,8 @@ FRONT: Final = ("R.ASIS", "L.ASIS")
 REAR: Final = ("R.PSIS", "L.PSIS")
 
 
-def _twist(beside: Beside) -> Iterator[Seen]:
-    """Change of the right rear spine's distance from the plane of the other three, m. A spine's
-    marker that is put up or down leaves all distances as they are: they lie nearly in a plane.
-    """
-    names = [beside.landmarks.get(mark, "") for mark in (*FRONT, *REAR)]
-    trials = beside.standing, beside.walking
-    if not all(name in trial.names for name in names for trial in trials):
-        return
-    stood, walked = (_off_plane(*(trial.marker(name) for name in names)) for trial in trials)
-    if not len(stood) or not len(walked):
-        return
-    size = float(abs(np.median(walked) - np.median(stood)))
-    front, rear = (
-        float(np.nanmedian(np.linalg.norm(trials[0].marker(a) - trials[0].marker(b), axis=1)))
-        for a, b in (names[:2], names[2:])
-    )
-    words = {"rear": names[2], "front_m": size * front / rear}
-    yield Seen(size, ", ".join(names), words)
-
-
-def _off_plane(right: Array, left: Array, rear: Array, other_rear: Array) -> Array:
-    """m, signed distance of the right rear spine (T, 3) from the plane of the three others, in the
-    frames in which they are seen together.
-    """
-    with np.errstate(invalid="ignore", divide="ignore"):
-        normal = np.cross(left - right, other_rear - right)
-        off: Array = ((rear - right) * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)
-    return off[np.isfinite(off)]
-
-
 def _level(
-    beside: Beside, *, twist: float, both: float, share: float, alone: float, change: float
+    beside: Beside, *, twist: float, both: float, share: float, alone: float
 ) -> Iterator[Seen]:
     """Degrees by which a line through two spines is tilted as only a misplaced marker tilts it."""
     front, rear = ([beside.landmarks.get(mark, "") for mark in pair] for pair in (FRONT, REAR))
@@ -88,13 +58,6 @@ def _level(
             "lists by {stood:+.1f}° in standing and {walked:+.1f}° on average in walking (right "
             "side up is positive; at most 4° in healthy walking): one of them is put on too high "
             "or too low, or the person leans".format(**lists),
-        )  # fmt: skip
-    if walked * (walked - stood) > 0.0:
-        yield _line(
-            front, abs(2.0 * walked - stood), change,
-            "lists by {stood:+.1f}° in standing and by {walked:+.1f}° on average in walking (right "
-            "side up is positive): one of them was moved between the trials, or the person stands "
-            "on one leg".format(**lists),
         )  # fmt: skip
 
 
@@ -132,26 +95,11 @@ def _list_of(trial: Recording, pair: Sequence[str]) -> float:
     return float(np.degrees(np.arcsin(line[:, 2] / np.linalg.norm(line, axis=1)).mean()))
 
 
-TWIST: Final[Finding] = Finding(
-    name="twist of the pelvis",
-    needs=Beside,
-    values=_twist,
-    limits=0.005,
-    unit="m",
-    sentence=(
-        "{rear} is {value:.0f mm} nearer to, or farther from, the plane of the other three in "
-        "walking than in standing (elsewhere within {limit:.0f mm}): one of the four has moved "
-        "between the trials, by about {value:.0f mm} at the rear or {front_m:.0f mm} at the "
-        "front, up or down. Tilt, list and the hips' angles are some degrees off"
-    ),
-    remedy="Record both with the markers untouched",
-    source="at most 1.8 mm in ten walks of eight people",
-)
 LEVEL: Final[Finding] = Finding(
     name="level of the pelvis",
     needs=Beside,
     values=_level,
-    numbers={"twist": 7.0, "both": 7.5, "share": 0.3, "alone": 4.2, "change": 8.0},
+    numbers={"twist": 7.0, "both": 7.5, "share": 0.3, "alone": 4.2},
     limits=7.0,
     unit="deg",
     sentence=(
@@ -164,7 +112,6 @@ LEVEL: Final[Finding] = Finding(
         "mean list in walking: 1.25 (SD) of 42 adults (Fukuchi 2018), at most 3.9. The rear spines "
         "are 70 to 90 mm apart: 10 mm at one turn their line by 7 degrees"
     ),
-    hidden_by=("twist of the pelvis",),
 )
 SACRAL_SIDES: Final[Finding] = Finding(
     name="sides that differ",
@@ -179,5 +126,4 @@ SACRAL_SIDES: Final[Finding] = Finding(
     ),
     remedy="Look at them in standing",
     source="at most 4 mm of twelve children (McGill), 12.5 mm of one adult",
-    hidden_by=("twist of the pelvis",),
 )

@@ -6,12 +6,10 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 import numpy as np
 
 from gaitval.findings import Result, look
-from gaitval.findings.clocks import Contacts, while_seen
 from gaitval.findings.laboratory import Laboratory
 from gaitval.findings.motion import Balance, Swings
 from gaitval.findings.plates import Plates
 from gaitval.findings.stances import stances_of
-from gaitval.gait.events import marker_events
 from gaitval.gait.plate_contacts import OUTSIDE
 from gaitval.gait.sampling import interpolated
 from gaitval.inverse.inverse_dynamics import InverseDynamics
@@ -79,8 +77,6 @@ def _of_forces(
             if OUTSIDE in one.action and forefoot_seen(recording, landmarks, one)
         ),
     )
-    shown = marker_events(recording, landmarks=landmarks)
-    yield Contacts(forces, [*while_seen(shown, recording, landmarks)])
 
 
 def forefoot_seen(recording: Recording, landmarks: Mapping[str, str], contact: Repair) -> bool:

@@ -1,4 +1,4 @@
-"""Where a trial's forces can be held against its motion, and which events of both are the same."""
+"""Where a trial's forces can be held against its motion."""
 
 from typing import Final
 
@@ -6,14 +6,11 @@ import numpy as np
 from scipy.ndimage import binary_erosion
 
 from gaitval.arrays import Flags
-from gaitval.mocap.recording import EventKind, FootForces
+from gaitval.mocap.recording import FootForces
 
 EDGE_SECONDS: Final = 0.1
 """s at the edges of what is known of both feet that are not used: events from markers are accurate
 to 20 ms, and the low-pass reaches further."""
-SAME_SECONDS: Final = 0.15
-"""s. At most this far apart, two events of one foot and kind count as the same."""
-KINDS: Final[dict[EventKind, str]] = {"heel_strike": "heel strikes", "toe_off": "toe-offs"}
 
 
 def both_known(loads: FootForces) -> Flags:

@@ -79,24 +79,13 @@ def without_raised(
             continue
         load = float(np.linalg.norm(plate.force - np.median(plate.force, axis=0), axis=1).max())
         unused = f"It is used for no foot (its force changes by up to {load:.0f} N)"
-        above = f"{height - floor:.2f} m above the floor"
-        if sideways:
-            what = (
-                f"its force acts {above}, and never downwards: no force plate, but a device on "
-                f"the body, such as an exoskeleton's cuff. {unused}: joint moments are those of "
-                "person and device together"
-            )
-        elif height > head:
-            what = (
-                f"it is {above}, over the head: a support that carries a part of the body. "
-                f"{unused}. If it did, say so with aid = 'support' in a session file"
-            )
-        else:
-            what = (
-                f"it is {above}, where no foot ever is: a handrail, a seat, a device or what else "
-                f"the body leans on. {unused}. If the person held on to it, say so with aid = "
-                "'rail' in a session file"
-            )
+        what = (
+            f"it is, or acts, {height - floor:.2f} m above the floor, where no foot is, or it "
+            "never pushes up: a handrail, a seat, a support, or a device on the body, such as an "
+            f"exoskeleton's cuff. {unused}; joint moments are those of person and device together. "
+            "If a rail or a support carried weight, say so with aid = 'rail' or 'support' in a "
+            "session file"
+        )
         flags.append(
             QualityFlag(
                 "plate above the feet", f"plate {plate.name}", height - floor, RAISED.lowest_m, "m",

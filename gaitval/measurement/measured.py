@@ -11,7 +11,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side, split_side
-from gaitval.findings.clocks import STRAY_EVENTS
 from gaitval.findings.laboratory import FLOOR_TILTED
 from gaitval.findings.markers import SMOOTHED
 from gaitval.findings.motion import WEIGHT
@@ -65,7 +64,6 @@ TOLD: Final[Mapping[str, Set[str]]] = {
     # a horizontal force that is another's looks like each of these on every plate
     EXCHANGED_AXES.name: _OF_A_PLATE,
     OUTSIDE_FOOT.name: _OF_A_PLATE | _OF_A_FOOT,
-    STRAY_EVENTS.name: frozenset(),
     SMOOTHED.name: {"markers low-passed", "one-way filter of the markers"},
 }
 """Checks whose warnings say better what looks like faults of these kinds, or like something else.

@@ -26,10 +26,6 @@ from gaitval.units import FORCE, LENGTH, MOMENT, stated_factor
 
 OF_KISTLER: Final = (3, 7)
 """Types of plates with eight sensors, of which Kistler corrects the centre of pressure."""
-CHANGING: Final = (
-    "TRANSLATION", "ROTATION", "OFFSET", "OFFSETS", "GAIN", "GAINS", "NEGATE", "POLARITY",
-)  # fmt: skip
-"""Parameters of some programs that would change forces, and that the format does not have."""
 LIMITS: Final[Mapping[str, float]] = {
     # s. A force changes little in that time: a plate is low-passed at 20 Hz.
     "longest_missing": 0.02,
@@ -61,13 +57,6 @@ def read_plates(
             f"but there are {len(contents.analogs)} force samples for {len(markers)} frames. The "
             "rate of the forces must be a whole multiple of the markers'; export the trial again."
         )
-    for name in CHANGING:
-        values = [each for each in contents.get("FORCE_PLATFORM", name) if isinstance(each, float)]
-        if any(each not in (0.0, 1.0) for each in values):
-            passed_over(
-                f"{path}: FORCE_PLATFORM:{name} is {values[:6]}, which is not in the format and is "
-                "not used: if a program changes forces by it, export them as they are after that"
-            )
     plates = []
     for index in range(used):
         make = partial(_plate, path, contents, index, markers, per_frame)
@@ -100,14 +89,14 @@ def _plate(
         from gaitval.mocap.plate_sensors import stored_calibration
 
         calibration = stored_calibration(where, contents, kind, index, CALIBRATIONS[kind])
-    channels = _numbers_only(where, contents, kind, _unwrapped(where, contents, numbers), per_frame)
+    channels = _numbers_only(where, contents, kind, numbers, per_frame)
     if channels is None:
         return None
     if calibration is None:
         channels = channels * _channel_units(path, where, contents, kind, numbers, metres, channels)
     # A matrix gives newtons, and newtons times POINT:UNITS; ANALOG:UNITS does not apply.
     unit = 1.0 if calibration is None else metres
-    force, moment = _wrench(where, kind, channels, origin / unit, corners / unit, calibration)
+    force, moment = plate_wrench(kind, channels, origin / unit, calibration)
     moment = moment * unit
     first, last = _zero_samples(contents, per_frame, len(force))
     if last > first and abs(force[first:last, 2].mean()) < LIMITS["largest_zero_n"]:
@@ -176,9 +165,10 @@ def _origin(where: str, contents: Contents, index: int, kind: int, metres: float
 
 
 def _numbers_only(
-    where: str, contents: Contents, kind: int, channels: Array, per_frame: int
+    where: str, contents: Contents, kind: int, numbers: Sequence[int], per_frame: int
 ) -> Array | None:
     """The channels (T, C), in which short gaps are filled; None if they have a long one."""
+    channels = contents.analogs[:, [n - 1 for n in numbers]]
     if kind == 1:
         # Its programs divide by the force, and have no centre of pressure without one.
         idle = np.abs(channels[:, 2:3]) < UNLOADED_N
@@ -199,53 +189,6 @@ def _numbers_only(
     for column in channels.T:
         column[:] = np.interp(np.arange(len(column)), there, column[there])
     return channels
-
-
-def _unwrapped(where: str, contents: Contents, numbers: Sequence[int]) -> Array:
-    """The channels (T, C) of a plate, continued where they jump by the whole range of 16 bits."""
-    channels = contents.analogs[:, [n - 1 for n in numbers]]
-    scales, whole = contents.get("ANALOG", "SCALE"), contents.number("ANALOG", "GEN_SCALE")
-    for column, number in enumerate(numbers):
-        scale = float(scales[number - 1]) if number <= len(scales) else 0.0
-        period = 65536.0 * abs(whole * scale)
-        jumps = np.count_nonzero(np.abs(np.diff(channels[:, column])) > 0.9 * period)
-        if period and jumps and np.abs(channels[:, column]).max() <= 0.51 * period:
-            stored = channels[:, column].copy()
-            channels[:, column] = np.unwrap(stored, 0.9 * period, period=period)
-            # Where the first value is large, it may be one of those; small ones are as they were.
-            small = np.flatnonzero(np.abs(stored) < 0.25 * period)
-            if abs(stored[0]) > 0.25 * period and len(small):
-                added = np.median((channels[:, column] - stored)[small])
-                channels[:, column] -= period * np.round(added / period)
-            passed_over(
-                f"{where}: channel {number} went beyond the 16 bits that the file has for it, "
-                f"{jumps} times; that was undone. Scale it smaller in the recording program"
-            )
-    return channels
-
-
-def _wrench(
-    where: str, kind: int, channels: Array, origin: Array, corners: Array, matrix: Array | None
-) -> tuple[Array, Array]:
-    """`plate_wrench`, with an `origin` that brings the load onto the plate."""
-    force, moment = plate_wrench(kind, channels, origin, matrix)
-    if kind in (2, 4, 5) and not _on_plate(force, moment, corners):
-        turned = plate_wrench(kind, channels, origin * (-1.0, -1.0, 1.0), matrix)
-        if _on_plate(*turned, corners):
-            passed_over(
-                f"{where}: its load is beside the plate unless FORCE_PLATFORM:ORIGIN is reversed "
-                "along the surface. So it is read. Enter it as the format says"
-            )
-            return turned
-    return force, moment
-
-
-def _on_plate(force: Array, moment: Array, corners: Array) -> bool:
-    """Whether more than half of the load is over the plate; both (T, 3) in the plate's axes."""
-    heavy = certain_load(np.abs(force[:, 2]))
-    place = np.column_stack([-moment[heavy, 1], moment[heavy, 0]]) / force[heavy, 2:]
-    sides = np.linalg.norm(corners[[0, 0]] - corners[[1, 3]], axis=1)
-    return not heavy.any() or bool(np.mean((np.abs(place) < 0.55 * sides).all(axis=1)) > 0.5)
 
 
 def _corrected(contents: Contents, index: int, force: Array, moment: Array, metres: float) -> Array:

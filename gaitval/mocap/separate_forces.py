@@ -8,12 +8,12 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array, Flags, Index
+from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import certain_load, plate_or_fault
 from gaitval.mocap.recording import Plate, Recording
-from gaitval.mocap.repairs import passed_over, seen_frames
-from gaitval.units import POINT_FROM_FOOT, SPREAD, Unit, from_middle, looks_like, unit_of
+from gaitval.mocap.repairs import passed_over
+from gaitval.units import SPREAD
 
 LIMITS: Final[Mapping[str, float]] = {
     # Markers and forces of one trial end within this time of each other, s; exports differ
@@ -163,36 +163,6 @@ def _middle(markers: Array) -> Array:
     return middle
 
 
-def _frames(samples: Flags, frames: int) -> Index:
-    """The frame, of so many `frames`, of each of some force `samples` (N,)."""
-    return np.flatnonzero(samples) * frames // len(samples)
-
-
-def _unit_of_points(pressure: Array, markers: Array) -> Unit | None:
-    """The unit in which the centres of pressure (n, 3) are at markers (n, M, 3) m, as those of the
-    foot are; None if there is none.
-    """
-
-    def off(factor: float) -> float:
-        away = np.linalg.norm(markers - factor * pressure[:, None], axis=2)
-        seen = away[np.isfinite(away).any(axis=1)]
-        return float(np.median(np.nanmin(seen, axis=1))) if len(seen) else np.inf
-
-    candidates = unit_of(POINT_FROM_FOOT, size=off).candidates
-    return min(candidates, key=lambda unit: off(unit.factor), default=None)
-
-
-def _unit_of_person(markers: Array) -> str:
-    """What unit the `markers` (T, M, 3) m look like that no person's are so near or far; empty for
-    a person's size, and where no other unit explains it.
-    """
-    seen = seen_frames(markers)
-    frame = int(np.argmax(seen.sum(axis=1)))
-    away = from_middle(markers[frame, seen[frame]])
-    spread = 2.0 * float(np.median(away)) if len(away) else SPREAD.high
-    return looks_like(spread) if spread < SPREAD.low else ""
-
-
 def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
     """The `plate`, of which the forces act under the `markers` (T, M, 3) and push the person up,
     whose `middle` (N, 3) is given for each sample. Raises RecordError where they do not.
@@ -202,29 +172,18 @@ def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
     if not strong.any():
         return plate
     points = markers.reshape(-1, 3)
-    if wrong := _unit_of_person(markers):
-        raise RecordError(
-            f"{path}: the forces cannot be put under the markers, which are no person's size: the "
-            f"unit that the markers' file states is wrong{wrong}. Correct it there (TRC: line 3; "
-            "C3D: POINT:UNITS), or export the trial again."
-        )
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     pressure = plate.centre_of_pressure[strong]
     where = np.median(pressure, axis=0)
     outside = np.maximum(low - where, where - high).max()
     if outside > LIMITS["largest_distance_m"]:
-        unit = _unit_of_points(pressure, markers[_frames(strong, len(markers))])
-        why = (
-            f"it looks like {unit.name}: divide the points (px, py, pz) by {1.0 / unit.factor:.4g}"
-            if unit is not None
-            else "the forces are of another trial or in other axes than the markers, or the "
-            "markers are in another unit than their file says. Export both together"
-        )
         raise RecordError(
             f"{path}: plate {plate.name}: the centre of pressure is at "
             f"{np.round(where, 3).tolist()} m (median under load), {outside:.3g} m outside "
             f"the space of the markers, which extends from {np.round(low, 2).tolist()} to "
-            f"{np.round(high, 2).tolist()} m; {why}."
+            f"{np.round(high, 2).tolist()} m: the points are not in m (divide mm by 1000), the "
+            "markers are in another unit than their file says, or the forces are of another trial "
+            "or in other axes than the markers. Export both together."
         )
     towards = middle[strong] - pressure
     # 1 if every force points from its point to the middle of the markers.

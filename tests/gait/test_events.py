@@ -25,14 +25,10 @@ from gaitval.errors import RecordError
 from gaitval.gait.events import (
     EVENTS,
     FOOT_SPREAD,
-    _agreed,
     _as_on_plates,
     _edge_landings,
     _filling,
-    _mean_of_near,
-    _other_methods,
     _timed_landing,
-    _vertex,
     find_events,
     foot_contacts,
     force_events,
@@ -402,61 +398,6 @@ def test_markers_of_the_walk_alone_need_no_plates(gait_data: Path) -> None:
 # -- single rules ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("at", [-0.45, 0.0, 0.3])
-def test_the_extremum_of_a_parabola_is_between_samples(at: float) -> None:
-    samples = np.arange(5.0)
-    for height, curvature in ((1.0, 3.0), (-2.0, -0.5)):
-        assert _vertex(height + curvature * (samples - 2.0 - at) ** 2, 2) == pytest.approx(2.0 + at)
-    assert _vertex(samples, 2) == 2.0, "a line has none"
-
-
-def test_a_toe_off_moves_by_5_ms_at_most_towards_other_methods() -> None:
-    """At 100 Hz, so by half a frame; methods more than 100 ms (10 frames) away saw another one."""
-    here = np.array([20.0, 52.0, 90.0])
-
-    def mean(*methods: list[float]) -> float:
-        return _mean_of_near(50.0, [np.array(each) for each in methods], 100.0)
-
-    assert mean() == mean([]) == 50.0
-    assert _mean_of_near(50.0, [here], 100.0) == 50.5
-    assert mean([50.6]) == pytest.approx(50.3)
-    assert mean([49.4]) == pytest.approx(49.7)
-    assert mean([49.0, 20.0], [50.4]) == pytest.approx(49.8)
-    assert mean([59.9]) == 50.5
-    assert mean([60.1]) == 50.0
-    assert mean([39.9]) == 50.0
-
-
-def test_a_landing_is_where_most_methods_agree() -> None:
-    """Between toe-offs at frames 10 and 100, at 100 Hz: within 100 ms of each other's median."""
-
-    def agreed(*methods: list[float]) -> float | None:
-        return _agreed([np.array(each) for each in methods], 10, 100, 100.0)
-
-    assert agreed([40.0], [42.0], [45.0]) == 42.0
-    assert agreed([40.0], [41.0], [80.0]) == 40.5
-    assert agreed([40.0], [60.0]) is None
-    assert agreed([40.0], [], []) is None
-    assert agreed([], [], []) is None
-    assert agreed([9.0, 40.0], [42.0, 100.0], [5.0]) == 41.0
-    assert agreed([10.0], [10.0], []) == 10.0, "a swing begins with its toe-off"
-    assert agreed([30.0, 42.0], [41.0], [40.0, 90.0]) == 41.0
-
-
-def test_a_foot_is_farthest_beside_its_own_slow_path_on_a_long_way_too() -> None:
-    """Strides of 1.1 s on a way of 1.2 m/s: the extremes are those of the strides alone."""
-    time, stride = np.arange(0.0, 9.9, 0.01), 1.1
-    angle = 2.0 * np.pi * time / stride
-    wave, height = 0.4 * np.sin(angle), 0.05 * (1.0 + np.cos(angle))
-    way = 1.2 * time + wave
-    found = _other_methods(np.array([height, height, way, way, wave]), 100.0, 50)
-    ahead = 100.0 * stride * (0.25 + np.arange(9))
-    for kind, which, at in (("heel_strike", 1, ahead), ("toe_off", 0, ahead + 50.0 * stride)):
-        peaks = found[kind][which]
-        for each in at[2:-2]:
-            assert np.abs(peaks - each).min() < 2.5, kind
-
-
 def test_contacts_begin_and_end_at_samples() -> None:
     """At 1000 Hz: a gap of 49 ms is a bounce, one of 50 ms is none; likewise scuffs of 100 ms."""
     for gap, count in ((49, 1), (50, 2)):
@@ -473,70 +414,3 @@ def test_contacts_begin_and_end_at_samples() -> None:
     ends_on = np.zeros(1000, dtype=bool)
     ends_on[:20], ends_on[950:] = True, True
     np.testing.assert_array_equal(on_ground(ends_on, rate=1000.0, scuff_s=0.1)[0], ends_on)
-
-
-def test_an_event_of_force_takes_the_place_of_that_of_markers_of_the_same_foot_and_kind() -> None:
-    """Each foot for itself; all come in order of time."""
-    recording = walk(belt=SPEED, plates=BELTS)
-    forces, _ = assign_forces(recording, PROCESSING, landmarks=LANDMARKS)
-    markers = marker_events(recording, landmarks=LANDMARKS)
-    only_right = replace(forces, valid=forces.valid.copy())
-    only_right.valid[:, 1] = False
-    found = find_events(recording, only_right, PROCESSING, landmarks=LANDMARKS)
-    shown = force_events(only_right, PROCESSING)
-    assert {event.side for event in shown} == {"right"}
-    assert [event for event in found if event.side == "left"] == [
-        event for event in markers if event.side == "left"
-    ]
-    assert set(shown) <= set(found)
-    for event in found:
-        beside = [each for each in shown if each.side == event.side and each.kind == event.kind]
-        assert event in beside or all(abs(each.time - event.time) >= 0.1 for each in beside)
-    assert [event.time for event in found] == sorted(event.time for event in found)
-    assert find_events(recording, None, PROCESSING, landmarks=LANDMARKS) == markers
-
-
-def test_a_line_through_two_samples_reaches_the_threshold_at_most_one_sample_away() -> None:
-    """20 N at 1000 Hz. A force that rises by 60 N a sample from 50 N began half a sample before;
-    one that does not rise further, or hardly, a whole one."""
-    for after, share in ((110.0, 0.5), (80.0, 1.0), (50.0, 1.0), (40.0, 1.0)):
-        vertical = np.zeros(1000)
-        vertical[300:700] = 400.0
-        vertical[300], vertical[301] = 50.0, after
-        vertical[699], vertical[698] = 50.0, after
-        strike, off = force_events(foot_forces(vertical), PROCESSING)
-        assert (strike.kind, off.kind) == ("heel_strike", "toe_off")
-        assert strike.time == pytest.approx(5.0 + 0.3 - 0.001 * share)
-        assert off.time == pytest.approx(5.0 + 0.699 + 0.001 * share)
-
-
-def test_short_steps_and_small_wiggles_are_no_events() -> None:
-    """A foot that moves by less than 10 cm does not walk; a wiggle of 3 % of the step is none."""
-    recording = walk()
-    usual = marker_events(recording, landmarks=LANDMARKS)
-    foot = [i for i, name in enumerate(recording.names) if "MT" in name or "Heel" in name]
-    wiggled = recording.markers.copy()
-    wiggle = 0.01 * np.sin(2 * np.pi * 3.0 * recording.time)
-    wiggled[:, foot, 0] += wiggle[:, None]
-    found = marker_events(recording.with_markers(recording.names, wiggled), landmarks=LANDMARKS)
-    assert [(each.side, each.kind) for each in found] == [(each.side, each.kind) for each in usual]
-    small = recording.markers.copy()
-    for index in foot:
-        mean = small[:, index].mean(axis=0)
-        pelvis = small[:, recording.names.index("R.PSIS")]
-        small[:, index, 0] = pelvis[:, 0] + 0.05 * (small[:, index, 0] - pelvis[:, 0])
-        small[:, index, 1:] = mean[1:] + 0.05 * (small[:, index, 1:] - mean[1:])
-    assert marker_events(recording.with_markers(recording.names, small), landmarks=LANDMARKS) == ()
-
-
-def test_one_step_gives_its_events() -> None:
-    """One push-off has no stride before it, whose frequency a method needs."""
-    recording = walk(duration=1.6)
-    events = marker_events(recording, landmarks=LANDMARKS)
-    for side in SIDES:
-        for kind in KINDS:
-            expected = true_events(side, kind, 1.6)
-            inside = expected[(expected > 0.25) & (expected < 1.35)]
-            found = of(events, side, kind)
-            for time in inside:
-                assert np.abs(found - time).min() < 0.06, (side, kind, time)

@@ -8,11 +8,9 @@ from synthetic_recording import BELTS, LANDMARKS, STANCE, STRIDE, strikes, walk
 
 from gaitval.coordinates import SIDES
 from gaitval.gait.feet_on_plates import (
-    FEET,
     Feet,
     distances_to_feet,
     feet_of,
-    nearest_foot,
     over_plate,
     reaches,
     shared_by_both,
@@ -95,14 +93,6 @@ def test_markers_in_a_gap_or_in_one_place_leave_the_others():
     assert np.isnan(distances_to_feet(pressed, feet, 0, 1)).tolist() == [[True, False]]
 
 
-def test_the_nearer_foot_is_that_of_the_median():
-    near = [[0.1, 0.2], [0.1, 0.2], [0.9, 0.2]]
-    assert nearest_foot(np.array(near)) == 0
-    assert nearest_foot(np.array(near)[:, ::-1]) == 1
-    assert nearest_foot(np.array([[np.nan, 0.5]])) == 1
-    assert nearest_foot(np.full((2, 2), np.nan)) == 0
-
-
 @pytest.mark.parametrize(("samples", "shared"), [(14, False), (16, True)])
 def test_both_feet_are_on_a_plate_from_30_ms_on(samples, shared):
     """At 500 Hz; a foot that is there but not on the ground, or beside it, does not count."""
@@ -142,23 +132,3 @@ def test_feet_stand_and_are_low_when_the_walk_says_so():
             shown = np.interp(time, recording.time, recording.markers[:, name, 0])
             away = np.abs(feet.outlines[column][:, :, 0] - shown[:, None]).min(axis=1)
             assert away.max() < 1e-9
-
-
-def test_a_marker_that_is_lifted_in_stance_or_not_seen_is_not_low():
-    for lift, low in ((0.8 * FEET.low_point, True), (1.2 * FEET.low_point, False), (np.nan, False)):
-        recording = walk(plates=BELTS, belt=1.2, duration=4.0)
-        heel = recording.names.index("R.MT5")
-        strike = strikes("right", 4.0)[1]
-        middle = round((strike + 0.3) * recording.marker_rate)
-        recording.markers[middle - 3 : middle + 4, heel, 2] += lift
-        at = round((middle / recording.marker_rate) * recording.force_rate)
-        feet = feet_of(recording, LANDMARKS)
-        assert feet.stance[at, 0]
-        place = recording.markers[middle, heel, :2]
-        away = np.abs(feet.outlines[0][at, :, :2] - place).sum(axis=1)
-        mine = int(np.argmin(away)) if np.isfinite(place).all() else None
-        if mine is None:
-            assert not feet.low[0][at].all()
-        else:
-            assert feet.low[0][at, mine] == low
-        assert feet.low[0][at].any()

@@ -29,7 +29,7 @@ from gaitval.gait.foot_forces import assign_forces, of_weight, resample_forces
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.foot_markers import foot_markers
-from gaitval.mocap.recording import FootForces, Plate, Recording
+from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.repairs import Repair
 
 PROCESSING = ProcessingSettings()
@@ -99,12 +99,6 @@ def test_air_has_no_force_and_no_centre_of_pressure() -> None:
     assert np.isnan(forces.centre_of_pressure[air]).all()
     assert np.isfinite(forces.centre_of_pressure[~air]).all()
     assert forces.force[~air][:, 2].min() > PROCESSING.force_threshold_n
-
-
-def test_swapped_belts_are_no_matter() -> None:
-    there, _ = assigned(walk(belt=SPEED, plates=BELTS))
-    back, _ = assigned(walk(belt=SPEED, plates=BELTS[::-1]))
-    np.testing.assert_allclose(there.force, back.force, atol=1e-9)
 
 
 def test_over_ground_each_plate_shows_one_step_and_the_rest_is_not_valid() -> None:
@@ -238,22 +232,6 @@ def test_a_trial_without_plates_says_what_to_do() -> None:
         assigned(walk())
 
 
-def test_forces_of_another_length_are_refused() -> None:
-    recording = walk(belt=SPEED, plates=BELTS)
-    cut = tuple(
-        Plate(
-            plate.name,
-            plate.corners,
-            plate.force[:2000],
-            plate.centre_of_pressure[:2000],
-            plate.free_moment[:2000],
-        )
-        for plate in recording.plates
-    )
-    with pytest.raises(RecordError, match=r"markers of 6.000 s.*forces of 4.000 s"):
-        assigned(replace(recording, plates=cut))
-
-
 def test_plates_that_nobody_stands_on_are_refused() -> None:
     with pytest.raises(RecordError, match="no foot is on the 1 force plate"):
         assigned(walk(plates=(Rectangle((20.0, 20.5), (-0.3, 0.3)),)))
@@ -346,11 +324,6 @@ def test_a_foot_on_exchanged_plates_is_not_taken_for_an_offset() -> None:
     assert all(one is other for one, other in zip(zeroed.plates, plates, strict=True))
     assert len(findings) == 2
     assert all("corners of two plates are exchanged" in each.action for each in findings)
-
-
-def test_trials_without_plates_have_nothing_to_zero() -> None:
-    recording = walk()
-    assert zero_plates(recording, landmarks=LANDMARKS) == (recording, ())
 
 
 # -- filter and sample rate -----------------------------------------------------------------------
@@ -460,29 +433,6 @@ def test_a_walk_on_a_raised_floor_has_its_centre_of_pressure_there(height: float
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("off", [-0.03, 0.03])
-def test_the_centre_of_pressure_is_on_the_level_of_most_plates(off: float) -> None:
-    """Of two plates at one height and a third below or above them."""
-    plates = (
-        Rectangle(x=(-1.0, -0.1), y=(-0.5, 0.0)),
-        Rectangle(x=(-0.1, 1.0), y=(-0.5, 0.0)),
-        BELTS[1],
-    )
-    recording = walk(belt=SPEED, plates=plates)
-    moved = np.array([0.0, 0.0, off])
-    left = recording.plates[2]
-    assert left.moment is not None
-    lower = with_offset(
-        recording, 2, corners=left.corners + moved, moment=left.moment,
-        centre_of_pressure=left.centre_of_pressure + moved,
-    )  # fmt: skip
-    here, _ = assigned(recording)
-    there, _ = assigned(lower)
-    on = there.force[:, :, 2] > 0.0
-    np.testing.assert_array_equal(there.centre_of_pressure[on][:, 2], 0.0)
-    np.testing.assert_allclose(there.centre_of_pressure[on], here.centre_of_pressure[on], atol=1e-9)
-
-
 def test_a_load_that_is_below_the_threshold_between_two_contacts_counts_once() -> None:
     """The foot does not leave the plate, which shows 15 N for 90 ms: 15 N, not twice as much."""
     recording = walk(belt=SPEED, plates=BELTS)
@@ -504,46 +454,6 @@ def test_a_load_that_is_below_the_threshold_between_two_contacts_counts_once() -
     np.testing.assert_allclose(forces.force[edges, 0], true[edges], atol=0.5)
 
 
-def test_what_is_below_the_threshold_at_both_ends_of_a_contact_belongs_to_it() -> None:
-    """Else the filter would see a step there. The whole impulse of a stance is kept, with that of
-    the rise and the fall below 20 N, and each foot has its own."""
-    recording = walk(belt=SPEED, plates=BELTS)
-    forces, _ = assigned(recording, cutoff_hz=100.0)
-    for column, side in enumerate(SIDES):
-        shown = recording.plates[column].force[:, 2]
-        found = forces.force[:, column, 2]
-        strike = strikes(side, 6.0)[1]
-        off = strike + STANCE * STRIDE
-        for edge in (strike, off):
-            near = np.abs(times(forces) - edge) < 0.02
-            on = near & (found > 0.0) & (shown > 25.0)
-            assert on.sum() > 3
-            # A step of 20 N at the threshold, were it there, would ring by a fifth of it.
-            np.testing.assert_allclose(found[on], shown[on], atol=2.5)
-
-
-def test_a_light_touch_before_and_after_a_contact_belongs_to_it() -> None:
-    """15 N from 40 ms before a foot lands until 40 ms after it left: the filter sees them."""
-    recording = walk(belt=SPEED, plates=BELTS)
-    plate, time = recording.plates[0], times(assigned(recording)[0])
-    assert plate.moment is not None
-    on = plate.force[:, 2] > 0.0
-    near = np.array([on[max(i - 20, 0) : i + 21].any() for i in range(len(on))]) & ~on
-    light = np.where(near[:, None], [0.0, 0.0, 15.0], 0.0)
-    point = centre_of_pressure("right", time, SPEED)
-    touching = with_offset(
-        recording, 0, force=plate.force + light, moment=plate.moment + np.cross(point, light)
-    )
-    forces, _ = assigned(touching)
-    true = low_pass(
-        touching.plates[0].force, rate=500.0, cutoff_hz=PROCESSING.force_cutoff_hz,
-        order=PROCESSING.filter_order,
-    )  # fmt: skip
-    shown = forces.force[:, 0, 2] > 0.0
-    assert near.sum() > 100
-    np.testing.assert_allclose(forces.force[shown, 0], true[shown], atol=1.5)
-
-
 def linear(rate: float = 100.0, count: int = 50) -> FootForces:
     """A right foot whose force and point change linearly; the left one is in the air."""
     time = np.arange(count) / rate
@@ -554,25 +464,6 @@ def linear(rate: float = 100.0, count: int = 50) -> FootForces:
     moment = np.zeros((count, 2, 3))
     moment[:, 0, 2] = 4.0 * time
     return FootForces(rate, 2.0, force, point, moment, np.ones((count, 2), dtype=bool))
-
-
-def test_between_samples_forces_are_on_the_line() -> None:
-    """Nothing is filtered where the rate does not fall. The last sample is the last."""
-    forces = linear()
-    wanted = 2.0 + np.arange(0.0, 0.49, 0.0049)
-    there = resample_forces(forces, wanted)
-    into = wanted - 2.0
-    np.testing.assert_allclose(there.force[:, 0, 2], 500.0 + 100.0 * into, atol=1e-9)
-    np.testing.assert_allclose(there.force[:, 0, 0], 10.0 + 20.0 * into, atol=1e-9)
-    np.testing.assert_allclose(there.free_moment[:, 0, 2], 4.0 * into, atol=1e-9)
-    np.testing.assert_allclose(there.centre_of_pressure[:, 0], [[0.1, -0.2, 0.0]] * len(wanted))
-    assert not there.force[:, 1].any()
-    assert np.isnan(there.centre_of_pressure[:, 1]).all()
-    beyond = resample_forces(forces, 2.0 + np.array([0.485, 0.49, 0.495]))
-    np.testing.assert_allclose(beyond.force[:, 0, 2], [548.5, 549.0, 549.0], atol=1e-9)
-    assert beyond.valid.all()
-    alone = resample_forces(forces, np.array([2.2]))
-    assert (alone.rate, alone.force[0, 0, 2]) == (100.0, pytest.approx(520.0))
 
 
 def test_what_is_above_half_the_new_rate_is_no_slow_wave() -> None:
@@ -599,21 +490,6 @@ def test_a_time_next_to_a_sample_that_is_not_valid_is_not_valid() -> None:
     into = np.round((wanted - 2.0) * 100.0, 6)
     np.testing.assert_array_equal(there.valid[:, 0], ~((into > 19.0) & (into < 21.0)))
     assert there.valid[:, 1].all()
-
-
-@pytest.mark.parametrize(("early", "late", "fits"), [(0.0049, 0.0049, True), (0.0051, 0.0, False),
-                                                      (0.0, 0.0051, False)])  # fmt: skip
-def test_times_may_be_one_of_their_own_steps_beyond_the_forces(
-    early: float, late: float, fits: bool
-) -> None:
-    forces = linear()
-    wanted = np.arange(2.0 - early, 2.49 + late + 1e-9, 0.005)
-    wanted[-1] = 2.49 + late
-    if fits:
-        assert len(resample_forces(forces, wanted).force) == len(wanted)
-        return
-    with pytest.raises(RecordError, match=r"(?s)Forces from 2\.000 to 2\.490 s .*of another trial"):
-        resample_forces(forces, wanted)
 
 
 # -- WBDS01 T01 -----------------------------------------------------------------------------------

@@ -12,7 +12,6 @@ from gaitval.errors import RecordError
 from gaitval.gait.events import marker_events
 from gaitval.gait.feet_on_plates import Feet
 from gaitval.gait.plate_contacts import (
-    _cut_off,
     check_synchrony,
     judge_brushes,
     judge_contact,
@@ -134,19 +133,6 @@ def test_a_centre_of_pressure_outside_the_foot_for_a_fifth_of_the_time(share, re
     np.testing.assert_array_equal(valid, expected)
 
 
-def test_distances_of_up_to_6_cm_under_a_small_force_or_unknown_do_not_count():
-    feet = feet_at([0.0, 0.1], [OFF, OFF])
-    assert judged(loaded(), feet, RIGHT, distances(0.059, FAR))[0] == []
-    assert judged(loaded(), feet, RIGHT, distances(0.061, FAR))[0] != []
-    assert judged(loaded(), feet, RIGHT, distances(np.nan, FAR))[0] == []
-    for part, refused in ((0.19, False), (0.21, True)):
-        plate = loaded()
-        plate.force[100:150, 2] = part * 700.0
-        away = distances(NEAR, FAR)
-        away[:50, 0] = 0.2
-        assert bool(judged(plate, feet, RIGHT, away)[0]) == refused
-
-
 @pytest.mark.parametrize(
     ("heel", "samples", "refused"), [(-0.315, 100, False), (-0.325, 14, False), (-0.325, 17, True)]
 )
@@ -243,47 +229,6 @@ def test_a_stance_of_which_plates_show_too_little(shown, words, column):
         assert words in found[0].action
         assert found[0].names == (("right foot", "left foot")[column],)
     np.testing.assert_array_equal(valid, expected)
-
-
-@pytest.mark.parametrize(
-    ("first", "last", "words"),
-    [(100, 350, ""), (150, 400, ""), (50, 300, ""), (150, 350, "the first 100 ms"),
-     (100, 300, "the last 100 ms"), (150, 300, "the first 100 ms and the last 100 ms")],
-)  # fmt: skip
-def test_which_end_of_a_stance_is_missed(first, last, words):
-    """Forces that are late at both ends have another clock, and miss nothing."""
-    touched = np.zeros(600, bool)
-    touched[first:last] = True
-    found = _cut_off(touched, 100, 350, 500.0)
-    assert words in found
-    assert bool(found) == bool(words)
-
-
-@pytest.mark.parametrize("ends", [True, False])
-def test_forces_too_small_for_their_unit_do_not_show_where_a_stance_ends(ends):
-    """In kilograms, 20 N is a quarter of the weight: that is for the check of the mass to say."""
-    touched, stance = np.zeros((N, 2), bool), np.zeros((N, 2), bool)
-    stance[30:280, 0] = True
-    touched[80:270, 0] = True
-    feet = replace(feet_at([0.0, 0.1], [0.0, 0.1]), stance=stance)
-    valid = np.ones((N, 2), bool)
-    found = judge_unshown(trial(loaded()), feet, touched, valid, ends=ends)
-    assert [("first 100 ms" in each.action) for each in found] == [True] * ends
-
-
-@pytest.mark.parametrize(("seconds", "known"), [(0.24, True), (0.26, False)])
-def test_nobody_is_in_the_air_for_longer_than_runners(seconds, known):
-    """Who walks out of the cameras' sight lands unseen: no force there is not a force of zero."""
-    flight = slice(100, 100 + round(seconds * RATE))
-    stance = np.zeros((N, 2), bool)
-    stance[:100, 0] = stance[flight.stop :, 1] = True
-    valid = np.ones((N, 2), bool)
-    feet = replace(feet_at([0.0, 0.1], [0.0, 0.1]), stance=stance)
-    found = judge_unshown(trial(loaded()), feet, stance.copy(), valid)
-    assert [each.names for each in found] == ([] if known else [("both feet",)])
-    assert valid[flight].all() == valid[flight].any() == known
-    assert valid[: flight.start].all()
-    assert valid[flight.stop :].all()
 
 
 @pytest.mark.parametrize(

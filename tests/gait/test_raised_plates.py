@@ -48,14 +48,6 @@ def test_what_lies_on_the_floor_or_carries_somebody_is_a_plate(height, up):
     assert (len(found.plates), len(flags)) == (1, 0)
 
 
-def test_a_support_above_the_head_is_told_as_one():
-    plate = raised(2.2, corners=False)
-    plate.force[:, 2] += 150.0
-    found, (flag,) = without_raised(replace(WALK, plates=(*WALK.plates, plate)), LANDMARKS)
-    assert len(found.plates) == len(WALK.plates)
-    assert "aid = 'support'" in flag.message
-
-
 def test_the_plates_of_a_treadmill_stay():
     found, flags = without_raised(WALK, LANDMARKS)
     assert found.plates == WALK.plates

@@ -199,24 +199,6 @@ def test_a_stance_counts_from_heel_strike_to_toe_off_on_valid_plates():
         assert found == [each for each in begins if part.valid[each : each + 100].all()]
 
 
-def test_a_foot_that_drags_over_a_plate_does_not_stand_on_it():
-    plate, forces = stepped(steps=2)
-    forces.force[220:320, 0] *= [-0.06, 0.06, 0.06]  # as if it braked last
-    recording = Recording("w", "project", ("A",), np.zeros((10, 1, 3)), 100.0, plates=(plate,))
-    assert [each.begin for each in whole_stances(recording, forces)] == [60]
-
-
-def test_the_plate_of_a_stance_is_the_one_that_carries_most_of_it():
-    plate, forces = stepped()
-    names = ("few", "most", "none")
-    plates = tuple(
-        replace(plate, name=name, force=share * plate.force)
-        for name, share in zip(names, (0.4, 0.6, 0.0), strict=True)
-    )
-    recording = Recording("w", "project", ("A",), np.zeros((10, 1, 3)), 100.0, plates=plates)
-    assert [each.plate for each in whole_stances(recording, forces)] == ["most"]
-
-
 @pytest.mark.parametrize(
     ("change", "certain"), [(0.03, None), (0.015, False), (-0.015, False), (-0.03, True)]
 )
@@ -383,26 +365,3 @@ def test_a_horizontal_force_that_stays_at_either_end_for_25_ms(axis, sign, milli
         assert each.value == pytest.approx(0.001 * milliseconds)
         assert f"the {('fore-aft', 'sideways')[axis]} force" in each.message
         assert f"for {milliseconds} ms" in each.message
-
-
-def test_a_force_that_stays_near_zero_is_not_cut_off():
-    """A fiftieth of the weight is the least that is looked at."""
-    for size, warned in ((0.018, False), (0.022, True)):
-        plate = waves(rate=1000.0)
-        weight = np.percentile(plate.force[plate.force[:, 2] > 100.0, 2], 95.0)
-        plate.force[:, 1] = np.clip(plate.force[:, 1], -size * weight, size * weight)
-        found = [each for each in channel_warnings(plate, 1000.0) if "saturated" in each.check]
-        assert len(found) == warned
-
-
-def test_a_plate_that_is_pushed_along_but_not_down():
-    """From 50 N along, and less than half of that down."""
-    for along, down, warned in ((60.0, 20.0, True), (40.0, 10.0, False), (60.0, 40.0, False)):
-        plate = waves()
-        force = np.zeros_like(plate.force)
-        force[100:200] = [along, 0.0, down]
-        warnings = channel_warnings(replace(plate, force=force), 500.0)
-        found = [each for each in warnings if each.check != "forces cut off"]  # steep, and so it is
-        assert len(found) == warned
-        for each in found:
-            assert (each.value, each.limit, each.certain) == (down / along, 0.5, True)

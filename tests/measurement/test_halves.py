@@ -1,14 +1,11 @@
 """Two halves of a session's gait cycles."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from recorded_sessions import wbds01_t01
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
-from gaitval.errors import RecordError
 from gaitval.importing.importing import work_out
 from gaitval.measurement.halves import halves_of
 
@@ -47,31 +44,3 @@ def test_the_mean_of_the_halves_is_the_mean_of_the_whole(found):
     counts = [len(part.angles[name].curves) for part in (one, other)]
     mean = np.average([part.angles[name].mean for part in (one, other)], axis=0, weights=counts)
     np.testing.assert_allclose(mean, found.angles[name].mean, atol=1e-12)
-
-
-def test_too_few_cycles_are_refused(found):
-    few = tuple(
-        replace(walk, cycles={side: walk.cycles[side][:5] for side in SIDES})
-        for walk in found.trials
-    )
-    few = tuple(
-        replace(
-            walk,
-            gait={
-                side: replace(
-                    walk.gait[side],
-                    **{
-                        name: getattr(walk.gait[side], name)[
-                            : sum(c.kinematics_valid for c in walk.cycles[side])
-                        ]
-                        for name in vars(walk.gait[side])
-                        if name != "side"
-                    },
-                )
-                for side in SIDES
-            },
-        )
-        for walk in few
-    )
-    with pytest.raises(RecordError, match=r"valid cycles of the .* side, and 3 are needed"):
-        halves_of(replace(found, trials=few), "odd-even")

@@ -19,9 +19,9 @@ from gaitval.importing.importing import work_out
 from gaitval.importing.write import _record
 from gaitval.measurement import correct
 from gaitval.measurement.correct import wanted
-from gaitval.measurement.estimate import FoundFault, alone
-from gaitval.measurement.fault_text import CHECK, rows, title
-from gaitval.measurement.kinds import Fault, kind_of
+from gaitval.measurement.estimate import FoundFault
+from gaitval.measurement.fault_text import CHECK
+from gaitval.measurement.kinds import Fault
 from gaitval.measurement.measured import untold
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
@@ -292,16 +292,6 @@ def test_plates_that_are_turned_as_one_block_are_turned_back_as_one(sample, numb
         np.testing.assert_array_equal(plate.corners, turned.corners)
 
 
-def test_a_fault_of_all_plates_adds_to_those_of_each(sample):
-    _, session = sample
-    (walk,) = session.walking
-    both = {"place x 1": 0.03, "place x all": 0.02}
-    for given in (both, dict(reversed(both.items()))):
-        found = correct.without_faults(walk, given)
-        for plate, before, by in zip(found.plates, walk.plates, (0.05, 0.02), strict=True):
-            np.testing.assert_allclose(before.corners[:, 0] - plate.corners[:, 0], by)
-
-
 @pytest.mark.slow
 def test_a_fault_that_is_not_sure_is_not_corrected(imported):
     right, same = imported(None), imported(None, correct=("place", "gain", "delay"))
@@ -339,14 +329,3 @@ def test_what_cannot_be_corrected_is_refused_by_name():
     assert wanted(("delay,gain", "place")) == ("delay", "gain", "place")
     with pytest.raises(ConfigurationError, match="--correct mass: this fault cannot be corrected"):
         wanted(("mass",))
-
-
-def test_each_fault_has_an_estimate_and_a_title(imported):
-    seen = imported(None).measurement.seen
-    figures = alone(seen)
-    assert {kind_of(name) for name in figures} >= {"delay", "place", "rotation", "gain", "mass"}
-    assert title("place x 1") == "plate 1: place forward"
-    assert title("rotation all") == "all plates: rotation"
-    assert title("plate delay 1") == "plate 1: delay"
-    doubled = replace(seen, lag=replace(seen.lag, value=2 * seen.lag.value))
-    assert rows(doubled)[0].value == pytest.approx(2 * rows(seen)[0].value)

@@ -168,27 +168,6 @@ def test_a_plate_that_is_silent_for_a_moment(off, words):
     assert re.search(r"at (12\.0[01]|11\.99) s", warning.message)
 
 
-@pytest.mark.parametrize(
-    ("off", "frames", "warned"),
-    [(0.31, 6, True), (0.29, 6, False), (0.5, 3, False), (0.62, 3, True), (2.0, 1, True)],
-)
-def test_a_short_fault_counts_by_its_mean_over_60_ms(off, frames, warned):
-    loads = walked()
-    needed = needs(loads)
-    loads.force[120 : 120 + frames, 0, 2] += off * WEIGHT
-    assert bool([each for each in found(needed, loads) if "vertical" in each.check]) == warned
-
-
-def test_what_is_within_0_1_s_of_an_unknown_force_does_not_count():
-    """Where a foot lands beside the plates, its force is missing a little before that is known."""
-    for missing, warned in ((slice(40, 50), False), (slice(30, 39), True)):
-        loads = walked()
-        needed = needs(loads)
-        loads.valid[50:100, 1] = False
-        loads.force[missing, 0, 2] -= 0.4 * WEIGHT
-        assert bool([each for each in found(needed, loads) if "vertical" in each.check]) == warned
-
-
 def swings(*lengths, side="right"):
     """Events of one foot whose swings take so long, s, a second apart."""
     return [
@@ -218,16 +197,6 @@ def test_a_swing_of_a_pendulum(relative, words):
         assert words in each.message
     with_forces = list(look(Swings(swings(swing), height, forces=True)).flags)
     assert len(with_forces) == (relative < 1.0)
-
-
-def test_the_median_swing_of_both_feet_counts():
-    usual, short = 0.4, 0.1
-    assert not list(look(Swings(swings(usual, short, usual), 1.75)).flags)
-    assert list(look(Swings(swings(short, usual, short), 1.75)).flags)
-    both = sorted(swings(usual) + swings(usual, short, side="left"), key=lambda event: event.time)
-    assert not list(look(Swings(both, 1.75)).flags)
-    stance = [Event(0.0, "right", "heel_strike"), Event(0.1, "right", "toe_off")]
-    assert not list(look(Swings(stance, 1.75)).flags)
 
 
 @pytest.mark.parametrize(

@@ -137,13 +137,6 @@ def test_what_cannot_be_a_session_is_refused(tmp_path, text, match):
         read_batch([session(tmp_path, text)])
 
 
-def test_missing_files_and_empty_folders_are_refused(tmp_path):
-    with pytest.raises(ConfigurationError, match="no such file"):
-        read_batch([tmp_path / "no.toml"])
-    with pytest.raises(ConfigurationError, match=r"no session\.toml in this folder"):
-        read_batch([tmp_path])
-
-
 def test_the_command_takes_several_sessions(tmp_path, monkeypatch):
     """One that is refused does not stop the others, and decides the exit code."""
 

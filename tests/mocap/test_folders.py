@@ -92,14 +92,6 @@ def test_pose2sims_single_trial_has_its_settings_beside_it(pose2sim) -> None:
     assert [walk.parent.parent for walk in person.trials] == [alone]
 
 
-def test_settings_of_a_trial_do_not_make_it_a_participant(pose2sim) -> None:
-    settings = (pose2sim / "Config.toml").read_text()
-    (pose2sim / "P00_T01_Walk" / "Config.toml").write_text(settings)
-    assert one(pose2sim).name == "S00_P00"
-    (pose2sim / "Config.toml").replace(pose2sim.parent / "Config.toml")
-    assert one(pose2sim).name == "S00_P00"
-
-
 def test_several_people_in_one_trial_of_pose2sim(pose2sim) -> None:
     """Their numbers are behind the trial's name, which may have a P of its own."""
     place = pose2sim / "P00_T01_Walk" / "pose-3d"
@@ -109,15 +101,6 @@ def test_several_people_in_one_trial_of_pose2sim(pose2sim) -> None:
     (place / "S00_P00_T01_Walk_P2_0-100_LSTM.trc").write_bytes(first.read_bytes())
     with pytest.raises(GaitvalError, match=r"2 people \(.*_P1_.*, .*_P2_.*Move the others'"):
         read_batch([pose2sim])
-
-
-def test_the_files_that_are_read_are_said(pose2sim) -> None:
-    messages: list[str] = []
-    (person,) = read_batch([pose2sim], lambda _, text: messages.append(text))
-    (sentence,) = messages
-    assert person.static is not None
-    for file in (person.static, *person.trials):
-        assert str(file.relative_to(pose2sim)) in sentence
 
 
 @pytest.mark.parametrize(

@@ -132,13 +132,6 @@ def test_a_fill_value_in_one_coordinate_is_a_gap(axis, value):
     assert np.count_nonzero(~rest) == 12
 
 
-def test_a_ghost_that_stays_far_away_is_no_fill_value():
-    """It is lost, and named as such."""
-    recording = walked()
-    recording.markers[100:112, 0] = (17.0, 3.0, 0.5)
-    assert without_fill_values(recording) is recording
-
-
 def test_a_place_on_the_diagonal_is_no_fill_value():
     recording = walked()
     recording.markers[50, 0] = 0.1
@@ -157,35 +150,6 @@ def test_a_foot_marker_that_dangles_is_lost():
     assert found.names == ("heel",)
     assert 200 <= found.first <= 230
     assert found.last == len(recording.markers) - 1
-
-
-def test_a_foot_marker_that_is_cut_off_in_one_coordinate_stays():
-    """At the edge of the volume, up to 14 cm off its place: told as a stuck coordinate."""
-    recording = walked(belt=True)
-    heel = recording.names.index("heel")
-    ahead = recording.markers[:, heel, 0].copy()
-    cut = np.maximum(ahead, ahead.min() + 0.14)
-    recording.markers[:, heel, 0] = cut
-    assert not found_in(recording, stands=standing())[0]
-    recording.markers[:, heel, 0] = cut + np.random.default_rng(1).normal(0.0, 1e-4, len(cut))
-    assert found_in(recording, stands=standing())[0]  # nothing else says so then
-
-
-def test_markers_held_together_are_found_by_those_that_are_not():
-    """Most of a foot's markers in their last places tell nothing about each other."""
-    walk = walked()
-    markers = walk.markers.copy()
-    held = ["mt1", "mt5", "heel2"]
-    names = (*walk.names, "heel2", "mt2")
-    foot = markers[:, [0, 1]] + np.array([0.0, 0.02, 0.02])
-    markers = np.concatenate([markers, foot], axis=1)
-    for name in held:
-        # In swing, where the foot moves on.
-        markers[170:182, names.index(name)] = markers[169, names.index(name)]
-    segments = {**SEGMENTS, "heel2": "foot_r", "mt2": "foot_r"}
-    findings, kept = found_in(Recording("walk.trc", "project", names, markers, RATE), segments)
-    assert sorted(found.names[0] for found in findings) == sorted(held)
-    assert np.isfinite(kept[:, names.index("heel")]).all()
 
 
 def test_a_held_marker_beside_one_other_of_its_segment_is_found():

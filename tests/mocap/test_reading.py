@@ -58,7 +58,7 @@ class TestMarkersWithForces:
             ({"rate": 40.0, "samples": 60, "start": 0.0}, "rate at which they were recorded"),
             ({"samples": 400}, "Give the forces of the same trial"),
             ({"start": 5.0}, "Give the forces of the same trial"),
-            ({"point": (500.0, 0.0, 300.0)}, "divide the points"),
+            ({"point": (500.0, 0.0, 300.0)}, "divide mm by 1000"),
             ({"point": (50.0, 0.0, 9000.0)}, "another trial or in other axes"),
             ({"sign": -1.0}, "forces on the plate"),
             ({"axes": "xzy"}, "other axes than the markers"),

@@ -62,13 +62,6 @@ class TestTrc:
             f"DataRate is {header:g} Hz, but the times go at 100 Hz" in str(w.message) for w in seen
         ] == [True] * message
 
-    def test_counted_unlabelled_markers(self, tmp_path):
-        path = trc(tmp_path / "a.trc", changes={3: "100\t100\t20\t4\tmm\t100\t1\t20"})
-        lines = path.read_text().splitlines()
-        lines[6:] = [line + "\t7\t8\t9" for line in lines[6:]]
-        path.write_text("\n".join(lines) + "\n")
-        assert read_trc(path).names == recording().names
-
     def test_a_row_that_ends_early_lacks_its_last_markers(self, tmp_path):
         read = read_trc(trc(tmp_path / "a.trc", changes={9: "3\t0.02\t500\t1000\t300"}))
         np.testing.assert_allclose(read.markers[2, 0], [0.5, 1.0, 0.3])

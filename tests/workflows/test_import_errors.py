@@ -795,7 +795,7 @@ def test_markers_in_another_unit_are_told_before_the_forces(laboratory: Laborato
     """Forces never point to a person of 0.2 m."""
     small = replace(laboratory.walking, markers=laboratory.walking.markers / 10.0)
     request = laboratory.request(walking=small, forces=laboratory.walking)
-    refuse(request, "no person's size", "centimetres that are called millimetres")
+    refuse(request, "another unit than their file says")
 
 
 @pytest.mark.slow
