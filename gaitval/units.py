@@ -8,7 +8,6 @@ with a sentence for a message. Every reader asks it; none has factors or ranges 
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -118,36 +117,29 @@ class UnitSeen:
         )
 
 
-def unit_of(
-    quantity: Quantity, word: str = "", size: float | Callable[[float], float] | None = None
-) -> UnitSeen:
+def unit_of(quantity: Quantity, word: str = "", size: float | None = None) -> UnitSeen:
     """Which unit some numbers are in.
 
     Parameters
     ----------
     quantity : what they are of.
     word : the unit that their header names; empty if it names none.
-    size : how large they are, as written; or, where that does not grow with the unit alone, the
-        size in the first unit of `quantity` by the factor of the unit. None if the word is to be
-        believed.
+    size : how large they are, as written; None if the word is to be believed.
     """
     if size is None:
         return UnitSeen(quantity, word, quantity.named(word), None, ())
-    at = size if callable(size) else lambda factor: factor * size
     middle = math.sqrt(max(quantity.low, 1e-2 * quantity.high) * quantity.high)
     found = []
     for unit in quantity.units:
         if quantity.guessed and unit.name not in quantity.guessed:
             continue
-        low, high = at(unit.factor / unit.spread), at(unit.factor * unit.spread)
+        low, high = unit.factor / unit.spread * size, unit.factor * unit.spread * size
         if low <= quantity.high and high >= quantity.low:
             off = math.inf if low <= 0.0 else abs(math.log(math.sqrt(low * high) / middle))
             found.append((unit is not quantity.units[0], off, unit))
     found.sort(key=lambda each: each[:2])
     candidates = tuple(unit for *_, unit in found)
-    return UnitSeen(
-        quantity, word, quantity.named(word), size if not callable(size) else at(1.0), candidates
-    )
+    return UnitSeen(quantity, word, quantity.named(word), size, candidates)
 
 
 def stated_factor(where: str, quantity: Quantity, word: str) -> float:

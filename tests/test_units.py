@@ -105,13 +105,6 @@ def test_a_stated_unit_that_the_numbers_contradict_is_not_taken():
     assert "0.8 to 2.3 metres of a stature" in unit_of(units.STATURE, "m", 1e7).sentence
 
 
-def test_a_size_that_does_not_grow_with_the_unit_alone_is_given_by_its_factor():
-    foot = 0.3
-    seen = unit_of(units.POINT_FROM_FOOT, size=lambda factor: abs(350.0 * factor - foot))
-    assert seen.unit is not None
-    assert seen.unit.name == "millimetres"
-
-
 @pytest.mark.parametrize(
     ("size", "words"),
     [

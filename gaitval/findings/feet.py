@@ -73,30 +73,6 @@ def _height_changes(beside: Beside) -> dict[str, float]:
     return changes
 
 
-def _scale(beside: Beside) -> Iterator[Seen]:
-    """Change of the distance from a knee's to an ankle's lateral marker, of the leg in which it
-    changes less; nothing where one leg becomes longer and the other shorter, as where a marker
-    moves.
-    """
-    changes = []
-    for side in "RL":
-        names = [beside.landmarks.get(f"{side}.{part}", "") for part in ("Knee", "Ankle")]
-        lengths = []
-        for trial in (beside.standing, beside.walking):
-            if not all(name in trial.names for name in names):
-                return
-            apart = np.linalg.norm(trial.marker(names[0]) - trial.marker(names[1]), axis=1)
-            apart = apart[np.isfinite(apart)]
-            if not len(apart):
-                return
-            lengths.append(float(np.median(apart)))
-        changes.append(lengths[1] / lengths[0] - 1.0)
-    if changes[0] * changes[1] > 0.0:
-        mean = float(np.mean(changes))
-        words = {"mean": abs(mean), "way": "longer" if mean > 0 else "shorter"}
-        yield Seen(abs(min(changes, key=abs)), "both legs", words)
-
-
 MOVED: Final[Finding] = Finding(
     name="displaced marker",
     needs=Beside,
@@ -122,20 +98,4 @@ HEIGHT: Final[Finding] = Finding(
         "is never put down flat"
     ),
     source="within 8 mm",
-)
-SCALE: Final[Finding] = Finding(
-    name="scale of the trials",
-    needs=Beside,
-    values=_scale,
-    limits=0.01,
-    unit="1",
-    sentence=(
-        "from knee to ankle they are {mean:.1f %} {way} in walking than in standing (elsewhere "
-        "within {limit:.0f %}): the two trials have another scale, at least along the vertical"
-    ),
-    remedy=(
-        "Look at the calibration of the cameras and the length of its wand, and that both trials "
-        "are of one session and one person"
-    ),
-    source="at most 0.4 % in nine walks of seven people",
 )

@@ -65,18 +65,6 @@ def _line(names: Sequence[str], value: float, limit: float, seen: str) -> Seen:
     return Seen(value, " and ".join(names), {"seen": seen}, limits=(-np.inf, limit))
 
 
-def _sacral_sides(beside: Beside) -> Iterator[Seen]:
-    """m, by which the front spines' distances to the sacrum's marker differ."""
-    standing = beside.standing
-    front = [beside.landmarks.get(mark, "") for mark in FRONT]
-    sacrum = beside.landmarks.get("Sacrum", "")
-    if _shown(standing, [*front, sacrum]):
-        away = [standing.marker(name) - standing.marker(sacrum) for name in front]
-        right, left = (float(np.nanmedian(np.linalg.norm(each, axis=1))) for each in away)
-        words = {"right": right, "left": left}
-        yield Seen(abs(right - left), f"{', '.join(front)} to {sacrum}", words)
-
-
 def _shown(trial: Recording, names: Sequence[str]) -> bool:
     return all(
         name in trial.names and bool(np.isfinite(trial.marker(name)).all(axis=1).any())
@@ -112,18 +100,4 @@ LEVEL: Final[Finding] = Finding(
         "mean list in walking: 1.25 (SD) of 42 adults (Fukuchi 2018), at most 3.9. The rear spines "
         "are 70 to 90 mm apart: 10 mm at one turn their line by 7 degrees"
     ),
-)
-SACRAL_SIDES: Final[Finding] = Finding(
-    name="sides that differ",
-    needs=Beside,
-    values=_sacral_sides,
-    limits=0.015,
-    unit="m",
-    sentence=(
-        "{right:.0f mm} on the right and {left:.0f mm} on the left: one of the three markers is "
-        "misplaced, in all trials alike, or the pelvis is uneven. Hip centres, and list and "
-        "rotation of the pelvis, are off with it"
-    ),
-    remedy="Look at them in standing",
-    source="at most 4 mm of twelve children (McGill), 12.5 mm of one adult",
 )

@@ -1,50 +1,35 @@
 """Markers and forces of other formats than C3D, by the ending of the file."""
 
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from gaitval import plugins
 from gaitval.errors import RecordError, RecordWarning
-from gaitval.mocap.recording import DeviceTorque, Plate, Recording
+from gaitval.mocap.recording import DeviceTorque, Recording
 from gaitval.mocap.separate_forces import during, with_plates
 
-
-def _trc(path: Path) -> Recording:
-    from gaitval.mocap.trc import read_trc
-
-    return read_trc(path)
-
-
-def _csv(path: Path) -> Recording:
-    from gaitval.mocap.vicon_csv import read_vicon_csv
-
-    return read_vicon_csv(path)
-
-
-def _tsv(path: Path) -> Recording:
-    from gaitval.mocap.qualisys_tsv import read_qualisys_tsv
-
-    return read_qualisys_tsv(path)
-
-
-def _txt(path: Path) -> Recording:
-    from gaitval.mocap.wbds_text import read_wbds_markers
-
-    return read_wbds_markers(path)
-
-
-READERS: Final[dict[str, Callable[[Path], Recording]]] = {
-    ".trc": _trc,
-    ".csv": _csv,
-    ".tsv": _tsv,
-    ".txt": _txt,
+READERS: Final[Mapping[str, str]] = {
+    ".trc": "trc.read_trc",
+    ".csv": "vicon_csv.read_vicon_csv",
+    ".tsv": "qualisys_tsv.read_qualisys_tsv",
+    ".txt": "wbds_text.read_wbds_markers",
 }
-"""Each loads what it needs when a file of its kind is read."""
+"""Module and function by the ending: each is loaded when a file of its kind is read."""
+
+
+def _loaded(name: str | None) -> Callable[..., Any] | None:
+    """The reader of this `name` in `READERS` or `FORCE_READERS`."""
+    if name is None:
+        return None
+    module, _, function = name.partition(".")
+    found: Callable[..., Any] = getattr(import_module(f"gaitval.mocap.{module}"), function)
+    return found
 
 
 def read_other(path: Path) -> Recording:
@@ -52,7 +37,7 @@ def read_other(path: Path) -> Recording:
     does, and if there is none for the ending of `path`.
     """
     kind = path.suffix.lower()
-    reader = READERS.get(kind) or plugins.of_ending(plugins.RECORDINGS, path)
+    reader = _loaded(READERS.get(kind)) or plugins.of_ending(plugins.RECORDINGS, path)
     if reader is not None:
         found: Recording = reader(path)
         return found
@@ -73,43 +58,14 @@ def further(readers: Iterable[str], group: str) -> str:
     return "".join(f", {each}" for each in endings if each != ".txt")
 
 
-_PlateForces = tuple[float, float, tuple[Plate, ...]]
-"""Rate, Hz, the first time, s, and the plates."""
-
-
-def _mot(path: Path, recording: Recording) -> _PlateForces:
-    from gaitval.mocap.mot import read_ground_reaction
-
-    del recording
-    return read_ground_reaction(path)
-
-
-def _motion_analysis(path: Path, recording: Recording) -> _PlateForces:
-    from gaitval.mocap.motion_analysis import read_motion_analysis_forces
-
-    return read_motion_analysis_forces(path, recording)
-
-
-def _tsv_forces(path: Path, recording: Recording) -> _PlateForces:
-    from gaitval.mocap.qualisys_tsv import read_qualisys_forces
-
-    return read_qualisys_forces(path, recording)
-
-
-def _txt_forces(path: Path, recording: Recording) -> _PlateForces:
-    from gaitval.mocap.kistler_text import read_kistler_text
-
-    return read_kistler_text(path, recording)
-
-
-FORCE_READERS: Final[dict[str, Callable[[Path, Recording], _PlateForces]]] = {
-    ".mot": _mot,
-    ".sto": _mot,
-    ".forces": _motion_analysis,
-    ".tsv": _tsv_forces,
-    ".txt": _txt_forces,
+FORCE_READERS: Final[Mapping[str, str]] = {
+    ".mot": "mot.read_ground_reaction",
+    ".sto": "mot.read_ground_reaction",
+    ".forces": "motion_analysis.read_motion_analysis_forces",
+    ".tsv": "qualisys_tsv.read_qualisys_forces",
+    ".txt": "kistler_text.read_kistler_text",
 }
-"""Each loads what it needs when a file of its kind is read."""
+"""Likewise; each gives the rate, Hz, the first time, s, and the plates."""
 
 
 def with_forces(
@@ -120,7 +76,7 @@ def with_forces(
     another kind of file, and if the recording has plates itself.
     """
     kind = path.suffix.lower()
-    reader = FORCE_READERS.get(kind) or plugins.of_ending(plugins.FORCES, path)
+    reader = _loaded(FORCE_READERS.get(kind)) or plugins.of_ending(plugins.FORCES, path)
     if reader is None:
         endings = further(FORCE_READERS, plugins.FORCES).removeprefix(", ")
         raise RecordError(
@@ -133,12 +89,13 @@ def with_forces(
             f"{recording.source} has {len(recording.plates)} force plates, and {path} was given "
             "too, so it is unclear which to use. Leave one out."
         )
-    rate, start, plates = reader(path, recording)
+    of_opensim = kind in (".mot", ".sto")  # in the markers' axes and units, so it needs no markers
+    rate, start, plates = reader(path) if of_opensim else reader(path, recording)
     if part is not None:
         recording = recording.between(part, "--trial-time")
         plates, start = during(plates, rate, start, recording)
     found = with_plates(recording, path, plates, rate=rate, start=start)
-    return _with_devices(found, path) if reader is _mot else found
+    return _with_devices(found, path) if of_opensim else found
 
 
 def _with_devices(recording: Recording, path: Path) -> Recording:

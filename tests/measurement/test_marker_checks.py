@@ -113,35 +113,6 @@ def test_frames_that_are_held_for_a_while_lose_no_time() -> None:
     assert not [warning for warning in trajectory_warnings(fixed) if warning.check == "lost frames"]
 
 
-@pytest.mark.parametrize(
-    ("right", "left", "words"),
-    [
-        (1.03, 1.03, "longer"),
-        (0.98, 0.98, "shorter"),
-        (1.03, 1.0, ""),
-        (1.03, 0.97, ""),
-        (1.004, 1.004, ""),
-    ],
-)
-def test_legs_of_another_length_than_in_standing_are_of_another_scale(right, left, words):
-    names = {f"{side}.{part}": f"{side}.{part}" for side in "RL" for part in ("Knee", "Ankle")}
-
-    def legs(frames: int, *lengths: float) -> Recording:
-        swing = 0.4 * np.sin(np.arange(frames) / 8.0)
-        markers = np.zeros((frames, 4, 3))
-        for leg, length in enumerate(lengths):
-            markers[:, 2 * leg, 0] = 0.37 * length * np.sin(swing)
-            markers[:, 2 * leg, 2] = 0.37 * length * np.cos(swing)
-        markers += np.random.default_rng(frames).normal(0.0, 0.001, markers.shape)
-        return Recording("walk", "project", tuple(names), markers, RATE)
-
-    flags = list(foot_marker_warnings(legs(40, 1.0, 1.0), legs(400, right, left), names))
-    assert len(flags) == bool(words)
-    for flag in flags:
-        assert words in flag.message
-        assert flag.value == pytest.approx(abs(right - 1.0), abs=0.002)
-
-
 def test_a_pose_put_together_from_the_walk_says_nothing_of_the_height_of_feet():
     """Its feet are where the walk has them, but for how the pose is put together."""
     raised = stood(R_MT1=-0.03)
