@@ -182,14 +182,6 @@ class ContactSettings(Section):
     """Vertical force above which a foot counts as on the ground, N (the smooth form leaves a
     few newtons just above the ground)."""
 
-    def scaled(self, stiffness: float, dissipation: float) -> Self:
-        """The same law, with the factors `stiffness` and `dissipation` on these constants."""
-        prefix = f"{self.law}_" if f"{self.law}_stiffness" in type(self).model_fields else ""
-        factors = {f"{prefix}stiffness": stiffness, f"{prefix}dissipation": dissipation}
-        return self.model_copy(
-            update={name: getattr(self, name) * factor for name, factor in factors.items()}
-        )
-
 
 class ServoSettings(Section):
     """Joint servos: stiffness Nm/rad and damping Nms/rad at 70 kg, scaled with body mass."""

@@ -13,7 +13,7 @@ The result is the mode of the posterior, and its covariance from the normal equa
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -39,9 +39,6 @@ from gaitval.reference.dynamic_fit import (
 )
 from gaitval.reference.motion import FEED_FORWARD, MOTION, ReferenceMotion, build_reference
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
-
-if TYPE_CHECKING:
-    from gaitval.model.extended import ExtendedParameter
 
 
 @dataclass(frozen=True)
@@ -70,8 +67,6 @@ _CENTRES: Final = tuple(
 """Moments about a joint centre that the laboratory has in the wrong place."""
 _ANGLES: Final = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
 """Coordinates of the reference that are recorded angles, without their side."""
-_EXTENDED: Final = NUISANCES + len(_CENTRES)
-"""First of the extended parameters, in units of the prior's SD, if they are looked for."""
 _SHOWN: Final = slice(2, len(PARAMETERS))
 """Parameters that the fit looks for. Passive damping is a part of the net joint moments that are
 recorded, and friction does not matter to a foot that does not slip. The record determines neither,
@@ -89,7 +84,6 @@ class BodyPosterior:
     prior_mean, prior_sd : (14,).
     log_posterior : at the mode, up to a constant: minus half the sum of squares.
     plates : (2,) m, shifts of the right and left plate at the mode.
-    extended_mean, extended_sd : (5,) of `model.extended.EXTENDED`; (0,) if not looked for.
     """
 
     mean: Array
@@ -98,8 +92,6 @@ class BodyPosterior:
     prior_sd: Array
     log_posterior: float
     plates: Array
-    extended_mean: Array
-    extended_sd: Array
 
     @property
     def sd(self) -> Array:
@@ -122,7 +114,6 @@ class BodyFit:
     contact : the contact law.
     noise : also of the plates, about the shifts that the record was corrected for.
     prior_sd : (14,) of mu about the nominal parameters.
-    extended : look for the parameters of `model.extended` too.
     """
 
     def __init__(
@@ -133,13 +124,7 @@ class BodyFit:
         noise: NoiseSettings,
         *,
         prior_sd: Array,
-        extended: bool = False,
     ) -> None:
-        self.extended: tuple[ExtendedParameter, ...] = ()
-        if extended:
-            from gaitval.model.extended import EXTENDED
-
-            self.extended = EXTENDED
         # The walker's friction has minima a hair apart, between which bodies would be compared.
         contact = with_softer_friction(contact)
         self.reference = build_reference(record, model, contact)
@@ -150,13 +135,9 @@ class BodyFit:
 
     def body(self, common: Array) -> tuple[Tree, ContactLaw]:
         """The body of a solution's `common`, and the ground under it."""
-        model, contact, mu = self._model, self._contact, self.mu(common)
-        if self.extended:
-            from gaitval.model.extended import extended_body
-
-            sizes = np.array([each.prior_sd for each in self.extended])
-            model, contact = extended_body(model, contact, sizes * common[_EXTENDED:])
-        return tree_arrays(apply_parameters(model, mu)), contact_law(contact, float(mu[1]))
+        mu = self.mu(common)
+        body = tree_arrays(apply_parameters(self._model, mu))
+        return body, contact_law(self._contact, float(mu[1]))
 
     def mu(self, common: Array) -> Array:
         """The parameters (14,) among a solution's `common`."""
@@ -165,9 +146,8 @@ class BodyFit:
     def _problem(self, record: GaitRecord) -> Problem:
         noise, model = self._noise, self._model
         plain = fit_problem(self.reference, record, model, self._contact, INFERENCE, noise.plate)
-        count = _EXTENDED + len(self.extended)
-        # `common` is longer here than in the plain fit: plates and lean, then mu, joint centres,
-        # extended.
+        count = NUISANCES + len(_CENTRES)
+        # `common` is longer here than in the plain fit: plates and lean, then mu, joint centres.
         lever = np.zeros((*plain.lever.shape[:2], count))
         lever[..., :BODY] = plain.lever[..., :BODY]
         weights = _law_weights(plain.weight, model.mass, noise)
@@ -179,15 +159,14 @@ class BodyFit:
             sign = SHIFT_SIGNS.get(name, 1.0)
             lever[:, row, NUISANCES + index] = sign * noise.joint_centre * vertical
         penalty, miss = _angle_terms(self.reference, plain, noise)
-        # mu, joint centres and extended parameters are in units of their prior SD, so their prior
-        # is 1.
+        # mu and joint centres are in units of their prior SD, so their prior is 1.
         prior = np.ones(count)
         prior[:BODY] = plain.prior[:BODY]
         return plain._replace(
             bodies=self.body,
             # Only these change the body. Damping and friction keep their columns, which stay zero,
             # so that the prior alone determines them.
-            varied=(*range(BODY, NUISANCES)[_SHOWN], *range(_EXTENDED, count)),
+            varied=tuple(range(BODY, NUISANCES)[_SHOWN]),
             lever=lever,
             weight=weights,
             penalty=penalty,
@@ -218,8 +197,7 @@ class BodyFit:
             if begin is not None:
                 begin[1][BODY:NUISANCES] = 0.0
             whole = problem.bodies
-            varied = tuple(index for index in problem.varied if index >= _EXTENDED)
-            problem = problem._replace(bodies=lambda common: whole(common + unit), varied=varied)
+            problem = problem._replace(bodies=lambda common: whole(common + unit), varied=())
             prior[BODY:NUISANCES] = FIT.fixed
         return solve_problem(
             problem._replace(prior=prior), start=begin, smallest_gain=smallest_gain,
@@ -258,7 +236,6 @@ class BodyFit:
         """The posterior of mu around the mode `solution`, which is computed if not given."""
         found = solution or self.solve()
         part = slice(BODY, NUISANCES)
-        sizes = np.array([each.prior_sd for each in self.extended])
         return BodyPosterior(
             mean=self.mu(found.common),
             covariance=found.covariance[part, part] * np.outer(self.prior_sd, self.prior_sd),
@@ -266,8 +243,6 @@ class BodyFit:
             prior_sd=self.prior_sd,
             log_posterior=-0.5 * found.cost,
             plates=found.common[: FIT.plates],
-            extended_mean=sizes * found.common[_EXTENDED:],
-            extended_sd=sizes * np.sqrt(np.diag(found.covariance)[_EXTENDED:]),
         )
 
 

@@ -23,7 +23,7 @@ descriptions at once are wider than any study, so each has `SHARED.narrower` of 
 | speed of the belt | 1.25 % | [6] |
 | left leg longer, right one shorter | 0.5 % | 6.5 mm between the legs [7] |
 | left hip centre forward, up | 5 mm | what of Harrington's (2007) 5-13 mm is of one side |
-| heel's, forefoot's contact forward | 10 mm | a shoe's heel and rocker, `model.extended` |
+| heel's, forefoot's contact forward | 10 mm | a shoe's heel and rocker |
 
 Those of skin and excursions are studies' SDs, of which the fit takes `SHARED.narrower`: two
 descriptions of the same skin at once are wider than any study's.
@@ -183,7 +183,7 @@ class SharedFit:
 
     Parameters
     ----------
-    fit : of the record, without the extended parameters.
+    fit : of the record.
     sizes : (K,) SDs of the shared errors in the order of `NAMES`; 0 leaves one out.
     offset : (16,) in prior SDs, of mu and of the sole's ends, by which the prior's mean is moved
         for what models and laboratories get wrong on everybody; see `offsets`.

@@ -1,14 +1,11 @@
 """The body that an identification found, before the parameters mu."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final
 
-import numpy as np
-
-from gaitval.configuration import ContactSettings
 from gaitval.errors import ArtefactError
-from gaitval.model.body import BodyModel
-from gaitval.model.extended import EXTENDED, extended_body
+from gaitval.model.body import BodyModel, Segment
 
 MOST: Final = 0.05
 """Share by which a leg may be longer than the mean of both; 8 cm between the legs of an adult."""
@@ -31,6 +28,12 @@ def with_legs(model: BodyModel, left: float) -> BodyModel:
             f"identification.json: left_leg is {left!r}, but the share by which the left leg is "
             f"longer is a number between {-MOST:g} and {MOST:g}. Run `gaitval subject` again."
         )
-    values = np.zeros(len(EXTENDED))
-    values[[each.name for each in EXTENDED].index("left_leg")] = left
-    return extended_body(model, ContactSettings(), values)[0]
+    return replace(model, segments=tuple(_with_leg(each, left) for each in model.segments))
+
+
+def _with_leg(segment: Segment, left: float) -> Segment:
+    if segment.kind not in ("shank", "foot"):  # at the lower ends of thigh and shank
+        return segment
+    joint = segment.joint_position.copy()
+    joint[2] *= 1.0 + (left if segment.side == "left" else -left)
+    return replace(segment, joint_position=joint)

@@ -387,7 +387,7 @@ class ParameterSum(OpenResult):
 
 
 class ExtendedResult(OpenResult):
-    """A parameter of `gaitval.model.extended`, which is 0 as scaled."""
+    """A parameter of the sole or of both legs, which is 0 as scaled; of earlier versions."""
 
     name: str
     unit: str

@@ -1,6 +1,8 @@
 """The fit of motion and body together: its derivatives, its posterior, and a planted body."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,47 +12,74 @@ from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import COORDINATES
+from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
+from gaitval.gait.cycle_curves import FORCES
+from gaitval.gait.record import HARMONICS, GaitRecord, periodic_through
 from gaitval.identification.body_fit import NUISANCES, BodyFit, angle_sd
 from gaitval.identification.combinations import combinations, judged_combinations
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.unidentified import unidentified
-from gaitval.identification.virtual_person import virtual_person
-from gaitval.model.parameters import PARAMETERS, nominal_parameters
-from gaitval.policy.storage import load_start
+from gaitval.metrics.reference_curves import reference_curves
+from gaitval.model.body import BodyModel
+from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.prediction.population import noise_of_expected
+from gaitval.prediction.seen import PHASES, stance_curves
 from gaitval.reference import dynamic_fit
-from gaitval.reference.dynamic_fit import consistent_reference, weighted_laws
+from gaitval.reference.dynamic_fit import fitted, weighted_laws
+from gaitval.reference.motion import build_reference
 from gaitval.reference.walking_laws import TRUNK
 from gaitval.scaling.scaling import scale_subject
 
 CONFIGURATION = load_configuration()
-GENERAL = Path(__file__).parents[2] / "reports" / "general"
+STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 
 
-def virtual(number):
-    """A virtual person whose thighs and shanks are known only by stature."""
-    around = load_subject("S05").model_copy(update={"markers": {}})
-    policy = load_start(GENERAL, CONFIGURATION.environment)
-    return virtual_person(number, 1, around, policy, CONFIGURATION)
+class Planted(NamedTuple):
+    """A record, the body that it began with as scaled, and mu of the body that it is of."""
 
-
-def body_fit(subject):
-    model = scale_subject(subject).model
-    return BodyFit(
-        subject.record(), model, CONFIGURATION.contact, CONFIGURATION.noise,
-        prior_sd=prior_sd(subject),
-    )  # fmt: skip
+    record: GaitRecord
+    subject: Subject
+    model: BodyModel
+    truth: np.ndarray
 
 
 @pytest.fixture(scope="module")
 def person():
-    return virtual(0)
+    """Known by stature, and thighs and shanks are 3 % longer: the record is of what walks so."""
+    subject, contact = load_subject("S05").by_stature(), CONFIGURATION.contact
+    record, model = subject.record(), scale_subject(subject).model
+    truth = nominal_parameters()
+    truth[[PARAMETERS.index(name) for name in ("thigh_length", "shank_length")]] *= 1.03
+    body = apply_parameters(model, truth)
+    reference = fitted(build_reference(record, body, contact), record, body, contact)
+    walk = reference_curves(reference, body.mass, record.left_phase)
+
+    def sampled(curve):
+        return np.interp(PHASES, np.linspace(0.0, 1.0, 101), curve)
+
+    def of(curves, names):
+        harmonics = HARMONICS.harmonics_cap
+        known = {name: sampled(curves[name]) for name in names if name in curves}
+        return {name: periodic_through(values, harmonics) for name, values in known.items()}
+
+    forces = {}
+    for side, left in (("right", 1.0), ("left", -1.0)):
+        rows = [sampled(walk.forces[f"{name}_{side[0]}"]) for name in FORCES]
+        rows[1] *= left
+        forces[side] = stance_curves(np.column_stack(rows), record.stance_fraction[side])
+    angles = record.angles | of(walk.angles, record.angles)
+    moments = record.moments | of(walk.moments, record.moments)
+    planted = replace(record, angles=angles, moments=moments, forces=forces)
+    return Planted(planted, subject, model, truth)
 
 
 @pytest.fixture(scope="module")
 def fit(person):
-    return body_fit(person.subject)
+    return BodyFit(
+        person.record, person.model, CONFIGURATION.contact, CONFIGURATION.noise,
+        prior_sd=prior_sd(person.subject),
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -63,42 +92,11 @@ def solution(fit, fixed):
     return fit.solve(start=fixed, smallest_gain=1e-5)
 
 
-@pytest.mark.slow  # four further fits; that it is sooner there
-def test_the_body_as_scaled_begins_with_its_reference(fit, fixed, monkeypatch):
-    """It ends where a fit from a standstill ends, on the whole (of one person it may be a
-    neighbour, 0.02 from it), with fewer equations."""
-    counted = []
-
-    def counting(*arguments):
-        counted.append(1)
-        return normal_equations(*arguments)
-
-    normal_equations = dynamic_fit.normal_equations
-    monkeypatch.setattr(dynamic_fit, "normal_equations", counting)
-    costs, equations = [], []
-    for number in range(3):
-        subject = virtual(number).subject
-        each = body_fit(subject) if number else fit
-        reference = consistent_reference(subject.record(), scale_subject(subject).model)
-        counted.clear()
-        found = each.as_scaled(reference)
-        warm = len(counted)
-        still = each.as_scaled()
-        equations.append((warm, len(counted) - warm))
-        costs.append((found.cost, still.cost))
-        if number == 0:
-            np.testing.assert_array_equal(still.change, fixed.change)
-    near, standstill = np.sum(costs, axis=0)
-    assert near == pytest.approx(standstill, rel=0.01)
-    with_reference, without = np.sum(equations, axis=0)
-    assert 2 * with_reference < without
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["hip_flexion", "hip_adduction", "knee_angle", "ankle_angle"])
 def test_a_centre_out_of_place_moves_its_moment_by_the_force_on_its_own_foot(person, fit, name):
     """By the force times the SD of a centre's place; each centre has an error of its own."""
-    record, mass = person.subject.record(), scale_subject(person.subject).model.mass
+    record, mass = person.record, person.model.mass
     phase = np.arange(dynamic_fit.DYNAMIC_FIT.instants) / dynamic_fit.DYNAMIC_FIT.instants
     vertical = {
         side: record.ground_reaction(side, np.mod(phase - begin, 1.0))[:, 2]
@@ -148,10 +146,9 @@ def test_the_record_says_nothing_of_damping_and_friction(fit, solution):
 @pytest.mark.slow
 def test_the_planted_leg_is_found_within_its_uncertainty(fit, solution, person):
     """The prior knows it to 3.4 %; the record to half of that."""
-    model = scale_subject(person.subject).model
     found = fit.posterior(solution)
-    leg = judged_combinations(found, model)[0]
-    truth = combinations(model)[0].weights @ (person.truth - found.prior_mean)
+    leg = judged_combinations(found, person.model)[0]
+    truth = combinations(person.model)[0].weights @ (person.truth - found.prior_mean)
     assert leg.contraction < 0.6
     assert abs(leg.mean - truth) < 2.5 * leg.sd
     assert np.sum(((person.truth - found.mean) / found.sd)[2:] ** 2) < 40.0  # chi square of 12
@@ -183,5 +180,5 @@ def test_without_a_method_the_body_stays_as_scaled(task):
 
 
 def test_a_stored_identification_is_one_of_this_kind():
-    stored = read_json(GENERAL.parent / "S05" / "baseline" / "identification.json")
+    stored = read_json(STORED / "identification.json")
     assert len(stored["verdicts"]) == len(stored["correlation"]) == 14
