@@ -14,7 +14,7 @@ def bars(found: "Shared", model: "BodyModel") -> list[Bar]:
     """A bar for each parameter of the body, distance between joints, and the legs' difference;
     parameters are those of `page.tables`.
     """
-    from gaitval.identification.joints import judged_lengths
+    from gaitval.identification.combinations import judged_lengths
     from gaitval.identification.verdicts import judged
     from gaitval.model.parameters import PARAMETERS
 

@@ -1,20 +1,12 @@
 """What was learned of a person's body, in sentences."""
 
-from dataclasses import replace
 from typing import Final
 
-import numpy as np
-
 from gaitval._internal.text.number_text import number
-from gaitval.coordinates import SIDES
 from gaitval.identification.combinations import judged_combinations
-from gaitval.identification.joints import FunctionalLeg, with_joints
 from gaitval.identification.legs import LEG_ODDS, LegDifference
-from gaitval.identification.pooled import SAME
 from gaitval.identification.shared_errors import SHARED, Shared
-from gaitval.identification.verdicts import Judged
 from gaitval.model.body import BodyModel
-from gaitval.model.parameters import PARAMETERS
 
 _LITTLE: Final = 0.9
 """Contraction from which on a record adds next to nothing."""
@@ -76,33 +68,3 @@ def _difference(legs: LegDifference) -> str:
             "than the other: measure both legs, because a walk cannot tell these apart"
         )
     return f"{differs}: within what people's legs differ"
-
-
-NEXT: Final = (
-    "this record",
-    "another trial of the session, at another speed",
-    "a range-of-motion trial of hips and knees",
-)
-_AGAIN: Final = 2.0 / (1.0 + SAME)
-"""Factor on what the record says, of another trial of its session, see `pooled`."""
-
-
-def next_trials(found: Shared, model: BodyModel) -> list[list[str]]:
-    """What each trial would leave of the prior's SD: a header and a row for each of `NEXT`.
-    Calculated by adding information (of functional hips, see `joints`) to what was `found` of the
-    record, about the `model` as scaled; not simulated.
-    """
-    posterior = found.posterior
-    prior = np.diag(1.0 / posterior.prior_sd**2)
-    information = np.linalg.inv(posterior.covariance) - prior
-    again = np.asarray(np.linalg.inv(prior + _AGAIN * information), dtype=np.float64)
-    unmoved = FunctionalLeg(np.zeros(3), 0.0, 0.0, 0.0)
-    moved = with_joints(posterior, model, dict.fromkeys(SIDES, unmoved))
-    shown = ("thigh_length", "shank_length", "foot_length", "hip_y")
-    rows = [["trials", "leg", *shown]]
-    trials = (posterior, replace(posterior, covariance=again), moved)
-    for title, after in zip(NEXT, trials, strict=True):
-        leg: Judged = judged_combinations(after, model)[0]
-        parts = [leg.contraction, *(after.contraction[PARAMETERS.index(name)] for name in shown)]
-        rows.append([title, *(f"{each:.2f}" for each in parts)])
-    return rows

@@ -57,6 +57,35 @@ def judged_combinations(posterior: BodyPosterior, model: BodyModel) -> tuple[Jud
     return tuple(found)
 
 
+def lengths(model: BodyModel) -> tuple[Combination, ...]:
+    """The combinations of a posterior (`combinations`), then the distances from hip to
+    knee and from knee to ankle of the body as scaled, m.
+    """
+    leg, reach = combinations(model)
+    thigh, shank = np.zeros(len(PARAMETERS)), np.zeros(len(PARAMETERS))
+    for weights, name, below in ((thigh, "thigh_length", "knee_z"),
+                                 (shank, "shank_length", "ankle_z")):  # fmt: skip
+        for each in (name, below):
+            weights[PARAMETERS.index(each)] = reach.weights[PARAMETERS.index(each)]
+    return (
+        leg,
+        reach,
+        Combination("hip to knee", "m", thigh),
+        Combination("knee to ankle", "m", shank),
+    )
+
+
+def judged_lengths(posterior: BodyPosterior, model: BodyModel) -> tuple[Judged, ...]:
+    """The `lengths` of the body `model` with their verdicts."""
+    found = []
+    for each in lengths(model):
+        prior_sd = float(np.linalg.norm(each.weights * posterior.prior_sd))
+        sd = float(np.sqrt(each.weights @ posterior.covariance @ each.weights))
+        mean = float(each.weights @ (posterior.mean - posterior.prior_mean))
+        found.append(Judged(each.name, 0.0, prior_sd, mean, sd, verdict_of(sd / prior_sd)))
+    return tuple(found)
+
+
 def correlation(posterior: BodyPosterior) -> Array:
     """Correlation (14, 14) of the parameters in the `posterior`."""
     return np.asarray(posterior.covariance / np.outer(posterior.sd, posterior.sd))

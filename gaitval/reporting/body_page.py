@@ -7,8 +7,8 @@ from typing import Any, Final
 
 from gaitval._internal.text.number_text import number
 from gaitval.identification.body_report import bars
-from gaitval.identification.body_words import next_trials, sentences
-from gaitval.identification.joints import judged_lengths
+from gaitval.identification.body_words import sentences
+from gaitval.identification.combinations import judged_lengths
 from gaitval.identification.shared_errors import BODY_ERRORS, NAMES, SHARED, Shared
 from gaitval.identification.verdicts import Judged, judged
 from gaitval.model.body import BodyModel
@@ -31,7 +31,7 @@ part. The prior of the last is weighed anew (`legs`)."""
 
 
 def tables(found: Shared, model: BodyModel) -> list[_Table]:
-    """A title, and a header and rows, of: parameters, errors of the record, further trials; from
+    """A title, and a header and rows, of: parameters, errors of the record; from
     what was `found` of the record, about the `model` as scaled.
     """
     body = [["parameter", "unit", "expected", "found", "SD", "SD / prior SD", "verdict"]]
@@ -52,7 +52,6 @@ def tables(found: Shared, model: BodyModel) -> list[_Table]:
     return [
         ("Body: lengths as factors of the scaled ones, places as changes", body),
         ("What seems wrong", errors),
-        ("SD / prior SD that trials would leave (calculated)", next_trials(found, model)),
     ]
 
 
@@ -75,8 +74,7 @@ def write_body_page(path: Path, name: str, found: Shared, model: BodyModel) -> P
 
 
 def as_dict(found: Shared, model: BodyModel) -> dict[str, Any]:
-    """All of it for JSON: the sentences, parameters, errors, and what a further trial would add."""
-    trials = tables(found, model)[-1][1]
+    """All of it for JSON: the sentences, parameters and errors."""
     return {
         "said": sentences(found, model),
         "parameters": {
@@ -95,5 +93,4 @@ def as_dict(found: Shared, model: BodyModel) -> dict[str, Any]:
             name: {"mean": float(value), "sd": float(sd)}
             for name, value, sd in zip(NAMES, found.values, found.sd, strict=True)
         },
-        "trials": [dict(zip(trials[0], row, strict=True)) for row in trials[1:]],
     }  # fmt: skip
