@@ -467,27 +467,3 @@ def strikes(given: claims.Given) -> list[Claim]:
         Claim(f"{what}, median", float(np.median(sizes)), "ms", len(sizes)),
         Claim(f"{what}, 95 %", float(np.percentile(sizes, 95.0)), "ms", len(sizes)),
     ]
-
-
-@claims.measured()
-def worth(_: claims.Given) -> list[Claim]:
-    """Error of an estimate of angles alone that one more recording would leave, of the ten."""
-    from claims.prediction import estimate_of
-
-    found = [estimate_of(each.identifier) for each in builtin_subjects()]
-    words = {
-        "arms": "a foot alone on a plate once",
-        "total": "the force on both feet together",
-        "insoles": "the vertical force on each foot",
-    }
-    rows = []
-    for kind, name in SKILLS:
-        noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
-        i = KINETICS.index((kind, name))
-        for more in ("arms" if kind == "moments" else "total", "insoles"):
-            if more == "insoles" and i == VERTICAL:
-                continue  # nothing is left of it
-            left = float(np.mean([each.left_over[more][i] for each in found]))
-            what = f"estimate of kinetics from kinematics: {noun}, error left with {words[more]}"
-            rows.append(Claim(what, left, "1", len(found)))
-    return rows

@@ -3,8 +3,6 @@
 import errno
 import json
 import math
-import os
-import stat
 import subprocess
 import sys
 import threading
@@ -16,7 +14,6 @@ from safetensors import SafetensorError
 
 from gaitval._internal.io.artefacts import (
     file_hash,
-    growing,
     read_arrays,
     read_json,
     replacing,
@@ -228,34 +225,6 @@ def test_what_is_no_number_is_no_json(constant: str, tmp_path: Path) -> None:
 def test_what_is_no_number_is_written_as_null() -> None:
     value = {1: [math.nan, 2.0], "a": (np.float64("inf"), np.int64(3), "NaN")}
     assert without_nan(value) == {"1": [None, 2.0], "a": [None, 3, "NaN"]}
-
-
-class TestGrowing:
-    def test_it_goes_on_and_is_made_in_a_new_folder(self, tmp_path: Path) -> None:
-        path = tmp_path / "new" / "a.log"
-        for _ in range(2):
-            with growing(path, "append") as file:
-                file.write(b"12\n")
-        with growing(path, "change") as file:
-            assert file.read() == b"12\n12\n"
-            file.truncate(3)
-        assert path.read_bytes() == b"12\n"
-        with pytest.raises(FileExistsError):
-            growing(path, "new")
-        with growing(tmp_path / "key", "new", private=True):
-            assert stat.S_IMODE((tmp_path / "key").stat().st_mode) == 0o600
-
-    @pytest.mark.parametrize("how", ["append", "change"])
-    def test_through_no_link_and_into_no_pipe(self, tmp_path: Path, how: str) -> None:
-        other = tmp_path / "other"
-        other.write_text("theirs")
-        (tmp_path / "link").symlink_to(other)
-        os.mkfifo(tmp_path / "pipe")
-        (tmp_path / "folder").mkdir()
-        for name in ("link", "pipe", "folder"):
-            with pytest.raises(ArtefactError, match=rf"{name}: is a link, or no file.* Remove it"):
-                growing(tmp_path / name, how)  # type: ignore[arg-type]
-        assert other.read_text() == "theirs"
 
 
 def test_two_that_write_at_once_leave_one_whole_file(tmp_path: Path) -> None:

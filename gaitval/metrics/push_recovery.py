@@ -21,10 +21,9 @@ times the time. A walker at the edge of falling may fall in one engine and not i
 
 import heapq
 import math
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
-from functools import partial
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any, Final
 from weakref import WeakKeyDictionary
@@ -32,14 +31,12 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval._internal.io.journal import Journal
 from gaitval._internal.numba.lanes import WIDTH
 from gaitval.arrays import Array
 from gaitval.configuration import PushSettings
 from gaitval.metrics.results import PushRecovery, PushTrace
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, record_rollout
-from gaitval.policy.settled import settled_walks
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout
@@ -357,11 +354,9 @@ def trace_of(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
     """Velocity of the centre of mass in `trial` from a cycle before the push, in an `environment`
     that is `without_drift`.
     """
-    begun = trial.policy.key, trial.mu.tobytes(), trial.noise, trial.seed
     rollout = record_rollout(
-        environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings(),
-        settled=settled_walks(environment, *begun),
-    )  # fmt: skip
+        environment, trial.policy, cycles=trial.planned_cycles(), **trial.settings()
+    )
     # the phase counts whole cycles since the start, so this is 0 when the push begins
     since = rollout.phase - (trial.settling_cycles + trial.push.phase)
     # a row for each action is enough to draw, and keeps the file small
@@ -369,17 +364,6 @@ def trace_of(environment: WalkingEnvironment, trial: PushTrial) -> Trace:
     velocity = np.gradient(rollout.centre_of_mass, rollout.time, axis=0)
     shown = np.flatnonzero(since >= -1.0)[::every]
     return Trace(trial.push, since[shown], velocity[shown], bool(rollout.fell[0]))
-
-
-def _trace_values(trace: Trace) -> dict[str, Any]:
-    """For a `Journal`, with all digits."""
-    numbers = {"cycles": trace.cycles.tolist(), "velocity": trace.velocity.tolist()}
-    return {"push": asdict(trace.push), **numbers, "fell": trace.fell}
-
-
-def _trace_from(values: Mapping[str, Any]) -> Trace:
-    cycles, velocity = np.array(values["cycles"]), np.array(values["velocity"])
-    return Trace(Push(**values["push"]), cycles, velocity.reshape(-1, 3), values["fell"])
 
 
 def trials(task: WalkingTask, policy: Policy, mu: Array, pushes: Sequence[Push]) -> list[PushTrial]:
@@ -447,7 +431,6 @@ def push_recovery(
     policy: Policy,
     mu: Array,
     *,
-    journal: Journal | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> tuple[PushRecovery, list[Trace]]:
     """Push the walker of `task` and `policy` as the `pushes` of the configuration say.
@@ -458,7 +441,6 @@ def push_recovery(
     Parameters
     ----------
     mu : (14,) body parameters.
-    journal : keeps every push; an interrupted call continues from it, to the same result.
     on_progress : called with `pushes` (finished phases and directions) and `total`.
 
     Returns
@@ -475,30 +457,16 @@ def push_recovery(
         if on_progress is not None:
             on_progress({"pushes": done, "total": total})
 
-    journal = journal or Journal()
     workers = configuration.training.workers
     some = trials(task, policy, mu, [Push(0.0, 0.0, 0.0)])[0]
     # shown pushes run in the pool's engine; `each_together` is the compiled one
     with RolloutPool(without_drift(task), workers=workers, engine="dart") as pool:
-
-        def tested(phases: Sequence[_AtPhase]) -> Iterator[tuple[list[float], list[bool]]]:
-            done = len(settings.phases) - len(phases)
-            for number, found in enumerate(pool.each_together(_survived_at, phases), done + 1):
-                progress(number * len(directions))
-                yield found
-
-        at_phases = journal.results(
-            tested,
-            [_AtPhase(some, phase, settings) for phase in settings.phases],
-            write=list,
-            read=tuple,
-        )
-        traces = journal.results(
-            partial(pool.each, trace_of),
-            trials(task, policy, mu, _shown(settings)),
-            write=_trace_values,
-            read=_trace_from,
-        )
+        at_phases: list[tuple[list[float], list[bool]]] = []
+        phases = [_AtPhase(some, phase, settings) for phase in settings.phases]
+        for found in pool.each_together(_survived_at, phases):
+            at_phases.append(found)
+            progress(len(at_phases) * len(directions))
+        traces = list(pool.each(trace_of, trials(task, policy, mu, _shown(settings))))
     progress(total)
     fell = {trace.push for trace in traces if trace.fell}
     stood = chain.from_iterable(stood for _, stood in at_phases)

@@ -22,7 +22,6 @@ from gaitval.arrays import Array
 from gaitval.model.tree import centres_of_mass
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.processes import kept_workers
-from gaitval.policy.settled import SettledWalks
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout
@@ -169,13 +168,11 @@ def record_rollout(
     push: tuple[float, float, float] | None = None,
     noise: float = 0.0,
     seed: int = 0,
-    settled: SettledWalks | None = None,
 ) -> Rollout:
     """Simulate a rollout of the deterministic `policy`, a body `mu` (14,), in the engine of
     `environment`, from `start_phase` of the right gait cycle over the planned gait `cycles`, and
     keep everything. `push`: see `WalkingEnvironment`; none by default. `noise` is the standard
-    deviation of the joint angles at the start, rad, with its `seed`. A walk with a push begins
-    where one of those `settled`, which began like it, was before it.
+    deviation of the joint angles at the start, rad, with its `seed`.
     """
     walker = environment.walker
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": noise}
@@ -183,14 +180,8 @@ def record_rollout(
     observation, _ = environment.reset(seed=seed, options=options)
     actions = _longest(environment, cycles)
     recording = Trajectory(actions * walker.steps_per_action)
-    fell, done = False, 0
-    alike, pushed_at = (None, np.inf) if push is None else (settled, push[0])
-    if alike is not None and (begun := alike.resume(environment, pushed_at, recording)):
-        done, observation = begun
-    for count in range(done, actions):
-        if alike is not None and walker.phase >= pushed_at:
-            alike.keep(environment, pushed_at, recording, count, observation)
-            alike = None
+    fell = False
+    for _ in range(actions):
         observation, _, fell, _, _ = environment.step(policy.act(observation), recording)
         if fell or walker.phase >= start_phase + cycles:
             break

@@ -25,7 +25,7 @@ ankle's angle changes its moment, and what laboratories that import differ by fr
 people (`about_imported_joints`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple
 
@@ -35,7 +35,6 @@ from scipy.stats import t as student
 
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.gait.cycle_curves import FORCES
 from gaitval.prediction.ankles import ankle_moment
 from gaitval.prediction.deviations import (
     KINETICS,
@@ -46,7 +45,7 @@ from gaitval.prediction.deviations import (
     kinetics_of,
 )
 from gaitval.prediction.laboratories import SHARE, Laboratories, differences, stored
-from gaitval.prediction.worth import MissedPerson, left_over
+from gaitval.prediction.worth import MissedPerson, left_by_insoles
 
 
 @dataclass(frozen=True)
@@ -134,8 +133,7 @@ class Estimate:
     weights : (7, n) w.
     regressed, own : (2, 7, n) l + r, and f - s.
     looked_at_angles : whether the regression was used.
-    left_over : (7,) share of the error that one more recording would leave, as
-        `gaitval.prediction.worth` has it.
+    insoles_leave : (7,) share of the error, as `gaitval.prediction.worth` has it.
     """
 
     kinetics: Array
@@ -145,7 +143,7 @@ class Estimate:
     regressed: Array
     own: Array
     looked_at_angles: bool
-    left_over: Mapping[str, Array]
+    insoles_leave: Array
 
 
 def _shape(curves: Array) -> Array:
@@ -366,7 +364,7 @@ def estimate(
     # With few people the band is wider than the normal distribution's, by Student's t. What was
     # missed is of people who were left out, so it has the error of the others' mean in it.
     seen = [
-        MissedPerson(off, kinetics_of(person[0].gait), person[0].gait.left_phase)
+        MissedPerson(off, kinetics_of(person[0].gait))
         for off, person in zip(missed, people, strict=True)
     ]
     wide = student.ppf(0.5 + 0.5 * ESTIMATE.band, len(people) - 1)
@@ -376,8 +374,8 @@ def estimate(
     parts = _parts(of, trial, people, trial.person, angles, known)
     kinetics = of.usual + parts.regressed + weights * parts.own
     kinetics[:, -1] = np.maximum(kinetics[:, -1], 0.0)  # the ground does not pull
-    more = left_over(seen, len(FORCES))
-    return Estimate(kinetics, of.usual, half_width, weights, *parts, angles, more)
+    left = left_by_insoles(seen)
+    return Estimate(kinetics, of.usual, half_width, weights, *parts, angles, left)
 
 
 def about_imported_joints(found: Estimate) -> Estimate:

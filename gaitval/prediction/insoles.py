@@ -17,7 +17,7 @@ from gaitval.arrays import Array
 from gaitval.gait.insoles import InsoleForces
 from gaitval.prediction.estimate import ESTIMATE, Estimate
 from gaitval.prediction.force_split import LANDING_SPREAD
-from gaitval.prediction.worth import INSOLES, per_vertical
+from gaitval.prediction.worth import per_vertical
 
 _DEVIATIONS: Final = float(norm.ppf(0.5 + 0.5 * ESTIMATE.band))
 """Half of a band of `ESTIMATE.band` in standard deviations."""
@@ -30,7 +30,7 @@ def with_insoles(found: Estimate, insoles: InsoleForces) -> Estimate:
     share = own / (own + theirs)
     changed = share * (insoles.vertical - found.kinetics[:, -1])
     noise = float(np.sqrt(own.mean()))
-    left = found.left_over[INSOLES]
+    left = found.insoles_leave
     slopes = per_vertical(found.kinetics, noise) * (left < 1.0)[:, None]
     kinetics = found.kinetics + slopes * changed[:, None]
     kinetics[:, -1] = found.kinetics[:, -1] + changed
@@ -38,17 +38,7 @@ def with_insoles(found: Estimate, insoles: InsoleForces) -> Estimate:
     gone = float(1.0 - np.mean(own * (1.0 - share)) / np.mean(own))
     narrower = np.sqrt(1.0 - gone * (1.0 - left**2))[:, None] * np.ones_like(found.half_width)
     narrower[-1] = np.sqrt(1.0 - share)
-    typical = np.sqrt(np.mean(narrower**2, axis=1))
-    return replace(
-        found,
-        kinetics=kinetics,
-        half_width=narrower * found.half_width,
-        # another recording would take a band to where it would have taken it without insoles
-        left_over={
-            more: np.ones_like(each) if more == INSOLES else np.minimum(each / typical, 1.0)
-            for more, each in found.left_over.items()
-        },
-    )
+    return replace(found, kinetics=kinetics, half_width=narrower * found.half_width)
 
 
 def _by_landings(insoles: InsoleForces) -> Array:

@@ -88,7 +88,6 @@ angles give way. Its moments are about the hip centres of the people that it is 
 these are looked for. Sets that were tried: docs/what-we-tried.md."""
 LED: Final = 0.25
 """Share of what differs from anybody up to which the other side says it alone, for words."""
-HALF: Final = 0.5
 _UNITS: Final = {"moments": "Nm/kg", "forces": "% BW"}
 _JOINTS: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 _COLOURS: Final = {"right": "#0072b2", "left": "#d55e00"}
@@ -218,14 +217,13 @@ def _seen(
     there = at_own_contacts(there, subject)
     there = with_total(there, subject, forces, angles=not found.looked_at_angles)
     kinetics = kinetics_of(normal_form(there, subject.leg_length_m))
-    weights, wide, more = found.weights.copy(), found.half_width, dict(found.left_over)
+    weights, wide = found.weights.copy(), found.half_width
     if knows_total(subject):  # is what mechanics says of the forces
         weights[[kind == "forces" for kind, _ in KINETICS]] = 0.0
-        more["total"] = np.ones(len(KINETICS))  # known, if less exactly than by a plate
         if not found.looked_at_angles:
             wide = wide / WIDER_ELSEWHERE * WIDER_WITH_TOTAL
     kinetics = kinetics + weights * found.own
-    return replace(found, kinetics=kinetics, weights=weights, half_width=wide, left_over=more)
+    return replace(found, kinetics=kinetics, weights=weights, half_width=wide)
 
 
 def target_record(run: Run, model: BodyModel | None = None) -> KnownRecord:
@@ -293,15 +291,10 @@ def write(run: Run) -> Estimate:
                 _scale(kind) * typical[i],
                 _UNITS[kind],
                 share[i],
-                {more: left[i] for more, left in found.left_over.items()},
             )
             for i, (kind, name) in enumerate(KINETICS)
         ],
         "led": _led(share),
-        "halved": {
-            more: [_title(*KINETICS[i]) for i in np.flatnonzero(left <= HALF)]
-            for more, left in found.left_over.items()
-        },
         "landing_ms": round(1000.0 * EVENTS.landing_error),
         "joints": {
             joint: abs(round(1000.0 * OFFSETS[name]))

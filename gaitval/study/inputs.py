@@ -87,8 +87,6 @@ def walked_files(folder: Path) -> tuple[str, ...]:
     )
 
 
-UNFINISHED = "unfinished/push"
-"""Where an unfinished `push` keeps the walks that it has done."""
 REPEATS = "rollouts/repeats.json"
 """What is measured of repeats of the compared rollout."""
 STARTS = "rollouts/starts.json"

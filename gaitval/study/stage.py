@@ -3,7 +3,7 @@
 import shlex
 import shutil
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -96,7 +96,6 @@ class Stage:
         configuration.
     workspace : a folder with what an unfinished run resumes from; emptied before a run with other
         inputs or of another version, which must not resume from it.
-    emptied : the workspace is of no use once the stage is finished, and is removed then.
     """
 
     name: str
@@ -106,7 +105,6 @@ class Stage:
     outputs: tuple[str, ...]
     values: Mapping[str, Any] = field(default_factory=dict)
     workspace: str | None = None
-    emptied: bool = False
 
     def command(self, run: "Run") -> str:
         """The command line that runs this stage of `run` alone."""
@@ -323,10 +321,6 @@ def end_stage(started: PendingStage, seconds: float) -> None:
     records = _records(folder)  # another stage may have started or ended meanwhile
     records[stage.name] = {"version": stage.version, "inputs": started.inputs, "outputs": outputs}
     write_json(folder / RECORDS, records)
-    if stage.workspace and stage.emptied:
-        shutil.rmtree(folder / stage.workspace, ignore_errors=True)
-        with suppress(OSError):  # other stages may have theirs beside it
-            (folder / stage.workspace).parent.rmdir()
 
 
 def perform(stage: Stage) -> float:

@@ -6,7 +6,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from gaitval._internal.io.artefacts import write_json
-from gaitval._internal.io.journal import Journal
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.metrics.results import Endurance, StoredPushes, StoredStarts, StoredWalks
 from gaitval.model.urdf import read_urdf
@@ -21,7 +20,6 @@ from gaitval.study.inputs import (
     SECOND_ENGINE,
     SIMULATION_SECTIONS,
     STARTS,
-    UNFINISHED,
     WALKER,
     WALKS,
     body_parameters,
@@ -181,7 +179,6 @@ def push_stage(run: Run) -> Stage:
             task,
             policy,
             mu,
-            journal=Journal(run.folder / UNFINISHED / "pushes.jsonl"),
             on_progress=run.observer.progress,
         )
         found = StoredPushes(
@@ -203,6 +200,4 @@ def push_stage(run: Run) -> Stage:
             **run.sections(*SIMULATION_SECTIONS, "pushes"),
             "settling_cycles": validation.settling_cycles,
         },
-        workspace=UNFINISHED,
-        emptied=True,
     )

@@ -1,11 +1,6 @@
 """The largest push survived, and what counts as surviving one."""
 
 import math
-import pickle
-import subprocess
-import sys
-import textwrap
-import time
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,7 +13,6 @@ from simulation_fixtures import changed, random_policy
 from synthetic_walk import SPEED, perfect_walk, synthetic_record
 
 from gaitval._internal.io.artefacts import read_json
-from gaitval._internal.io.journal import Journal
 from gaitval.configuration import PushSettings
 from gaitval.metrics import push_recovery as module
 from gaitval.metrics.push_recovery import (
@@ -119,45 +113,6 @@ def tried(task):
         patch.setattr(module, "RolloutPool", LocalPool)
         found = push_recovery(small, policy, MU, on_progress=heard.append)
     return small, policy, found, heard
-
-
-KILLED = """
-    import pickle
-    import sys
-    from pathlib import Path
-
-    from gaitval._internal.io.journal import Journal
-    from gaitval.metrics.push_recovery import push_recovery
-
-    if __name__ == "__main__":
-        found = pickle.loads(Path(sys.argv[1]).read_bytes())
-        push_recovery(*found, journal=Journal(Path(sys.argv[2])))
-"""
-
-
-def test_pushes_that_were_killed_go_on_to_the_same_result(tried, tmp_path):
-    """kill -9 in the middle of them."""
-    small, policy, whole, _ = tried
-    alone = changed(small, training={"workers": 1})
-    script, stored, path = (tmp_path / name for name in ("push.py", "task", "pushes.jsonl"))
-    script.write_text(textwrap.dedent(KILLED))
-    stored.write_bytes(pickle.dumps((alone, policy, MU)))
-    with subprocess.Popen([sys.executable, str(script), str(stored), str(path)]) as process:
-        while not path.exists() or path.read_bytes().count(b"\n") < 1:
-            assert process.poll() is None
-            time.sleep(0.002)
-        process.kill()
-    done = path.read_bytes().count(b"\n")
-    recovery, traces = push_recovery(alone, policy, MU, journal=Journal(path))
-    assert path.read_bytes().count(b"\n") > done >= 1
-    assert recovery.as_dict() == whole[0].as_dict()
-    for trace, expected in zip(traces, whole[1], strict=True):
-        assert (trace.push, trace.fell) == (expected.push, expected.fell)
-        np.testing.assert_array_equal(trace.cycles, expected.cycles)
-        np.testing.assert_array_equal(trace.velocity, expected.velocity)
-    again = push_recovery(alone, policy, MU, journal=Journal(path))  # all of it from the file
-    assert again[0].as_dict() == whole[0].as_dict()
-    np.testing.assert_array_equal(again[1][-1].velocity, whole[1][-1].velocity)
 
 
 def test_the_table_is_what_single_walks_show(tried):

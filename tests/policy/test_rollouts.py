@@ -32,7 +32,6 @@ from gaitval.policy.rollouts import (
     record_rollout,
     record_together,
 )
-from gaitval.policy.settled import SettledWalks, settled_walks
 from gaitval.policy.storage import load_policy
 from gaitval.policy.travel import travel_together
 from gaitval.policy.walking_group import WalkingGroup
@@ -183,31 +182,6 @@ def test_a_pushed_walk_records_the_push(task):
     )
     impulse = (rollout.time[1] - rollout.time[0]) * rollout.root_force.sum(axis=0)
     np.testing.assert_allclose(impulse, [0, 0, 0, 0, 200.0 * 0.05, 0], atol=1e-9)
-
-
-@pytest.mark.parametrize("engine", ["dart", "compiled"])
-def test_a_pushed_walk_that_begins_where_another_came_to_is_the_same(task, engine):
-    """Bit for bit, whether the other one's push came at the same time or before."""
-    environment = WalkingEnvironment(task, engine=engine)
-    policy, settled = random_policy(task, scale=0.1), SettledWalks()
-    for phase, direction in ((0.5, 0.0), (0.6, 1.0), (0.5, 2.0)):
-        walk = {"mu": MU, "start_phase": 0.3, "cycles": 0.5, "push": (phase, 150.0, direction)}
-        other = record_rollout(environment, policy, **walk, settled=settled)
-        wanted = record_rollout(WalkingEnvironment(task, engine=engine), policy, **walk)
-        assert wanted.root_force.any()
-        for field in fields(wanted):
-            np.testing.assert_array_equal(getattr(other, field.name), getattr(wanted, field.name))
-    assert sorted(settled._places) == [0.5, 0.6]
-    assert settled._places[0.6].actions > settled._places[0.5].actions > 0
-
-
-def test_what_is_seen_late_or_in_mujoco_is_walked_from_the_start(task):
-    assert settled_walks(WalkingEnvironment(task, engine="mujoco"), "any") is None
-    late = WalkingEnvironment(changed(task, environment={"observation_delays": (0.06, 0.06, 0.06)}))
-    assert settled_walks(late, "any") is None
-    now = WalkingEnvironment(task)
-    assert settled_walks(now, "one") is settled_walks(now, "one")
-    assert settled_walks(now, "one") is not settled_walks(now, "other")
 
 
 def stored_walker():

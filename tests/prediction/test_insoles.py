@@ -8,7 +8,6 @@ from gaitval.prediction.deviations import KINETICS
 from gaitval.prediction.estimate import Estimate
 from gaitval.prediction.insoles import with_insoles
 from gaitval.prediction.normal_form import SAMPLES
-from gaitval.prediction.worth import INSOLES, TOTAL
 
 PERCENT = np.arange(SAMPLES) / SAMPLES
 STANCE = np.where(PERCENT < 0.62, np.sin(np.pi * PERCENT / 0.62), 0.0)
@@ -20,14 +19,13 @@ LANDING = 0.015 / 1.96
 
 @pytest.fixture
 def found() -> Estimate:
-    """Arms of 0.1 beside the vertical force; the total would leave half of this one's error."""
+    """Arms of 0.1 beside the vertical force."""
     kinetics = np.tile(0.1 * STANCE, (2, COUNT, 1))
     kinetics[:, -1] = STANCE
     zero = np.zeros_like(kinetics)
-    total = np.append(np.ones(COUNT - 1), 0.5)
     return Estimate(
         kinetics, kinetics, np.full((COUNT, SAMPLES), 0.1), np.zeros(COUNT), zero, zero, True,
-        {INSOLES: LEFT, TOTAL: total},
+        LEFT,
     )  # fmt: skip
 
 
@@ -47,7 +45,6 @@ def test_exact_ones_are_believed_and_no_more_of_the_others_than_people_show(foun
         curves = 0.1 * grows * found.kinetics[:, -1, on]
         np.testing.assert_allclose(after.kinetics[:, i, on], curves, rtol=0.01)
         np.testing.assert_allclose(after.half_width[i], 0.1 * left, rtol=1e-6)
-    assert after.left_over[INSOLES].tolist() == [1.0] * COUNT
 
 
 def test_as_sure_as_the_estimate_they_count_half(found):
@@ -55,8 +52,6 @@ def test_as_sure_as_the_estimate_they_count_half(found):
     after = with_insoles(found, insoles(1.2, sure))
     np.testing.assert_allclose(after.kinetics[0, -1], 1.1 * STANCE, atol=1e-4)
     np.testing.assert_allclose(after.half_width[-1], 0.1 / np.sqrt(2.0), rtol=1e-3)
-    # the total would have left 0.05 of a band that is 0.071 now
-    assert after.left_over[TOTAL][-1] == pytest.approx(np.sqrt(0.5), rel=1e-3)
 
 
 def test_bad_ones_change_nothing(found):
@@ -83,7 +78,7 @@ def test_bands_hold_what_they_say():
         zero = np.zeros_like(kinetics)
         before = Estimate(
             kinetics, kinetics, np.full((COUNT, SAMPLES), 0.1), np.zeros(COUNT), zero, zero, True,
-            {INSOLES: LEFT},
+            LEFT,
         )  # fmt: skip
         walk = insoles(1.0, 0.05)
         seen = walk._replace(vertical=walk.vertical + 0.05 * rng.normal(size=(2, 1)))

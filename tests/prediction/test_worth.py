@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitval.prediction.worth import INSOLES, MissedPerson, left_over
+from gaitval.prediction.worth import MissedPerson, left_by_insoles
 
 
 @pytest.mark.parametrize(("arm_is_missed", "least", "most"), [(False, 0.0, 0.3), (True, 0.8, 1.0)])
@@ -17,8 +17,8 @@ def test_insoles_say_what_is_missed_by_the_force_and_not_by_its_arm(arm_is_misse
         arms = 0.1 * (1.0 + apart)
         truth = np.concatenate([arms * vertical[:, None], vertical[:, None]], axis=1)
         guess = np.concatenate([np.tile(0.1 * stance, (2, 6, 1)), np.tile(stance, (2, 1, 1))], 1)
-        people.append(MissedPerson(truth - guess, truth, 0.5))
-    left = left_over(people, 3)[INSOLES]
+        people.append(MissedPerson(truth - guess, truth))
+    left = left_by_insoles(people)
     assert left[-1] == 0.0
     assert (left[:-1] >= least).all()
     assert (left[:-1] <= most).all()

@@ -238,21 +238,6 @@ def test_work_of_other_inputs_or_of_another_version_is_not_resumed(
     assert counting.seen == [0, 1, 2, 3, 4, 5]  # type: ignore[attr-defined]
 
 
-def test_a_workspace_of_no_further_use_is_removed_when_the_stage_is_finished(folder: Path) -> None:
-    stage = replace(counting(folder, until=3, stop_at=-1), workspace="unfinished/count")
-
-    def count() -> None:
-        write_text(folder / "unfinished" / "count" / "0", "")
-        write_text(folder / "unfinished" / "other" / "0", "")
-        write_text(folder / "count.txt", "3")
-
-    run_stage(replace(stage, run=count), folder)
-    assert (folder / "unfinished" / "count").exists()
-    run_stage(replace(stage, run=count, emptied=True), folder, force=True)
-    assert not (folder / "unfinished" / "count").exists()
-    assert (folder / "unfinished" / "other").exists()
-
-
 KILLED = """
 import os, sys
 from pathlib import Path

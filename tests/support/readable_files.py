@@ -29,7 +29,6 @@ from known_walk import known_walk
 from made_up_session import MadeUpSession, made_up_session
 
 from gaitval._internal.io.artefacts import read_json
-from gaitval._internal.io.journal import Journal
 from gaitval.apps.cohort.table import read_table
 from gaitval.apps.regression.baseline import believed
 from gaitval.apps.regression.seal import check_seal
@@ -382,9 +381,6 @@ def _further(folder: Path) -> dict[str, Kind]:
     write_judged(folder)
     _write_arrays(folder)
     _write_formats(folder)
-    (folder / "journal.jsonl").write_text(
-        "".join(json.dumps([i, 0.1 * i]) + "\n" for i in range(9))
-    )
     shutil.copy(next((BASELINE / "policy").glob("*.json")), folder / "policy.json")
     (folder / "training.csv").write_text("samples,reward\n100,1.5\n200,2.5\n300,3.5\n")
 
@@ -452,7 +448,6 @@ def _further(folder: Path) -> dict[str, Kind]:
         "recording_npz": loaded("recording.npz", Recording.load),
         "markers_json": loaded("markers.json", load_markers),
         "training_log": loaded("training.csv", lambda path: read_log(path, 200)),
-        "journal": loaded("journal.jsonl", Journal),
     }  # fmt: skip
 
 

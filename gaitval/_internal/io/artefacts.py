@@ -1,13 +1,10 @@
 """Read and write the files of a run, each whole or not at all, with hashes and provenance."""
 
-import errno
 import hashlib
 import json
 import math
-import os
 import platform
 import shutil
-import stat
 import tempfile
 import tomllib
 import zipfile
@@ -17,7 +14,7 @@ from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 from gaitval import __version__
 from gaitval._internal.io import file_gate
@@ -158,39 +155,6 @@ def copy_file(source: Path, target: Path) -> None:
         temporary.open("wb") as copy,
     ):
         shutil.copyfileobj(file, copy)
-
-
-def growing(
-    path: Path, how: Literal["append", "change", "new"], *, private: bool = False
-) -> BinaryIO:
-    """Open the file `path`, which grows piece by piece: a journal, a log, a download that can
-    go on. Whoever reads it expects its last piece to be cut off; all other files are `replacing`.
-
-    It is made if it is not there, for its owner alone if it is `private`; a `new` one must not be
-    there. Raises ArtefactError as `replacing`, and for a link, whose target is another's file.
-    """
-    path = Path(path)
-    access = {"append": os.O_WRONLY | os.O_APPEND, "change": os.O_RDWR, "new": os.O_WRONLY}[how]
-    access |= os.O_CREAT | (os.O_EXCL if how == "new" else 0)
-    # Windows has none of the last; a pipe would wait for its other end
-    access |= sum(getattr(os, name, 0) for name in ("O_BINARY", "O_NOFOLLOW", "O_NONBLOCK"))
-    with writing(path):
-        make_folder(path.parent)
-        plain = True
-        try:
-            handle = os.open(path, access, 0o600 if private else 0o666)
-        except OSError as error:
-            if error.errno not in (errno.ELOOP, errno.ENXIO, errno.EISDIR):
-                raise
-            plain = False
-        if plain and not stat.S_ISREG(os.fstat(handle).st_mode):
-            os.close(handle)
-            plain = False
-        if not plain:
-            raise ArtefactError(f"{path}: is a link, or no file, so nothing is written. Remove it.")
-    file: Any = os.fdopen(handle, {"append": "ab", "change": "r+b", "new": "wb"}[how])
-    opened: BinaryIO = file
-    return opened
 
 
 def write_text(path: Path, text: str) -> None:
