@@ -1,7 +1,6 @@
 """Muscles of the ten walks: hips beside implants, timing beside electromyograms, time."""
 
 import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -16,10 +15,8 @@ from claims.muscle_measures import (
     perry,
     together,
 )
-from gaitval.arrays import Array
 
 if TYPE_CHECKING:
-    from gaitval.musculature.forces import LegForces
     from gaitval.musculature.gait import LoadedMotion, MuscleGait
 
 PATIENTS_WALK: Final = 1.1
@@ -48,9 +45,8 @@ def _walks() -> list[Any]:
 def hips(given: Given) -> list[Claim]:
     """Hip and knee contact, reserves, timing and time, of the ten people's walks."""
     from gaitval.musculature.gait import muscles_of
-    from gaitval.musculature.least_hip import least_hip_leg
 
-    taken, gaits, implants, least = [], [], [], []
+    taken, gaits, implants = [], [], []
     motions = _walks()
     for motion in motions:
         begin = time.process_time()
@@ -59,12 +55,11 @@ def hips(given: Given) -> list[Claim]:
         taken.append((time.process_time() - begin) / strides)
         gaits.append(found)
         implants.append(max(_hips(motion, found)))
-        least.append(max(_hips(motion, found, least_hip_leg)))
     hip, knee = (
         [max(leg.contact[name].max() for leg in found.legs.values()) for found in gaits]
         for name in ("hip", "knee")
     )
-    inside, could = (sum(2.0 <= one <= 2.9 for one in each) for each in (implants, least))
+    inside = sum(2.0 <= one <= 2.9 for one in implants)
     speeds = np.array([found.speed for found in motions], dtype=float)
     steeper, at = np.polyfit(speeds - PATIENTS_WALK, implants, 1)
     return [
@@ -72,10 +67,6 @@ def hips(given: Given) -> list[Claim]:
         Claim("hip contact, highest peak of ten people", float(max(hip)), "BW", 10),
         Claim("hip contact as implants say, ten people", float(np.median(implants)), "BW", 10),
         Claim("hip contact as implants say, from 2.0 to 2.9 BW", float(inside), "people", 10),
-        Claim(
-            "hip contact as implants say, least of any sharing", float(np.median(least)), "BW", 10
-        ),
-        Claim("hip contact, least of any sharing from 2.0 to 2.9 BW", float(could), "people", 10),
         Claim(f"hip contact as implants say, line at {PATIENTS_WALK:g} m/s", float(at), "BW", 10),
         Claim("hip contact as implants say, line, of a m/s", float(steeper), "BW", 10),
         Claim("knee contact, mean peak of ten people", float(np.mean(knee)), "BW", 10),
@@ -85,20 +76,10 @@ def hips(given: Given) -> list[Claim]:
     ]
 
 
-def _as_shared(time: Array, leg: "LegForces", mass: float) -> "LegForces":
-    return leg
-
-
-def _hips(
-    motion: "LoadedMotion",
-    found: "MuscleGait",
-    of: "Callable[[Array, LegForces, float], LegForces]" = _as_shared,
-) -> list[float]:
-    """As implants say, of every cycle, of what each leg `of` its time and mass is."""
+def _hips(motion: "LoadedMotion", found: "MuscleGait") -> list[float]:
+    """As implants say, of every cycle."""
     return [
-        as_implants_say(
-            of(piece.time, piece.legs[side], piece.mass_kg), piece.time, span, found.body_weight
-        )
+        as_implants_say(piece.legs[side], piece.time, span, found.body_weight)
         for _, side, piece in found.pieces
         for span in motion.cycles[side]
         if piece.time[0] <= span[0] and span[1] <= piece.time[-1]

@@ -430,8 +430,8 @@ class TrainingSettings(Section):
     hidden_units: int = Field(128, ge=1, le=4096)
     """Units in each of the two hidden layers (the paper's 128); 4096 take half a gigabyte."""
     device: Literal["auto", "cpu", "cuda"] = "cpu"
-    """Where the network learns; the environments run on the CPU. `auto`: CUDA if an update takes
-    less time there. CUDA rounds differently from the CPU, and walking amplifies rounding errors, so
+    """Where the network learns; the environments run on the CPU. `auto`: CUDA if there is any. CUDA
+    rounds differently from the CPU, and walking amplifies rounding errors, so
     with `cuda`, or with `auto` on a machine with CUDA, the same seed gives another policy."""
     checkpoint_samples: int = Field(200_000, ge=1, le=LARGEST_TRAINING)
     """Samples between checkpoints, in whole rollouts; a kill loses no more. All episodes restart at

@@ -35,9 +35,6 @@ class UnusualLimits:
     """The same of both sides together, and other people's mean alone; theirs reach 1.5."""
     moments: tuple[float, float] = (0.5, 2.0)
     """Size of the moments over other people's, geometric mean of all; theirs are 0.78 to 1.21."""
-    pelvis_height: tuple[float, float] = (0.45, 0.55)
-    """Of the anterior superior iliac spines above the lowest marker of the feet, over stature;
-    theirs is 0.48 to 0.54."""
     legs_apart: float = 0.01
     """m, of thigh and shank; people's legs differ by 5 mm, SD 4 mm (Knutson 2005, Chiropr Osteopat
     13:11)."""
@@ -49,7 +46,6 @@ class UnusualLimits:
 UNUSUAL: Final = UnusualLimits()
 
 
-_LOWEST = ("Heel", "MT1", "MT2", "MT5")
 _PHASES = np.arange(100) / 100.0
 
 
@@ -84,8 +80,7 @@ def remarks_on_body(subject: Subject) -> list[str]:
     seen, why, and what to check.
     """
     build = unusual_build(subject.mass_kg, subject.height_m, subject.age_years)
-    found = [*(f"{each.message}." for each in build), *_pelvis_height(subject)]
-    return [f"{subject.identifier}: {each}" for each in found]
+    return [f"{subject.identifier}: {each.message}." for each in build]
 
 
 def remarks_on_gait(subject: Subject, others: Sequence[Subject]) -> list[str]:
@@ -191,21 +186,4 @@ def _moments(own: _SideCurves, people: Sequence[_SideCurves]) -> Iterator[str]:
         yield (
             f"gait.moments: {size:.2g} times the size of other people's, all of them together. "
             "They are Nm over body mass in kg; check the unit and the mass."
-        )
-
-
-def _pelvis_height(subject: Subject) -> Iterator[str]:
-    """Markers in another unit, or of another calibration, do not fit the stature."""
-    markers = subject.markers
-    high = [markers[f"{x}.ASIS"][2] for x in "RL" if f"{x}.ASIS" in markers]
-    low = [markers[f"{x}.{n}"][2] for x in "RL" for n in _LOWEST if f"{x}.{n}" in markers]
-    if not high or not low:
-        return
-    share = (float(np.mean(high)) - min(low)) / subject.height_m
-    if not UNUSUAL.pelvis_height[0] <= share <= UNUSUAL.pelvis_height[1]:
-        yield (
-            f"markers: the front of the pelvis is {share:.2f} of the stature above the feet; in "
-            f"other people {UNUSUAL.pelvis_height[0]:g} to {UNUSUAL.pelvis_height[1]:g}. Check "
-            "the scale of the "
-            f"markers and height_m = {subject.height_m:g}."
         )

@@ -7,7 +7,6 @@ below, which stands for some co-contraction. Bands are the central 90 % of the d
 Patients who stiffen a joint by far more than a tone are not in them.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Final, NamedTuple
 
@@ -148,7 +147,6 @@ def draw(
     *,
     draws: int = 200,
     spreads: Spreads = SPREADS,
-    criteria: Sequence[str] = CRITERIA_OF_BANDS,
     seed: int = 1,
 ) -> Draws:
     """Share the moments of one leg of `found` again, `draws` times with other values of what is
@@ -157,10 +155,8 @@ def draw(
     whole: LegForces = found.legs[side]  # type: ignore[index]
     rows = np.flatnonzero(whole.known)
     if len(rows) == len(found.time):
-        return _draw(found, whole, draws, spreads, criteria, seed)
-    drawn = _draw(
-        replace(found, time=found.time[rows]), whole.part(rows), draws, spreads, criteria, seed
-    )
+        return _draw(found, whole, draws, spreads, seed)
+    drawn = _draw(replace(found, time=found.time[rows]), whole.part(rows), draws, spreads, seed)
     every = {each.name: getattr(drawn, each.name) for each in fields(drawn)}
     moved = {
         name: spread_out(values, rows, len(found.time), axis=1)
@@ -175,7 +171,6 @@ def _draw(
     leg: LegForces,
     draws: int,
     spreads: Spreads,
-    criteria: Sequence[str],
     seed: int,
 ) -> Draws:
     """`draw` of the `leg` of `found`, all of whose frames are known."""
@@ -183,7 +178,7 @@ def _draw(
     random = np.random.default_rng(seed)
     weight = found.mass_kg * GRAVITY
     parts: list[tuple[Array, Array, Contact]] = []
-    order = [criteria[i % len(criteria)] for i in range(draws)]
+    order = [CRITERIA_OF_BANDS[i % len(CRITERIA_OF_BANDS)] for i in range(draws)]
     speed = rate(found.time, leg.length)
     limits = change_limits(found.time) if found.dynamics_of_activation else (1.0, 1.0)
     for name in order:

@@ -42,8 +42,6 @@ class SampledGait:
     """s before and after a span, so that rates at its ends are not one-sided."""
     band_frames: int = 41
     """Frames of a cycle for which draws are shared."""
-    alone: int = 24
-    """Draws of each source by itself."""
 
 
 SAMPLED: Final = SampledGait()
@@ -142,8 +140,6 @@ class LegGait:
     deviation : (101,) of `contact` between cycles; empty for one cycle.
     activation_band : (2, 40, 101) low and high of 90 %; None if not asked for.
     contact_band : (2, 101) likewise.
-    contributions : share of the variance of the draws of the peaks of hip, knee and its medial half
-        that each source alone makes, by name of the contact and of the source.
     metabolic : (101,) W/kg of the body, metabolic rate of the leg's muscles, by model.
     """
 
@@ -156,7 +152,6 @@ class LegGait:
     strengths: Array
     activation_band: Array | None = None
     contact_band: Mapping[str, Array] = field(default_factory=dict)
-    contributions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     metabolic: Mapping[str, Array] = field(default_factory=dict)
 
     def group(self, name: str) -> Array:
@@ -483,7 +478,6 @@ def _leg(
             band("activation", means.activation, activation[typical], 1.0), 1.0
         ),
         contact_band=bands,
-        contributions=_contributions(parts[typical], side, spreads),
     )
 
 
@@ -499,22 +493,6 @@ def contact_curve(leg: LegForces, name: str) -> Array:
     if name in ("knee", "medial", "lateral"):
         return np.asarray(getattr(leg.contact, _FIELD.get(name, name)))
     return leg.contact.size(name)
-
-
-SOURCES: Final[Mapping[str, tuple[str, ...]]] = {
-    "cost": ("weights",),
-    "strength": ("strength", "each_strength"),
-    "slack lengths": ("slack",),
-    "moment arms": ("arms",),
-    "hip centre": ("hip",),
-    "knee's middle and plateaus": ("knee", "knee_unseen", "plateaus"),
-    "pelvis zero": ("pelvis_zero",),
-    "body mass": ("mass",),
-    "moments": ("moment",),
-    "co-contraction": ("tone",),
-    "such models at implants": ("model_share", "model_hip", "model_force", "model_split"),
-}
-"""What bands are of: names, and what of `Spreads` they are; of the cost, the criteria, too."""
 
 
 def _drawn(
@@ -533,24 +511,3 @@ def _cycle_of(part: tuple[MuscleForces, float, float], side: Side) -> MuscleForc
     if rows[-1] != inside[-1]:
         rows = np.append(rows, inside[-1])
     return replace(found, time=found.time[rows], legs={side: found.legs[side].part(rows)})
-
-
-def _contributions(
-    part: tuple[MuscleForces, float, float], side: Side, spreads: Spreads
-) -> dict[str, dict[str, float]]:
-    """Share of the variance that each source alone makes, of the sum of all."""
-    few = _cycle_of(part, side)
-    none = Spreads(**{each.name: 0.0 for each in fields(Spreads)} | {"moment_time": 0.1})
-    variances: dict[str, dict[str, float]] = {"hip": {}, "knee": {}, "medial": {}}
-    for source, names in SOURCES.items():
-        own = replace(none, **{name: getattr(spreads, name) for name in names})
-        options = {} if source == "cost" else {"criteria": (few.criterion.name,)}
-        found = draw(few, side, draws=SAMPLED.alone, spreads=own, seed=3, **options)
-        kinds = (("hip", found.hip), ("knee", found.compression), ("medial", found.medial))
-        for joint, values in kinds:
-            variances[joint][source] = float(values.max(axis=1).var())
-    totals = {joint: sum(each.values()) or 1.0 for joint, each in variances.items()}
-    return {
-        joint: {source: value / totals[joint] for source, value in each.items()}
-        for joint, each in variances.items()
-    }

@@ -302,12 +302,6 @@ class Walker:
         self.mean_moments[:] = 0.0
         self.mean_square_moments[:] = 0.0
 
-    def move_to(self, phase: float) -> None:
-        """Go on at a `phase` from what `arrays` hold, which were those of a walker like this."""
-        if self._outside is not None:
-            self._outside.set(self.state[0], self.state[1])
-        self.phase = phase
-
     def step(
         self,
         offset: Array,

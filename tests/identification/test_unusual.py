@@ -103,13 +103,6 @@ def test_moments_of_another_size_are_remarked_on(person: Subject, factor: float)
     assert any("times the size of other people's" in each for each in message)
 
 
-@pytest.mark.parametrize("person", PEOPLE, ids=lambda person: person.identifier)
-def test_markers_of_another_scale_are_remarked_on(person: Subject) -> None:
-    grown = {name: tuple(1.15 * each for each in at) for name, at in person.markers.items()}
-    message = remarks(person.model_copy(update={"markers": grown}), PEOPLE)
-    assert any("of the stature above the feet" in each for each in message)
-
-
 def test_without_forces_or_markers_there_is_less_to_compare() -> None:
     person = load_subject(5)
     bare = person.gait.model_copy(update={"moments": {}, "forces": None})

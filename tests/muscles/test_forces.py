@@ -13,7 +13,7 @@ from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
-from gaitval.musculature import CRITERIA, share
+from gaitval.musculature import CRITERIA, bands, share
 from gaitval.musculature.bands import Spreads, draw
 from gaitval.musculature.contact import KNEE_CONTACT, contact
 from gaitval.musculature.curves import tendon_strain
@@ -191,18 +191,19 @@ def test_a_tendon_that_stretches_is_in_equilibrium(found):
 
 
 @pytest.mark.slow
-def test_bands_hold_the_result_and_grow_with_what_is_not_known(found):
+def test_bands_hold_the_result_and_grow_with_what_is_not_known(found, monkeypatch):
+    monkeypatch.setattr(bands, "CRITERIA_OF_BANDS", ("squares",))
     small = Spreads(
         0.02, 0.02, 0.005, 0.01, 0.001, 0.006, tone=0.0, model_share=0.01, model_force=0.01
     )
-    narrow = draw(found, "right", draws=20, spreads=small, criteria=("squares",))
-    wide = draw(found, "right", draws=20, criteria=("squares",))
+    narrow = draw(found, "right", draws=20, spreads=small)
+    wide = draw(found, "right", draws=20)
     low, high = narrow.band("compression")
     width = np.subtract(*wide.band("compression")[::-1]).mean()
     assert width > 3 * (high - low).mean()
     centre = found.legs["right"].contact.compression
     assert ((centre > low - 0.1 * width) & (centre < high + 0.1 * width)).mean() > 0.8
-    again = draw(found, "right", draws=20, criteria=("squares",))
+    again = draw(found, "right", draws=20)
     np.testing.assert_array_equal(wide.compression, again.compression)
 
 
@@ -335,8 +336,9 @@ def test_the_middle_of_a_knee_is_between_its_markers(walk, side, out):
     assert knee_aside(walk.model, side, [lateral, medial]) == pytest.approx(-0.010)
 
 
-def test_bands_know_less_of_a_knee_without_markers(found):
+def test_bands_know_less_of_a_knee_without_markers(found, monkeypatch):
     """And of its halves more than of both together: a plateau errs by itself, too."""
+    monkeypatch.setattr(bands, "CRITERIA_OF_BANDS", ("squares",))
     only = {each.name: 0.0 for each in fields(Spreads)} | {"moment_time": 0.1}
     few = replace(
         found,
@@ -347,23 +349,21 @@ def test_bands_know_less_of_a_knee_without_markers(found):
     spreads = Spreads(**only | {"knee": 0.005, "knee_unseen": 0.010})
 
     def spread(leg):
-        drawn = draw(
-            replace(few, legs={"right": leg}), "right", draws=40, spreads=spreads,
-            criteria=("squares",),
-        )  # fmt: skip
+        drawn = draw(replace(few, legs={"right": leg}), "right", draws=40, spreads=spreads)
         assert np.ptp(drawn.compression, axis=0).max() < 1e-6
         return drawn.medial.std(axis=0).max()
 
     assert spread(few.legs["right"]) == pytest.approx(2.0 * spread(seen), rel=0.25)
 
 
-def test_weights_of_contact_are_drawn_only_where_the_cost_is_in_doubt(found):
+def test_weights_of_contact_are_drawn_only_where_the_cost_is_in_doubt(found, monkeypatch):
+    monkeypatch.setattr(bands, "CRITERIA_OF_BANDS", ("contact",))
     rows = np.arange(len(found.time))[::10]
     few = replace(found, time=found.time[rows], legs={"right": found.legs["right"].part(rows)})
     none = {each.name: 0.0 for each in fields(Spreads)} | {"moment_time": 0.1}
     for weights, varies in ((0.0, False), (1.0, True)):
         spreads = Spreads(**none | {"weights": weights})
-        drawn = draw(few, "right", draws=4, spreads=spreads, criteria=("contact",))
+        drawn = draw(few, "right", draws=4, spreads=spreads)
         assert (np.ptp(drawn.compression, axis=0).max() > 1.0) == varies
 
 

@@ -12,7 +12,7 @@ from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError
 from gaitval.model.parameters import nominal_parameters, parameter_bounds
 from gaitval.policy import learner as module
-from gaitval.policy.device import choose_device, update_seconds
+from gaitval.policy.device import choose_device
 from gaitval.policy.learner import Learner
 from gaitval.policy.observation import OBSERVATION_CLIP, OBSERVATION_SIZES, PARAMETERS_OBSERVED
 from gaitval.policy.policy_update import _tanh
@@ -324,36 +324,26 @@ def test_what_was_restored_learns_the_same():
 # ---- Devices. ----
 
 
-def with_cuda(monkeypatch, there, seconds):
-    monkeypatch.setattr(torch.cuda, "is_available", lambda: there)
-    monkeypatch.setattr("gaitval.policy.device.update_seconds", lambda _, device: seconds[device])
-
-
 @pytest.mark.parametrize(
-    ("wanted", "there", "seconds", "expected"),
+    ("wanted", "there", "expected"),
     [
-        ("auto", True, {"cpu": 0.2, "cuda": 0.1}, "cuda"),
-        ("auto", True, {"cpu": 0.1, "cuda": 0.2}, "cpu"),
-        ("auto", False, {}, "cpu"),  # nothing is timed
-        ("cpu", True, {}, "cpu"),
-        ("cuda", True, {}, "cuda"),
+        ("auto", True, "cuda"),
+        ("auto", False, "cpu"),
+        ("cpu", True, "cpu"),
+        ("cuda", True, "cuda"),
     ],
 )
-def test_the_faster_device_is_taken(monkeypatch, wanted, there, seconds, expected):
-    with_cuda(monkeypatch, there, seconds)
+def test_a_device_is_taken_where_it_is_asked_for(monkeypatch, wanted, there, expected):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: there)
     assert choose_device(configuration(device=wanted)) == expected
 
 
 def test_by_default_a_seed_means_the_same_policy_with_cuda_and_without(monkeypatch):
-    with_cuda(monkeypatch, True, {"cpu": 0.2, "cuda": 0.1})
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
     assert choose_device(Configuration()) == "cpu"
 
 
 def test_a_device_that_is_not_there(monkeypatch):
-    with_cuda(monkeypatch, False, {})
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
     with pytest.raises(ConfigurationError, match=r"training\.device: it is cuda, but"):
         choose_device(configuration(device="cuda"))
-
-
-def test_an_update_is_timed():
-    assert 0.0 < update_seconds(configuration(), "cpu") < 60.0

@@ -133,9 +133,7 @@ def muscles(
 
 
 def _contact_rows(shared: "SharedMotions") -> list[list[str]]:
-    """Peaks of contact forces, with their bands if there are any, and the least that a hip can
-    carry.
-    """
+    """Peaks of contact forces, with their bands if there are any."""
     found = shared.muscles
     bands = any(leg.contact_band for leg in found.legs.values())
     rows = [["contact force, BW", "side", "peak", "at, %", *(["90 %"] if bands else [])]]
@@ -147,10 +145,6 @@ def _contact_rows(shared: "SharedMotions") -> list[list[str]]:
                 low, high = leg.contact_band[name][:, at]
                 row.append(f"{low:.2f} to {high:.2f}")
             rows.append(row)
-        if side in shared.least_hip:
-            least = shared.least_hip[side]
-            row = ["hip, by any sharing at least", side, f"{least.max():.2f}", str(least.argmax())]
-            rows.append([*row, *(["–"] if bands else [])])
     return rows
 
 

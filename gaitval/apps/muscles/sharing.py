@@ -2,11 +2,10 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.gait.electromyograms import Electromyograms, read_electromyograms
@@ -17,7 +16,6 @@ from gaitval.musculature.electromyography import (
 )
 from gaitval.musculature.forces import criterion_of
 from gaitval.musculature.gait import DEFAULT, LoadedMotion, MuscleGait, muscles_of
-from gaitval.musculature.least_hip import least_hip
 
 DRAWS: Final = 200
 """Of bands."""
@@ -89,13 +87,10 @@ def _within(name: str, value: object, limits: tuple[float, float], why: str) -> 
 
 @dataclass(frozen=True)
 class SharedMotions:
-    """Muscles of a gait, and how they compare with electromyograms; none are `seen` without.
-    `least_hip` is (101,) body weights over the cycle by side (`musculature.least_hip`).
-    """
+    """Muscles of a gait, and how they compare with electromyograms; none are `seen` without."""
 
     muscles: MuscleGait
     seen: tuple[SeenActivation, ...] = ()
-    least_hip: Mapping[Side, Array] = field(default_factory=dict)
 
 
 def shared_motions(motions: Sequence[LoadedMotion], settings: MuscleSettings) -> SharedMotions:
@@ -118,8 +113,7 @@ def shared_motions(motions: Sequence[LoadedMotion], settings: MuscleSettings) ->
 
     draws = DRAWS if settings.bands else 0
     if not settings.emg:
-        found = of(draws)
-        return SharedMotions(found, least_hip=least_hip(found, motions))
+        return SharedMotions(of(draws))
     seen = _of_trials(motions, settings)
     if not settings.emg_weight:
         found = of(draws)
@@ -127,7 +121,7 @@ def shared_motions(motions: Sequence[LoadedMotion], settings: MuscleSettings) ->
         alone = of(0)
         near = recorded_activations(alone, motions, seen, settings.emg_weight)
         found = of(draws, recorded=near)
-    return SharedMotions(found, seen_activations(found, seen), least_hip(found, motions))
+    return SharedMotions(found, seen_activations(found, seen))
 
 
 def _of_trials(

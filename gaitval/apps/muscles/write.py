@@ -41,7 +41,6 @@ class MuscleSide(Result):
     contact: dict[str, ContactPeak]
     activation_peaks: dict[str, Number]
     """By group of muscles, 0 to 1."""
-    variance_of_bands: dict[str, dict[str, Number]]
     """By joint, the share that each source has of the band of the peak."""
 
 
@@ -93,8 +92,6 @@ class MuscleResult(Written):
     remarks: list[str]
     electromyograms: list[SeenChannel]
     metabolic: MetabolicResult | None
-    least_hip_bw: dict[Side, Number]
-    """Peak of the least that a hip can carry, by any sharing."""
 
 
 def write_muscles(
@@ -130,7 +127,6 @@ def write_muscles(
         drawings={"activations": drawn.activations, "contacts": drawn.contacts},
         data=drawn.tables(),
         seen=shared.seen,
-        least_hip=shared.least_hip,
         cost=cost,
         left_out=LEFT_OUT,
         model_titles={**TITLES, JOINTS: "Joints alone"},
@@ -189,7 +185,6 @@ def result_of(
         remarks=found.remarks,
         electromyograms=[taken(SeenChannel, each) for each in shared.seen],
         metabolic=None if cost is None else _metabolic(cost),
-        least_hip_bw={side: curve.max() for side, curve in shared.least_hip.items()},
     )
 
 
@@ -206,5 +201,4 @@ def _of_side(leg: Any) -> dict[str, Any]:
         "activation_peaks": {
             group: leg.group(group).max() for group in GROUPS if np.isfinite(leg.group(group)).all()
         },
-        "variance_of_bands": leg.contributions,
     }
