@@ -21,15 +21,6 @@ def test_what_is_not_known_stays_as_it_was_given() -> None:
     assert as_known(4, ("a4",)) == 4
 
 
-def test_settings_that_are_names() -> None:
-    settings = ("report.paper=LETTER", "report.convention=ISB")
-    report = load_configuration(settings=settings).report
-    assert (report.paper, report.convention) == ("letter", "isb")
-    assert load_configuration("Paper") == load_configuration("paper")
-    with pytest.raises(ConfigurationError, match="'A5'"):
-        load_configuration(settings=["report.paper=A5"])
-
-
 def test_every_setting_that_is_a_name_takes_it_in_capitals() -> None:
     seen = 0
     for section, values in Configuration():

@@ -18,7 +18,6 @@ from gaitval._internal.io.artefacts import (
     read_arrays,
     read_json,
     read_toml,
-    write_arrays,
 )
 from gaitval.apps.cohort.table import read_table
 from gaitval.apps.patients.people import read_people
@@ -206,33 +205,6 @@ def test_a_bomb_of_arrays_is_refused(tmp_path, little_unpacks):
     assert path.stat().st_size < little_unpacks / 100
     with pytest.raises(ArtefactError, match="unpacks to more than"):
         read_arrays(path, ("x",))
-
-
-@pytest.fixture
-def arrays() -> dict[str, np.ndarray]:
-    """Those of a reference motion of four samples."""
-    sizes = {"positions": (4, 31), "velocities": (4, 31), "moments": (4, 25), "phase": (4,),
-             "ground_reaction": (4, 2, 3), "centre_of_mass": (4, 3), "end_effectors": (4, 4, 3),
-             "offsets": (25,), "stride_time": (), "speed": ()}  # fmt: skip
-    return {name: np.ones(size) for name, size in sizes.items()}
-
-
-def test_a_reference_of_other_shapes_or_without_numbers_is_refused(tmp_path, arrays):
-    path = tmp_path / "reference.npz"
-    write_arrays(path, arrays)
-    assert ReferenceMotion.load(path).speed == 1.0
-    for name, values in arrays.items():
-        holey, beyond = values.copy(), values.copy()
-        holey.flat[0], beyond.flat[0] = np.nan, -1e307
-        for other, message in (
-            (holey, "not finite"),
-            (beyond, "beyond all that moves"),
-            (values[..., None], "has the shape"),
-            (values.astype(str), "not numbers"),
-        ):
-            write_arrays(path, arrays | {name: other})
-            with pytest.raises(ArtefactError, match=rf"reference\.npz: {name} .*{message}"):
-                ReferenceMotion.load(path)
 
 
 def test_a_copy_that_finds_no_room_names_the_copy(tmp_path, monkeypatch):

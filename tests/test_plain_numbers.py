@@ -46,18 +46,6 @@ def test_a_damaged_cell_is_refused_with_its_line(tmp_path: Path, wrong: str) -> 
             read(path)
 
 
-@pytest.mark.parametrize("place", [0, 2, 3])
-def test_a_header_of_trc_too(tmp_path: Path, place: int) -> None:
-    path = trc(tmp_path / "a.trc")
-    lines = path.read_text().splitlines()
-    values = lines[2].split("\t")
-    values[place] = f"{values[place][:1]}_{values[place][1:] or 0}"
-    lines[2] = "\t".join(values)
-    path.write_text("\n".join(lines) + "\n")
-    with pytest.raises(GaitvalError, match=rf"a\.trc: line 3: .*{values[place]}"):
-        read_trc(path)
-
-
 def test_a_rate_of_other_formats() -> None:
     with pytest.raises(GaitvalError, match="'1_00'"):
         positive(Path("a.tsv"), "1_00", "FREQUENCY")

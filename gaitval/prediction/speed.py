@@ -59,7 +59,7 @@ class SpeedSettings:
     """Difference of dimensionless speed between a person's own trials at which their own change
     counts as much as other people's beyond them. The ankles of 30 people at up to eight speeds,
     predicted from two of their trials and the change in two others, choose it
-    (tests/prediction/test_speed.py)."""
+    (tests/prediction/test_speed.py of commit b13f4cd3)."""
     near_a_trial: float = 0.02
     """Difference of dimensionless speed, 6 cm a second, from a trial at which it counts as much as
     the mean of all trials; convention."""

@@ -86,8 +86,6 @@ ESTIMATE_ACCURACY: Final = KINEMATIC_ACCURACY._replace(
 nearer to the truth than the kinetics of a motion within a degree of the recorded angles, so the
 angles give way. Its moments are about the hip centres of the people that it is learned from, so
 these are looked for. Sets that were tried: docs/what-we-tried.md."""
-LED: Final = 0.25
-"""Share of what differs from anybody up to which the other side says it alone, for words."""
 _UNITS: Final = {"moments": "Nm/kg", "forces": "% BW"}
 _JOINTS: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 _COLOURS: Final = {"right": "#0072b2", "left": "#d55e00"}
@@ -267,7 +265,6 @@ def write(run: Run) -> Estimate:
     (run.folder / FOLDER).mkdir(exist_ok=True)
     write_text(run.folder / TABLE, csv_text(rows))
     widths = units(run.subject.leg_length_m) * found.half_width
-    share = mechanics_share(found)
     typical = np.sqrt(np.mean(widths**2, axis=1))
     beyond = speeds_beyond(run.subject)
     if beyond is not None:
@@ -290,11 +287,9 @@ def write(run: Run) -> Estimate:
                 float(np.mean(found.weights[i])),
                 _scale(kind) * typical[i],
                 _UNITS[kind],
-                share[i],
             )
             for i, (kind, name) in enumerate(KINETICS)
         ],
-        "led": _led(share),
         "landing_ms": round(1000.0 * EVENTS.landing_error),
         "joints": {
             joint: abs(round(1000.0 * OFFSETS[name]))
@@ -305,24 +300,6 @@ def write(run: Run) -> Estimate:
         "drawings": {"estimate": partial(_draw, rows)},
     }
     write_html(run.folder / FOLDER, "estimate", "estimate.html.j2", context)
-    return found
-
-
-def mechanics_share(found: Estimate) -> Array:
-    """(7,) share of mechanics in how an estimate differs from what is expected of anybody, in
-    squares; the rest is what other people say of such a person.
-    """
-    own = np.mean(np.square(found.weights * found.own), axis=(0, 2))
-    others = np.mean(np.square(found.regressed), axis=(0, 2))
-    return np.asarray(own / np.maximum(own + others, 1e-12))
-
-
-def _led(share: Array) -> dict[str, list[str]]:
-    """Titles of quantities by who says most of them, by the `share` (7,) of mechanics."""
-    found: dict[str, list[str]] = {"people": [], "mechanics": [], "both": []}
-    for (kind, name), each in zip(KINETICS, share, strict=True):
-        who = "both" if LED < each < 1.0 - LED else ("people" if each <= LED else "mechanics")
-        found[who].append(_title(kind, name))
     return found
 
 

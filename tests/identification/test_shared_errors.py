@@ -5,16 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from threadpoolctl import threadpool_info, threadpool_limits
 
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
-from gaitval.identification import shared_errors
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.shared_errors import NAMES, SharedFit, identified, tempered
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
-from gaitval.reference import dynamic_fit
 from gaitval.reference.dynamic_fit import weighted_laws
 from gaitval.scaling.scaling import scale_subject
 
@@ -82,29 +79,6 @@ def test_without_shared_errors_it_is_the_plain_posterior(fit, fixed):
 @pytest.fixture(scope="module")
 def found(fit, fixed):
     return identified(fit, fixed)
-
-
-@pytest.mark.slow  # two fits; of time alone
-def test_small_matrices_do_not_spin_on_two_threads(fit, fixed, monkeypatch):
-    """On a busy machine that took twenty times the processor's time."""
-    seen = []
-
-    def watched(factor):
-        def with_look(*given, **options):
-            each = threadpool_info()
-            seen.extend(one["num_threads"] for one in each if one["user_api"] == "blas")
-            return factor(*given, **options)
-
-        return with_look
-
-    for module in (dynamic_fit, shared_errors):
-        monkeypatch.setattr(module, "cho_factor", watched(module.cho_factor))
-    with threadpool_limits(2, "blas"):
-        dynamic_fit.solve_problem(fit.problem, start=(fixed.change, fixed.common))
-        solved, seen[:] = set(seen), []
-        identified(fit, fixed)
-        assert {each["num_threads"] for each in threadpool_info()} & {2}
-    assert solved == set(seen) == {1}
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from marked_walk import RATE, moving_walk, spread_markers
 
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.inverse import foot_anchoring
-from gaitval.inverse.foot_anchoring import _floor_velocity, _resting, _sole, anchored
+from gaitval.inverse.foot_anchoring import _floor_velocity, _resting, anchored
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 
@@ -122,15 +122,6 @@ def test_a_foot_that_is_slow_for_less_than_a_tenth_of_a_second_does_not_rest():
     resting = _resting((moving, np.ones((60, 2, 3))), np.zeros(3), 100.0)
     np.testing.assert_array_equal(np.flatnonzero(resting[:, 0]), np.arange(30, 40))
     assert not resting[:, 1].any()
-
-
-def test_a_sole_is_the_lowest_points_of_its_spheres():
-    model, _ = moving_walk()
-    spheres = [each for each in model.spheres if each.segment == "foot_r"]
-    sole = _sole(model, "r")
-    assert len(sole) == len(spheres) > 0
-    for point, sphere in zip(sole, spheres, strict=True):
-        np.testing.assert_allclose(sphere.position - point.position, [0.0, 0.0, sphere.radius])
 
 
 def test_feet_that_never_rest_leave_the_motion_as_it_was(walk, monkeypatch):

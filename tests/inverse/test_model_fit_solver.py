@@ -263,26 +263,3 @@ def test_what_is_fixed_stays_and_what_is_bounded_stops_at_its_bound():
     # nothing that may move would still make it better
     matrix, gradient = whole(_equations(bound, found, precision))
     assert np.abs(np.linalg.solve(matrix, gradient)).max() < 1e-5
-
-
-def test_what_is_free_keeps_its_equations_and_what_is_fixed_has_a_step_of_zero():
-    fit, precision, true = problem()
-    state = away(true)
-    normal, kept = _normal_equations(fit, state, precision), _equations(fit, state, precision)
-    np.testing.assert_array_equal(kept.shared, normal.shared)
-    np.testing.assert_array_equal(kept.shared_gradient, normal.shared_gradient)
-    shown = np.ix_(range(len(state.poses)), np.flatnonzero(SHOWN), np.flatnonzero(SHOWN))
-    np.testing.assert_array_equal(kept.pose[shown], normal.pose[shown])
-    hidden = np.ix_(range(len(state.poses)), np.flatnonzero(~SHOWN), np.flatnonzero(~SHOWN))
-    np.testing.assert_array_equal(kept.pose[hidden], [np.eye((~SHOWN).sum())] * len(state.poses))
-    assert not kept.pose_gradient[:, ~SHOWN].any()
-    assert not kept.mixed[:, ~SHOWN].any()
-    limit = fit.length_limit.copy()
-    limit[2] = 0.0
-    fixed = _equations(fit._replace(length_limit=limit), state, precision)
-    row = np.zeros(len(normal.shared))
-    row[2] = 1.0
-    np.testing.assert_array_equal(fixed.shared[2], row)
-    np.testing.assert_array_equal(fixed.shared[:, 2], row)
-    assert fixed.shared_gradient[2] == 0.0
-    assert not fixed.mixed[:, :, 2].any()

@@ -3,31 +3,26 @@
 import re
 import shutil
 from dataclasses import replace
-from importlib import resources
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import pytest
-from safetensors.numpy import load
 from scipy.optimize import minimize
 from simulation_fixtures import changed
 
 from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.apps.regression.baseline import walk_again
 from gaitval.configuration import load_configuration
-from gaitval.coordinates import COORDINATES
-from gaitval.errors import ArtefactError
 from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES, recorded_curves
 from gaitval.learning_control.correct import (
     CorrectedWalk,
-    _walks,
     beside_reference,
     correct,
     prior_sd,
     target,
 )
-from gaitval.learning_control.search import _steps, effective_number, harm, search
+from gaitval.learning_control.search import effective_number, harm, search
 from gaitval.learning_control.slopes import SLOPES, Slopes, places, shared_slopes
 from gaitval.learning_control.walked import ACCURACY, Walked, accuracy_of, fitted
 from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
@@ -35,10 +30,8 @@ from gaitval.metrics.curve_results import by_kind
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.metrics.results import Endurance
-from gaitval.model.body import SEGMENTS
-from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import RolloutPool, record_together
+from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
@@ -48,57 +41,7 @@ from gaitval.study.stored_policy import general_walker
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 
 
-def some_correction(harmonics: int = 3, seed: int = 0) -> Adjustment:
-    random = np.random.default_rng(seed)
-    return Adjustment(0.01 * random.standard_normal((len(JOINTS), 1 + 2 * harmonics)), 0.004)
-
-
 # ---- The change. ----
-
-
-def test_the_first_numbers_are_the_mean_then_cosines_then_sines():
-    numbers = np.zeros((len(JOINTS), 5))
-    numbers[2] = [0.1, 0.02, 0.0, 0.0, 0.003]
-    phase = np.array([0.0, 0.125, 0.25, 0.8])
-    change, _ = Adjustment(numbers, 0.0).angles(phase)
-    expected = 0.1 + 0.02 * np.cos(2 * np.pi * phase) + 0.003 * np.sin(4 * np.pi * phase)
-    np.testing.assert_allclose(change[:, 2], expected)
-    assert not np.delete(change, 2, axis=1).any()
-
-
-def test_the_slope_is_the_derivative_of_the_change():
-    correction, phase, step = some_correction(), np.linspace(0.0, 1.0, 11), 1e-6
-    after, before = (correction.angles(phase + sign * step)[0] for sign in (1, -1))
-    np.testing.assert_allclose(
-        correction.angles(phase)[1], (after - before) / (2 * step), rtol=1e-6, atol=1e-8
-    )
-
-
-def test_the_reference_moves_as_asked_and_all_that_follows_from_it(task):
-    correction, reference = some_correction(), task.reference
-    moved = adjusted(reference, task.model, correction)
-    columns = [COORDINATES.index(name) for name in JOINTS]
-    np.testing.assert_allclose(
-        moved.positions[:, columns] - reference.positions[:, columns],
-        correction.angles(reference.phase)[0],
-        atol=1e-12,
-    )
-    height = COORDINATES.index("pelvis_tz")
-    np.testing.assert_allclose(moved.positions[:, height] - reference.positions[:, height], 0.004)
-    others = [i for i in range(31) if i not in (*columns, height)]
-    np.testing.assert_array_equal(moved.positions[:, others], reference.positions[:, others])
-    # Velocities are the rates of the positions: central differences over the cycle.
-    time = reference.phase[1] * reference.stride_time
-    for column in columns:
-        angle = moved.positions[:, column]
-        rate = (np.roll(angle, -1) - np.roll(angle, 1)) / (2 * time)
-        np.testing.assert_allclose(moved.velocities[:, column], rate, atol=5e-3)
-    frames = segment_frames(task.model, moved.positions)
-    np.testing.assert_allclose(
-        moved.end_effectors[:, 1], frames[:, SEGMENTS.index("foot_l"), :3, 3]
-    )
-    for name in ("moments", "ground_reaction"):
-        np.testing.assert_array_equal(getattr(moved, name), getattr(reference, name))
 
 
 @pytest.mark.parametrize(("side", "other"), [("r", 1), ("l", 0)])
@@ -109,38 +52,6 @@ def test_hip_flexion_of_one_side_takes_that_foot_forward_alone(task, side, other
     change = moved.end_effectors - task.reference.end_effectors
     assert (change[:, 1 - other, 0] > 0.005).all()
     np.testing.assert_allclose(change[:, other], 0.0, atol=1e-12)
-
-
-def test_no_change_is_none(task):
-    same = adjusted(task.reference, task.model, Adjustment(np.zeros((len(JOINTS), 7)), 0.0))
-    np.testing.assert_array_equal(same.positions, task.reference.positions)
-    np.testing.assert_allclose(same.centre_of_mass, task.reference.centre_of_mass, atol=1e-12)
-
-
-def test_it_is_stored_and_read_again():
-    correction = some_correction()
-    again = Adjustment.from_dict(correction.as_dict(), "here")
-    np.testing.assert_array_equal(again.harmonics, correction.harmonics)
-    assert again.height == correction.height
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [
-        {"joints": list(JOINTS[::-1])},
-        {"joints": None},
-        {"height": None},
-        {"height": float("nan")},
-        {"harmonics": "much"},
-        {"harmonics": [1.0, 2.0]},
-        {"harmonics": [[0.0] * 7] * 8},
-        {"harmonics": [[0.0] * 6] * len(JOINTS)},
-        {"harmonics": [[float("inf")] * 7] * len(JOINTS)},
-    ],
-)
-def test_a_damaged_correction_is_refused_and_named(damage):
-    with pytest.raises(ArtefactError, match=r"correction\.json: not a correction.*stage correct"):
-        Adjustment.from_dict(some_correction().as_dict() | damage, "correction.json")
 
 
 # ---- What is to be made small. ----
@@ -228,27 +139,6 @@ def test_a_walk_that_falls_says_nothing(quick, walker):
     assert [each is None for each in found] == [False, True, True]
 
 
-@pytest.mark.slow  # of all pools: tests/policy/test_rollouts.py
-def test_walks_depend_neither_on_the_workers_nor_on_those_beside_them(quick, walker):
-    """Nine make two groups, and some of them others."""
-    cases = [CorrectedWalk(*walker, some_correction(0, seed), 0.1 * seed) for seed in range(9)]
-    cases = [replace(each, correction=_tenth(each.correction)) for each in cases]
-    with RolloutPool(quick, workers=1) as pool:
-        alone = list(_walks(pool, 0.3, cases))
-    assert any(alone)
-    with RolloutPool(quick, workers=2) as pool:
-        both = list(_walks(pool, 0.3, cases))
-        rest = list(_walks(pool, 0.3, cases[3:]))
-    for one, other in zip(alone + alone[3:], both + rest, strict=True):
-        assert (one is None) == (other is None)
-        assert one is None or one.rmse == other.rmse
-        assert one is None or np.array_equal(one.deviations, other.deviations)
-
-
-def _tenth(correction: Adjustment) -> Adjustment:
-    return Adjustment(0.1 * correction.harmonics, 0.1 * correction.height)
-
-
 # ---- The search. ----
 
 
@@ -284,15 +174,6 @@ def test_the_search_finds_the_least_error_under_the_prior(seed):
     assert found.errors[-1] == pytest.approx(one(best).error())
     hat = slopes @ np.linalg.solve(slopes.T @ slopes + np.eye(5), slopes.T)
     assert found.effective_number == pytest.approx(np.trace(hat))
-
-
-def test_a_whole_step_from_anywhere_ends_at_the_least_error_under_the_prior():
-    """Ridge regression in closed form; the prior pulls a point back to zero, not to itself."""
-    random = np.random.default_rng(4)
-    slopes, offset, point = (random.normal(size=size) for size in ((9, 4), 9, 4))
-    best = -np.linalg.solve(slopes.T @ slopes + np.eye(4), slopes.T @ offset)
-    found = Walked(offset + slopes @ point, {})
-    np.testing.assert_allclose(point + _steps(slopes, found, point)[0], best, atol=1e-12)
 
 
 def test_numbers_that_the_walk_does_not_answer_to_are_not_free():
@@ -393,19 +274,6 @@ def test_a_walker_that_falls_is_not_corrected():
     assert found.errors == ()
 
 
-def test_it_ends_when_nothing_helps():
-    messages = []
-    found = search(
-        lambda points: [walked([1.0]) for _ in points],
-        unknown(curves=1),
-        steps=9,
-        allowed=lambda _: True,
-        on_step=lambda number, error: messages.append((number, error)),
-    )
-    assert not found.point.any()
-    assert messages == [(1, 1.0)]
-
-
 # ---- What other people's walks say of the slopes. ----
 
 
@@ -458,18 +326,6 @@ def test_above_the_fourth_harmonic_the_prior_is_of_equal_acceleration():
     np.testing.assert_allclose(cosines[:4], mean)
     np.testing.assert_allclose(cosines[3:] * np.arange(4, 13) ** 2, 16 * mean)
     assert sd[-1] == 0.003
-
-
-def test_the_slopes_change_with_speed_as_stored():
-    """The samples that are stored, at the lowest harmonics, above and below the speed of the
-    table."""
-    file = resources.files("gaitval.learning_control").joinpath("shared_slopes.safetensors")
-    stored = {name: each.astype(float) for name, each in load(file.read_bytes()).items()}
-    which = places(1, 13)
-    for speed in (0.3, 0.42):
-        mean = shared_slopes(speed, 1, 13, 101).mean.reshape(-1, 101, len(which))
-        line = stored["mean"] + (speed - 0.35) * stored["by_speed"]
-        np.testing.assert_allclose(mean[:, ::2], line[..., which], rtol=1e-6, atol=1e-9)
 
 
 def test_the_line_on_speed_is_not_read_beyond_the_speeds_of_those_people():
@@ -716,19 +572,6 @@ def test_results_are_walked_with_it_but_the_nominal_body_is_not(tmp_path):
     # the policy, with an action every 6 ms, answers about half of it
     assert 0.5 < (ankle - other).mean() < 3.0
     np.testing.assert_allclose(changed.correction.harmonics, up["harmonics"], rtol=1e-5)
-
-
-def test_slopes_of_other_weights_are_those_of_the_errors_over_them():
-    """As if every error had been measured in the other unit from the beginning."""
-    random = np.random.default_rng(0)
-    steps, errors = random.normal(size=(40, 3)), random.normal(size=(5, 3))
-    factors = np.full(5, 2.0)
-    start = Slopes(np.zeros((5, 3)), 1e6 * np.eye(3))
-    changes = steps @ errors.T
-    there = start.learned(steps, changes).reweighted(factors)
-    straight = start.reweighted(factors).learned(steps, changes * factors)
-    np.testing.assert_allclose(there.mean, straight.mean, rtol=1e-4)
-    np.testing.assert_allclose(there.mean, 2.0 * errors, rtol=1e-4)
 
 
 def test_errors_of_a_walk_weigh_as_they_are_told():

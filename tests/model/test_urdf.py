@@ -10,7 +10,6 @@ from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import ModelError
 from gaitval.model.body import SEGMENTS, BodyModel, Segment
 from gaitval.model.ground import Ground
-from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.urdf import model_hash, read_urdf, template_folder, write_urdf
 from gaitval.scaling.scaling import scale_subject
 
@@ -79,15 +78,6 @@ def test_a_folder_may_have_an_apostrophe(model, tmp_path):
     folder.mkdir()
     write_urdf(model, folder / "model.urdf")
     assert read_urdf(folder / "model.urdf").name == model.name
-
-
-def test_so_does_a_model_changed_by_mu(model, tmp_path):
-    rng = np.random.default_rng(1)
-    mu = nominal_parameters()
-    mu[2:] += rng.uniform(-0.01, 0.01, 12)
-    changed_model = apply_parameters(model, mu)
-    write_urdf(changed_model, tmp_path / "model.urdf")
-    assert_equal(read_urdf(tmp_path / "model.urdf"), changed_model)
 
 
 def test_equal_models_give_equal_files_without_traces_of_the_machine(model, path, tmp_path):

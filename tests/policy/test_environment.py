@@ -520,21 +520,6 @@ def test_the_first_observation_has_the_references_ground_reaction(task, extended
     assert 0.5 < seen[2] + seen[5] < 1.5
 
 
-def test_training_randomises_around_the_body_of_the_reference(task):
-    mu = nominal_parameters()
-    mu[4] += 0.06
-    walker = WalkingEnvironment(replace(task, reference_mu=mu))
-    drawn = []
-    for seed in range(200):
-        walker.reset(seed=seed)
-        drawn.append(walker.walker.mu)
-    lower, upper = parameter_bounds(task.configuration.randomisation)
-    middle = 0.5 * (lower + upper)
-    shift = np.mean(drawn, axis=0) - middle
-    assert shift[4] == pytest.approx(0.06, abs=0.01)
-    assert abs(shift[3]) < 0.01
-
-
 # ---- Actions enter as muscles are activated. ----
 
 
@@ -557,10 +542,3 @@ def test_an_action_that_alternates_reaches_the_joints_smoothed(task):
     np.testing.assert_allclose(
         np.abs(environment.episode.action[leg]), enters / (2.0 - enters), rtol=1e-3
     )
-
-
-def test_without_a_time_an_action_is_entered_as_it_is(task):
-    environment = WalkingEnvironment(task.with_environment(centring=0.0, action_time=0.0))
-    environment.reset(seed=0, options={"phase": 0.3, "push": None})
-    environment.step(NO_ACTION + 0.3)
-    assert environment.episode.action[0] == np.float32(0.3)

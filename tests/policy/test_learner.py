@@ -246,17 +246,6 @@ def test_an_update_ends_beyond_one_and_a_half_times_the_limit(monkeypatch, share
     assert state.item() == (0 if ends else 3 * 3)
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_with_one_worker_an_update_takes_one_processor(monkeypatch, workers):
-    made, started = learner(workers=workers), []
-    real = module.ThreadPoolExecutor
-    monkeypatch.setattr(
-        module, "ThreadPoolExecutor", lambda count: started.append(count) or real(count)
-    )
-    made.learn(experience(made, 1), learning_rate=1e-3)
-    assert bool(started) == (workers > 1)
-
-
 def test_elsewhere_than_on_the_processor_the_update_is_stable_baselines3s_own(monkeypatch):
     made, called = learner(), []
     monkeypatch.setattr(PPO, "train", lambda ppo: called.append(ppo))

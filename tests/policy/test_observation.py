@@ -14,7 +14,6 @@ from gaitval.policy.observation import OBSERVED, PARTS
 from gaitval.reference.motion import END_EFFECTORS
 from gaitval.simulation.walker import WalkingTask
 
-NO_ACTION = np.zeros(26, dtype=np.float32)
 SINGLE = 1e-6  # observations are single precision: 6e-8 of numbers up to ten
 
 
@@ -95,13 +94,6 @@ def test_the_extended_observation_adds_what_balance_needs(task, extended, peer):
         ]
     )
     np.testing.assert_allclose(observation, expected, rtol=SINGLE, atol=5e-6)
-
-
-def test_an_observation_is_not_changed_by_the_next_step(environment):
-    first, _ = environment.reset(seed=0)
-    kept = first.copy()
-    environment.step(NO_ACTION + 1.0)
-    np.testing.assert_array_equal(first, kept)
 
 
 def test_a_given_mu_is_simulated_and_observed(task, paper):

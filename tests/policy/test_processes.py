@@ -59,13 +59,6 @@ def test_without_workers_this_process_does_it():
         assert list(side_by_side(eval, process)) != [os.getpid()]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere each process loads what it needs")
-def test_what_a_walk_needs_is_there_from_the_start():
-    with keeping_workers(2):
-        (modules,) = side_by_side(eval, ["sorted(__import__('sys').modules)"])
-    assert {"gaitval.policy.rollouts", "gaitval.policy.rollout_buffer"} <= set(modules)
-
-
 def test_processes_start_where_the_server_has_no_place_for_its_socket(tmp_path):
     folder = tmp_path / ("d" * 120)
     folder.mkdir()

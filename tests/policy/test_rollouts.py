@@ -17,7 +17,6 @@ import pytest
 from fell_together import fell_together
 from scored import score_rollout
 from simulation_fixtures import changed, random_policy
-from threadpoolctl import threadpool_info, threadpool_limits
 
 from gaitval.errors import ModelError
 from gaitval.metrics.rollouts import _Start, _walk
@@ -28,7 +27,6 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.processes import keeping_workers, kept_workers
 from gaitval.policy.rollouts import (
     RolloutPool,
-    in_groups,
     record_rollout,
     record_together,
 )
@@ -352,16 +350,6 @@ def test_a_group_that_is_not_full_would_round_otherwise(task):
         list(record_together(WalkingGroup([task] * 3), policy, mu=MU, start_phases=[0], cycles=1))
 
 
-@pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 15, 27, 40, 170])
-def test_walks_are_shared_evenly_among_as_few_groups_as_hold_them(count):
-    groups = in_groups(range(count))
-    assert [each for group in groups for each in group] == list(range(count))
-    assert len(groups) == -(-count // 8)
-    sizes = {len(group) for group in groups}
-    assert max(sizes, default=0) <= 8
-    assert max(sizes, default=0) - min(sizes, default=0) <= 1
-
-
 def test_in_which_lane_a_walk_is_makes_no_difference_to_its_actions(task):
     """So pushes that go on after a kill, in other lanes, end alike."""
     policy, _ = stored_walker()
@@ -372,27 +360,6 @@ def test_in_which_lane_a_walk_is_makes_no_difference_to_its_actions(task):
         np.testing.assert_array_equal(
             policy.act(np.roll(seen, turn, axis=0)), np.roll(actions, turn, axis=0)
         )
-
-
-def test_a_habit_that_is_known_is_not_found_again(task, monkeypatch):
-    policy, mu = stored_walker()
-    environment, resets = WalkingEnvironment(task), []
-    before = environment.reset
-    monkeypatch.setattr(
-        environment, "reset", lambda **options: resets.append(1) or before(**options)
-    )
-    environment.centre(policy.act, mu, key=policy.key)
-    first, habit = len(resets), environment.habits().copy()
-    assert first == 100
-    assert np.abs(habit).max() > 0.0
-    environment.centre(policy.act, mu, key=policy.key)
-    assert len(resets) == first
-    other = random_policy(task, scale=0.1)
-    environment.centre(other.act, mu, key=other.key)
-    assert len(resets) == 2 * first
-    assert np.abs(environment.habits() - habit).max() > 0.0
-    environment.centre(other.act, mu + 1e-3, key=other.key)
-    assert len(resets) == 3 * first
 
 
 def test_worker_processes_give_the_same_walks_in_order(task, environment):
@@ -411,20 +378,6 @@ def test_worker_processes_give_the_same_walks_in_order(task, environment):
         assert went(pool.each(_walk, starts[:1])) == expected[:1]  # the workers survive it
     with RolloutPool(task, workers=1) as alone:
         assert went(alone.each(_walk, starts)) == expected
-
-
-def blas_threads(*_):
-    return {each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"}
-
-
-def test_linear_algebra_has_one_thread_without_workers_too(task):
-    """With two, the policy's products round otherwise, and another walk comes of it."""
-    with threadpool_limits(2, "blas"):
-        before = blas_threads()
-        assert 2 in before  # and 1 where OpenSim is loaded: its own library never has more
-        with RolloutPool(task, workers=1) as pool:
-            assert list(pool.each(blas_threads, [0])) == [{1}]
-        assert blas_threads() == before
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -66,14 +66,6 @@ def test_past_actions_are_means_over_windows_and_nothing_was_done_before_the_sta
     assert rows[2][152:] == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("seconds", [0.006, 0.01])
-def test_windows_are_as_long_for_quick_actions(seconds):
-    each = Senses(EnvironmentSettings(action_memory=0.15), seconds)
-    rows = [each.told(np.zeros(126), np.full(26, seconds * n), False, RANDOM) for n in range(200)]
-    ages = seconds * 199 - rows[-1][126::26]
-    assert ages == pytest.approx([0.025, 0.075, 0.125], abs=0.007)
-
-
 def test_noise_is_on_what_is_felt_and_as_large_as_it_says():
     each = senses(observation_noise=0.02, action_memory=0.05)
     random = np.random.default_rng(1)

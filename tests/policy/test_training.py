@@ -2,30 +2,22 @@
 
 import csv
 import json
-import pickle
 import shutil
-import signal
-import subprocess
-import sys
-import textwrap
-import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from safetensors.numpy import save_file
 from simulation_fixtures import changed, random_policy
 
-from experiments.general_policy import train_general
 from gaitval._internal.numba.lanes import WIDTH
 from gaitval.configuration import Configuration
-from gaitval.errors import ConfigurationError, PolicyError
+from gaitval.errors import PolicyError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollout_buffer import RolloutBuffer, _shapes, _walk
-from gaitval.policy.storage import Policy, load_policy, load_start, save_policy
+from gaitval.policy.storage import Policy, load_policy, save_policy
 from gaitval.policy.training import _read_checkpoint, read_log, train
 from gaitval.policy.training_log import LOG_COLUMNS, write_log
 from gaitval.policy.walking_group import WalkingGroup
@@ -324,55 +316,6 @@ def test_each_seed_and_each_checkpoint_has_episodes_of_its_own(task, monkeypatch
 
 # ---- Interrupted. ----
 
-SCRIPT = """
-    import pickle
-    import sys
-    from pathlib import Path
-
-    from gaitval.policy.training import train
-
-    if __name__ == "__main__":
-        task = pickle.loads(Path(sys.argv[1]).read_bytes())
-
-        def tell(progress):
-            print(progress["samples"], flush=True)
-            sys.stdin.readline()  # goes on when it is answered
-
-        train(task, Path(sys.argv[2]), samples=int(sys.argv[3]), on_progress=tell)
-"""
-
-
-def children(pid):
-    """Processes below a process: workers and multiprocessing's own."""
-    found, tasks = [], Path(f"/proc/{pid}/task")
-    for task in tasks.iterdir() if tasks.exists() else ():
-        for child in (task / "children").read_text().split():
-            found += [int(child), *children(int(child))]
-    return found
-
-
-def shared_memory(pid):
-    """Of the memory that a process shares with another, what could be left behind: the paths of
-    its files, with "(deleted)" after those that are gone as soon as nobody uses them."""
-    maps = Path(f"/proc/{pid}/maps").read_text().splitlines()
-    return {line.split(maxsplit=5)[-1] for line in maps if "/dev/shm/" in line}
-
-
-def alive(pid):
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
-
-
-def wait(condition, seconds):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.02)
-    return False
-
 
 @pytest.fixture(scope="module")
 def uninterrupted(task, tmp_path_factory):
@@ -416,43 +359,6 @@ def test_a_training_that_stopped_gives_the_same_policy(task, uninterrupted, tmp_
     assert_the_same(policy, rows_of(tmp_path), uninterrupted)
 
 
-@pytest.mark.skipif(
-    not Path("/proc/self/task").exists(), reason="finds a process's workers and memory in /proc"
-)
-@pytest.mark.slow  # trains three times
-def test_a_killed_training_gives_the_same_policy(task, uninterrupted, tmp_path):
-    """kill -9 after the second checkpoint. Its workers go too, and no shared memory has a name
-    that could stay, though all of the processes were killed at once."""
-    tiny, folder = changed(task, **INTERRUPTED), tmp_path / "training"
-    script, stored = tmp_path / "train.py", tmp_path / "task.pickle"
-    script.write_text(textwrap.dedent(SCRIPT))
-    stored.write_bytes(pickle.dumps(tiny))
-    process = subprocess.Popen(
-        [sys.executable, str(script), str(stored), str(folder), str(8 * UPDATE)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        bufsize=1,
-    )
-    try:
-        while int(process.stdout.readline()) < 5 * UPDATE:  # it waits for an answer each time
-            process.stdin.write("\n")
-        workers, memory = children(process.pid), shared_memory(process.pid)
-    finally:
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-    assert process.returncode == -signal.SIGKILL
-    assert len(workers) >= 1
-    assert len(memory) == 1
-    assert all(name.endswith(" (deleted)") for name in memory)
-    assert wait(lambda: not any(map(alive, workers)), 20.0)
-
-    again = []
-    policy = train(tiny, folder, samples=8 * UPDATE, on_progress=again.append)
-    assert again[0]["samples"] == 5 * UPDATE
-    assert_the_same(policy, rows_of(folder), uninterrupted)
-
-
 def test_noise_and_difficulty_of_an_update_are_those_of_the_samples_before_it(uninterrupted):
     """Noise is kept for a fifth of the training, then falls; pushes grow from 25 to 70 % of it."""
     before = np.arange(8) / 8
@@ -491,73 +397,4 @@ def test_an_unusable_checkpoint_is_not_gone_on_from(uninterrupted, tmp_path, dam
 # ---- Devices. ----
 
 
-@pytest.mark.usefixtures("local")
-def test_a_training_keeps_the_device_that_it_chose(task, tmp_path, monkeypatch):
-    """As long as it goes on; a fake CUDA device, which is slower."""
-    wanted = []
-
-    def choose(configuration):
-        wanted.append(configuration.training.device)
-        return "cpu"
-
-    monkeypatch.setattr("gaitval.policy.training._device", choose)
-    tiny = changed(task, **INTERRUPTED)
-
-    def stop(progress):
-        if progress["samples"] == 3 * UPDATE:
-            raise Stopped
-
-    with pytest.raises(Stopped):
-        train(tiny, tmp_path, samples=4 * UPDATE, on_progress=stop)
-    policy = train(tiny, tmp_path, samples=4 * UPDATE)
-    assert wanted == ["cpu"]
-    assert policy.about["device"] == "cpu"
-
-
 # ---- One policy for several people. ----
-
-
-@pytest.mark.usefixtures("local")
-def test_a_general_policy_is_trained_on_all_and_started_from(task, tmp_path):
-    """Environments of both people: it differs from either's own, and walks for nobody."""
-    tiny = changed(task, **TINY)
-    light, heavy = (replace(tiny, model=scaled_mass(tiny.model, f)) for f in (0.9, 1.1))
-    policies = {
-        name: train_general(tasks, tmp_path / name, samples=UPDATE)
-        for name, tasks in (("both", [light, heavy]), ("light", [light]), ("heavy", [heavy]))
-    }
-    both = policies["both"]
-    means = {name: each.tensors["observation_mean"] for name, each in policies.items()}
-    assert not np.array_equal(means["both"], means["light"])
-    assert not np.array_equal(means["both"], means["heavy"])
-
-    save_policy(both, tmp_path / "policy")
-    with pytest.raises(PolicyError, match="a general policy, which was trained on several people"):
-        load_policy(tmp_path / "policy")
-    start = load_start(tmp_path / "policy", tiny.configuration.environment)
-    assert start.about["general"]
-    assert "model_hash" not in start.about
-    mine = train(tiny, tmp_path / "mine", samples=UPDATE, start=start, subject="S05")
-    assert mine.about["model_hash"] == model_hash(task.model)
-    assert "general" not in mine.about
-    assert mine.tensors["observation_count"][0] == pytest.approx(2 * UPDATE, abs=1.0)
-
-
-def scaled_mass(model, factor):
-    """A body of the same lengths and another mass."""
-    segments = tuple(
-        replace(s, mass=factor * s.mass, inertia=factor * s.inertia) for s in model.segments
-    )
-    return replace(model, segments=segments)
-
-
-@pytest.mark.usefixtures("local")
-def test_what_a_general_policy_cannot_be_trained_on(task, tmp_path):
-    other = changed(task, servo={"hip": 300.0})
-    with pytest.raises(
-        ConfigurationError, match="configuration, but the tasks' configurations differ"
-    ):
-        train_general([task, other], tmp_path, samples=UPDATE)
-    few = changed(task, training={"environments": 2})
-    with pytest.raises(ConfigurationError, match="2 environments are fewer than the 3 tasks"):
-        train_general([few, few, few], tmp_path, samples=UPDATE)

@@ -18,10 +18,7 @@ from gaitval.prediction.deviations import (
 )
 from gaitval.prediction.estimate import (
     LEVERS,
-    OFFSETS,
-    _blocks,
     _levered,
-    about_imported_joints,
     estimate,
 )
 from gaitval.prediction.laboratories import of_rows, stored, to_rows
@@ -168,49 +165,6 @@ def test_without_angles_it_is_expectation_ankle_and_mechanics():
     assert np.all(np.abs(found.regressed[:, by_all]).max(axis=(0, 2)) > 0.01)
 
 
-def test_half_is_of_the_built_in_people_and_half_of_all_laboratories(monkeypatch):
-    trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
-    found = estimate(trial, people).regressed
-    alone = []
-    for share in (0.0, 1.0):
-        monkeypatch.setattr(
-            estimate_module, "ESTIMATE", replace(estimate_module.ESTIMATE, all_share=share)
-        )
-        alone.append(estimate(trial, people).regressed)
-    np.testing.assert_allclose(found, np.mean(alone, axis=0), atol=1e-12)
-    assert not np.allclose(*alone, atol=0.01)
-
-
-def test_an_ankle_is_half_what_the_ten_and_half_what_more_people_say(monkeypatch):
-    monkeypatch.setattr(
-        estimate_module, "ESTIMATE", replace(estimate_module.ESTIMATE, all_share=0.0)
-    )
-    trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
-    more = ankle_moment(trial.ankle_angles, trial.gait.speed, {trial.person})
-    found = estimate(trial, people)
-    monkeypatch.setattr(
-        estimate_module, "ESTIMATE", replace(estimate_module.ESTIMATE, ankle_share=0.0)
-    )
-    ten = estimate(trial, people)
-    ankle = KINETICS.index(("moments", "ankle_angle"))
-    usual = 0.5 * ten.expected[:, ankle] + 0.5 * more.usual
-    regressed = 0.5 * (ten.expected + ten.regressed)[:, ankle] + 0.5 * (usual + more.change)
-    np.testing.assert_allclose((found.expected + found.regressed)[:, ankle], regressed, atol=1e-12)
-    others = [i for i in range(len(KINETICS)) if i != ankle]
-    np.testing.assert_array_equal(found.kinetics[:, others], ten.kinetics[:, others])
-
-
-def test_people_of_imports_have_their_joints_where_imports_put_them():
-    trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
-    found = estimate(trial, people, angles=False)
-    moved = about_imported_joints(found)
-    vertical = 9.80665 * found.expected[:, KINETICS.index(("forces", "vertical"))]
-    for (_, name), before, after in zip(
-        KINETICS, np.moveaxis(found.kinetics, 1, 0), np.moveaxis(moved.kinetics, 1, 0), strict=True
-    ):
-        np.testing.assert_allclose(after - before, OFFSETS.get(name, 0.0) * vertical, atol=1e-12)
-
-
 def made_up(rng, share: float) -> Deviation:
     """Of somebody whose medial force is larger by a share of how much wider the steps are."""
     usual = rng.normal(1.0, 0.1, (2, len(KINETICS), 20))
@@ -232,12 +186,3 @@ def test_what_a_lever_says_is_taken_from_what_is_left():
     assert not np.delete(message, medial, axis=1).any()
     for each, left in zip(people, rest, strict=True):
         np.testing.assert_allclose(left, 0.1 * each.kinetics, atol=1e-12)
-
-
-def test_a_leg_is_seen_beside_the_other_one():
-    of = made_up(np.random.default_rng(4), 0.5)
-    mine, others = _blocks(of)[2]
-    np.testing.assert_array_equal(others[0], mine[1])
-    np.testing.assert_array_equal(others[1], mine[0])
-    assert not np.allclose(mine[0], mine[1])
-    np.testing.assert_allclose(mine.mean(axis=-1), 0.0, atol=1e-12)

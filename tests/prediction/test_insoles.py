@@ -60,14 +60,6 @@ def test_bad_ones_change_nothing(found):
     np.testing.assert_allclose(after.half_width, found.half_width, rtol=1e-5)
 
 
-def test_where_the_force_rises_a_landing_by_markers_says_little(found):
-    walk = insoles(1.2, 0.01)
-    sharp, slow = (with_insoles(found, walk._replace(stride_time=t)) for t in (1.0, 100.0))
-    rises, flat = 1, int(np.argmax(STANCE))
-    assert sharp.half_width[-1, rises] > 1.5 * slow.half_width[-1, rises]
-    assert sharp.half_width[-1, flat] == pytest.approx(slow.half_width[-1, flat], rel=0.02)
-
-
 def test_bands_hold_what_they_say():
     """Estimates and insoles with errors of these sizes: nine points in ten."""
     rng, inside = np.random.default_rng(84), []

@@ -16,12 +16,9 @@ from gaitval.prediction.estimate import WIDER_ELSEWHERE, WIDER_WITH_TOTAL, Estim
 from gaitval.prediction.force_split import (
     _OF_FORCES,
     CONTACT_TIMES,
-    LANDING_SPREAD,
     NOISE,
     SPLIT,
     _before_total,
-    _by_likelihood,
-    _late,
     _typical,
     angles_at_contacts,
     at_contacts,
@@ -246,25 +243,6 @@ def test_rhythm_speed_and_size_say_of_forces_what_people_s_say(known: Subject) -
     assert pushes[1:] == pytest.approx([-pushes[0], 3.0 * pushes[0], 3.0 * pushes[0]])
 
 
-def test_who_lands_later_than_markers_say_is_loaded_later(
-    usual: GaitRecord, known: Subject
-) -> None:
-    record = at_own_contacts(usual, known)
-    expected = expected_of(known)
-    late = _late(record, expected, "right").reshape(2, -1)
-    up = late[:, :_OF_FORCES].reshape(2, -1, 3)[..., 2]
-    forces = at_contacts(record)[..., 2]
-    # just after the landing as much as its force rises meanwhile, and the other foot carries more
-    shares = 1.0 - CONTACT_TIMES[:4]
-    lasts = contacts(record, "right")[1] * record.stride_time
-    rises = np.gradient(forces[0], CONTACT_TIMES)[:4] / lasts
-    assert up[0, 1:4] == pytest.approx((-LANDING_SPREAD * rises * shares)[1:], rel=0.3)
-    assert up[1, np.argmin(np.abs(CONTACT_TIMES - 2.2))] > 0.005
-    # nothing between the foot's leaving and its next landing but angles, and these do
-    assert not up[0, CONTACT_TIMES > 1.0].any()
-    assert np.abs(late[0, _OF_FORCES:]).max() > 0.01
-
-
 def expected_of(person: Subject) -> GaitRecord:
     return expected_record(person, other_people(person, builtin_subjects()))
 
@@ -332,19 +310,6 @@ def test_other_laboratories_right_and_left_differ_alike() -> None:
     assert pooled[:half, :half] == pytest.approx(pooled[half:, half:], abs=2e-5)
     # up, in early stance, by more than the unit of the file and less than half a body weight
     assert 1e-3 < np.sqrt(pooled[3 * 8 + 2, 3 * 8 + 2]) < 0.5
-
-
-def test_a_total_that_nobody_s_forces_give_is_trusted_less() -> None:
-    signal, noise = np.diag([1.0, 0.0, 0.0, 0.0]), np.full(4, 0.01)
-    quiet = _by_likelihood(signal, noise, np.array([1.0, 0.1, -0.1, 0.1]))
-    loud = _by_likelihood(signal, noise, np.array([1.0, 0.5, -0.5, 0.5]))
-    assert quiet[0] > 0.9 > loud[0]
-    # and no total is near one that is trusted otherwise
-    between = [
-        _by_likelihood(signal, noise, np.array([1.0, x, -x, x]))[0]
-        for x in np.linspace(0.1, 0.5, 41)
-    ]
-    assert -0.02 < np.diff(between).min() < np.diff(between).max() <= 0.0
 
 
 def test_a_walk_the_other_way_round_is_the_mirror_image(usual: GaitRecord, known: Subject) -> None:

@@ -2,11 +2,9 @@
 
 import csv
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 import pytest
-from ankle_gaits import ankles
 
 from gaitval.configuration import RecordSettings
 from gaitval.constants import GRAVITY
@@ -15,18 +13,12 @@ from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import HARMONICS, REQUIRED_MOMENTS, periodic_through
 from gaitval.metrics.comparison import rms
-from gaitval.prediction import speed as speed_module
 from gaitval.prediction.known import known_record
 from gaitval.prediction.normal_form import normal_form, symmetric
 from gaitval.prediction.population import change_with_speed, expected, gaits_of, other_people
 from gaitval.prediction.speed import (
     SPEED,
-    _beyond,
     _by_all_trials,
-    _moved,
-    _own_shares,
-    _variances,
-    _weights,
     at_speed,
     trials_known,
 )
@@ -195,59 +187,6 @@ def test_what_is_a_trials_own_in_the_hip_adduction_moment_is_divided_by_the_tria
             assert shares[0] <= ripple / 0.1 <= shares[1]
 
 
-def test_a_harmonic_counts_by_how_much_people_differ_in_it_and_their_trials_do():
-    """Made-up people who differ by 0.3 in the second harmonic, and by 0.2 in the third, in which
-    their trials differ by as much; trials alone differ in the fourth.
-    """
-    random, cycle = np.random.default_rng(3), 2.0 * np.pi * PHASE
-    base = normal_form(SUBJECTS[4].record(), SUBJECTS[4].leg_length_m)
-
-    def trial(second, third, speed):
-        own = np.array([[second], [third + random.normal(0.0, 0.2)], [random.normal(0.0, 0.2)]])
-        wave = own * np.cos(np.outer([2, 3, 4], cycle))
-        return replace(base, speed=speed, moments=0.0 * base.moments + wave.sum(axis=0))
-
-    people = []
-    for _ in range(60):
-        own = random.normal(0.0, [0.3, 0.2])
-        people.append([trial(*own, 0.4), trial(*own, 0.5)])
-    for trials in (1, 3):
-        share = _own_shares(_variances(people), np.ones((trials, 8, 1)))
-        np.testing.assert_allclose(share[:, 2], 1.0, atol=0.01)
-        np.testing.assert_allclose(share[:, 3], trials / (trials + 1.0), atol=0.15)
-        np.testing.assert_allclose(share[:, 4], 0.0, atol=0.25)
-    assert _variances([person[:1] for person in people]) is None
-
-
-def test_a_trial_whose_moment_ripples_says_less(gait_data):
-    """The ankle's moment of people of whom two trials are known beside what is expected of anybody:
-    where one of the two ripples three times as much as the other, it is nearer by a twentieth or
-    more than when both count alike, and no further over all pairs.
-    """
-    people = [
-        [replace(gait, moments=np.tile(gait.moments[:4], (2, 1))) for gait in person]
-        for person in ankles(gait_data)
-    ]
-    rows = []
-    for person in people[::3]:
-        others = [each for each in people if each is not person]
-        variances, trials = _variances(others), np.fft.rfft(_beyond(person, others))
-        for held in range(len(person)):
-            for pair in combinations([k for k in range(len(person)) if k != held], 2):
-                known = trials[list(pair)]
-                errors = []
-                for weights in (_weights(known, variances.of_trial), np.ones((2, 8, 1))):
-                    mean = np.sum(weights * known, axis=0) / weights.sum(axis=0)
-                    said = _own_shares(variances, weights) * mean
-                    errors.append(np.linalg.norm((said - trials[held])[0]))
-                ripples = np.linalg.norm(known[:, 0, SPEED.ripples_from :], axis=-1) ** 2
-                rows.append((*errors, max(ripples) > 3.0 * min(ripples)))
-    weighted, alike, louder = np.array(rows).T
-    assert weighted.sum() < alike.sum()
-    assert louder.sum() > 300
-    assert weighted[louder > 0].sum() < 0.95 * alike[louder > 0].sum()
-
-
 def test_a_plate_that_ripples_does_not_move_the_prediction_from_another_trial():
     """S05's right plate ripples at 10 Hz in T05 alone, and no other of 28 feet in 14 recordings
     does. With T05 the right hip of T06 is predicted hardly worse than from T03 by itself.
@@ -294,56 +233,3 @@ def _rippled(moment):
     return periodic_through(
         moment(PHASE) + 0.1 * np.cos(20 * np.pi * PHASE), HARMONICS.harmonics_cap
     )
-
-
-@pytest.mark.parametrize("span", [0.05, 0.3])
-def test_beyond_two_trials_their_own_change_counts_by_how_far_they_are_apart(span):
-    """Of what this person's change says and what others' does, the first by span² over span² and
-    that of `SPEED.own_change_span`; the others' is trusted to 0.8.
-    """
-    base = normal_form(SUBJECTS[4].record(), SUBJECTS[4].leg_length_m)
-    slow = replace(base, speed=0.4, stride_time=2.0, forces=0.0 * base.forces)
-    fast = replace(slow, speed=0.4 + span, stride_time=1.6, forces=slow.forces + 1.0)
-    others = replace(slow, speed=1.0, forces=slow.forces + 5.0)
-    away = 0.2
-    found = _moved([slow, fast], fast.speed + away, others)
-    share = span**2 / (span**2 + SPEED.own_change_span**2)
-    rise = share * away / span + (1.0 - share) * 0.8 * 5.0 * away
-    np.testing.assert_allclose(found.forces, 1.0 + rise)
-    own = np.log(1.6 / 2.0) / np.log(fast.speed / 0.4)
-    exponent = share * own + (1.0 - share) * SPEED.stride_time_exponent
-    assert found.stride_time == pytest.approx(1.6 * ((fast.speed + away) / fast.speed) ** exponent)
-
-
-def test_how_much_the_own_change_counts_is_what_predicts_other_peoples_ankles(
-    gait_data, monkeypatch
-):
-    """Two trials of a person, a third one beyond them; what speed changes comes from two others,
-    of two trials each, as the built-in people have. No other span is nearer by 1 % in both.
-    """
-    people = ankles(gait_data)
-    assert len(people) >= 28
-    errors = {}
-    for span in (0.05, 0.1, SPEED.own_change_span, 0.6):
-        monkeypatch.setattr(speed_module, "SPEED", replace(SPEED, own_change_span=span))
-        squares = []
-        for i, person in enumerate(people):
-            others = [people[(i + step) % len(people)] for step in (7, 13)]
-            change = change_with_speed([(each[1], each[4]) for each in others])
-            for held in range(len(person)):
-                for pair in combinations([k for k in range(len(person)) if k != held], 2):
-                    own, wanted = [person[k] for k in pair], person[held]
-                    nearest = min(abs(wanted.speed / each.speed - 1.0) for each in own)
-                    if pair[0] < held < pair[1] or nearest > speed_module.SPEED.largest_change:
-                        continue
-                    there = _moved(own, wanted.speed, change)
-                    squares.append(
-                        [
-                            np.mean((getattr(there, name)[0] - getattr(wanted, name)[0]) ** 2)
-                            for name in ("angles", "moments")
-                        ]
-                    )
-        errors[span] = np.sqrt(np.mean(squares, axis=0))
-    chosen = errors.pop(SPEED.own_change_span)
-    assert all((each > 0.99 * chosen).any() for each in errors.values())
-    assert (errors[0.1] > 1.05 * chosen).all()  # what it was before

@@ -1,7 +1,6 @@
 """A run that knew no forces gets its estimate; one that knew them is refused."""
 
 import csv
-import json
 import shutil
 from pathlib import Path
 
@@ -168,18 +167,6 @@ def test_insoles_are_of_the_same_walk_when_its_subject_is_read_from_a_file(tmp_p
     keep_insoles(made, INSOLES)
     made.subject.save(tmp_path / "subject.toml")
     assert kept_insoles(run_of(tmp_path, subject=tmp_path / "subject.toml")) is not None
-
-
-def test_insoles_that_do_not_say_of_which_walk_are_not_used(tmp_path):
-    """As an earlier gaitval kept them."""
-    run = run_of(tmp_path)
-    keep_insoles(run, INSOLES)
-    path = tmp_path / INSOLES_KEPT
-    kept = json.loads(path.read_text(encoding="utf-8"))
-    del kept["of_walk"]
-    path.write_text(json.dumps(kept), encoding="utf-8")
-    assert kept_insoles(run) is None
-    assert "to an earlier gaitval, perhaps not for the one" in run.observer.said[0]
 
 
 @pytest.mark.parametrize("kept", ["[]", "{}", '{"source": "walk.csv", "vertical": 1}'])

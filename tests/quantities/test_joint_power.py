@@ -185,17 +185,6 @@ SPREADS |= {"A1": 0.48, "A2": 1.01}
 """W/kg: half the width of the bands that come with Schwartz et al. 2008."""
 
 
-@pytest.mark.parametrize("name", WINDOWS)
-def test_a_burst_is_looked_for_up_to_the_ends_of_its_part(name):
-    """An extremum one point inside either end is one; at the end the curve only passes through."""
-    joint, first, last, sign = WINDOWS[name]
-    for at, seen in ((first, False), (first + 1, True), (last - 1, True), (last, False)):
-        curve = np.zeros(101)
-        curve[at] = sign * 0.5
-        found = burst_places({each: curve * (each == joint) for each in JOINTS})[name]
-        assert found == (at if seen else None)
-
-
 def test_a_difference_is_told_in_deviations_between_people():
     silent = joint_power(curves_of(np.zeros(101), np.zeros(101)), {"r": 1.0, "l": 1.0})
     messages = {f"{name}_{side}": 0.0 for name in WINDOWS for side in "rl"}

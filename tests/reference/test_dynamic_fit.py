@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reference_figures import figures, inference_figures, of_s05, same
-from scipy.linalg import cho_factor
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import DartPeer, mirror_image, symmetric, task_of_subject
 
@@ -19,7 +18,6 @@ from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import HARMONICS, periodic_through
 from gaitval.model.body import SEGMENTS
-from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import segment_frames, tree_arrays
 from gaitval.reference.dynamic_fit import (
@@ -28,8 +26,6 @@ from gaitval.reference.dynamic_fit import (
     _series,
     consistent_reference,
     fit_problem,
-    solve,
-    weighted_laws,
 )
 from gaitval.reference.dynamic_fit import fitted as fit_of
 from gaitval.reference.hip_moments import HIP_SIGNS, about_record
@@ -352,31 +348,6 @@ def test_a_hip_centre_that_the_laboratory_has_elsewhere_is_found(fitted):
     assert change(there) < change(without)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("fitted", PEOPLE[:2], indirect=True)
-def test_a_fit_that_begins_with_that_of_a_similar_body_is_as_near_and_sooner_there(
-    fitted, monkeypatch
-):
-    """Of legs that are 2 % longer, by the sum of squares and the number of equations solved."""
-    model, record, reference = fitted
-    mu = nominal_parameters()
-    mu[3:5] = 1.02  # shank and thigh
-    body, contact = apply_parameters(model, mu), ContactSettings()
-    solved = []
-
-    def counted(*arguments, **options):
-        solved.append(1)
-        return cho_factor(*arguments, **options)
-
-    monkeypatch.setattr("gaitval.reference.dynamic_fit.cho_factor", counted)
-    built = build_reference(record, body, contact)
-    from_nothing = solve(built, record, body, contact)
-    steps = len(solved)
-    from_there = solve(built, record, body, contact, near=reference)
-    assert len(solved) - steps < 0.5 * steps
-    assert from_there.cost < 1.01 * from_nothing.cost
-
-
 def test_the_series_rates_are_their_derivatives():
     """Of a function of the phase, by time: against complex exponentials."""
     phase, time = np.linspace(0.0, 1.0, 23), 1.3
@@ -504,22 +475,6 @@ def test_power_of_the_ankles_is_held_to_a_share_of_it(problem_of_s05, times):
     held = 1.0 / (problem.weight[:, POWER] * np.sqrt(DYNAMIC_FIT.instants))
     np.testing.assert_allclose(held, 0.11 * max(power, 0.03 * model.mass))
     assert (power > 0.1 * model.mass) == (times > 0.0)
-
-
-def test_what_toes_do_beyond_people_costs_as_well(problem_of_s05):
-    """One residual: that from what is expected and that beyond the most, added."""
-    problem, _, _ = problem_of_s05
-    none, common = np.zeros((len(COORDINATES), problem.series[0].shape[1])), np.zeros(7)
-    toes = [COORDINATES.index(f"mtp_angle_{side}") for side in "rl"]
-    slack = problem._replace(toe_excess=0.0)
-    plain, weight = (each[:, toes] for each in weighted_laws(slack, none, common, 1.0))
-    found, slope = (each[:, toes] for each in weighted_laws(problem, none, common, 1.0))
-    moment = plain / weight + problem.target[:, toes]
-    beyond = np.minimum(moment + problem.toe_most, 0.0)
-    assert (beyond < 0.0).any()
-    assert (beyond == 0.0).any()
-    np.testing.assert_allclose(found, plain + beyond * problem.toe_excess, atol=1e-12)
-    np.testing.assert_allclose(slope, weight + (beyond < 0.0) * problem.toe_excess, atol=1e-12)
 
 
 def test_no_number_of_a_fit_changes():

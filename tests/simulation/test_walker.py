@@ -30,7 +30,7 @@ from gaitval.model.tree import tree_arrays
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.servo import reference_tables, servo_stiffness
-from gaitval.simulation.walker import MOVED, Trajectory, Walker
+from gaitval.simulation.walker import Trajectory, Walker
 
 NO_OFFSET, NO_FORCE = np.zeros(25), np.zeros(6)
 
@@ -258,21 +258,6 @@ def test_the_recorded_foot_forces_are_those_of_the_state_before_the_step(recorde
     assert recording.feet[:, 1, 2].max() > 0.5 * walker.weight
 
 
-def test_external_forces_are_mass_times_acceleration(recorded, peer):
-    """Newton for the whole body at every step, within 1e-6 of the body weight (rounding leaves
-    1e-14): the acceleration is the centre of mass's at the step's state and joint accelerations
-    (q̇⁺ - q̇) / h, in DART's own reading of the URDF."""
-    walker, recording, q, qd = recorded
-    mass = walker.task.model.mass
-    for t in range(recording.rows):
-        peer.set(q[t], qd[t])
-        peer.set_accelerations((qd[t + 1] - qd[t]) / walker.physics_step)
-        force = recording.feet[t, :, :3].sum(axis=0) + recording.root_force[t, 3:]
-        force[2] -= mass * GRAVITY
-        residual = mass * peer.skeleton.getCOMLinearAcceleration() - force
-        assert np.abs(residual).max() < 1e-6 * walker.weight
-
-
 def test_the_impulse_of_all_forces_is_the_change_of_momentum(recorded, peer):
     """Over the whole walk, with the velocities that came out: semi-implicit Euler leaves an
     error of the first order in its step, below 1e-3 of the impulse of the weight."""
@@ -378,26 +363,6 @@ def test_recorded_forces_tend_to_the_published_law_as_the_step_shrinks(task):
     assert distances[0] < 0.1
     assert distances[1] < 0.55 * distances[0]
     assert distances[2] < 0.55 * distances[1]
-
-
-@pytest.mark.parametrize("stiffness", [0.1, 1.0, 10.0, 1000.0])
-def test_a_contact_that_moves_its_foot_alone_does_not_chatter(stiffness):
-    """A foot of mass m on friction -k v, implicit for a mass of M m: b = h k / m is the
-    `stiffness`, a = b / M. Its velocity and the last step's force, over m / h, follow a linear map,
-    which shrinks them as long as M < 4 + 2 / a."""
-
-    def largest(assumed):
-        a = stiffness / assumed
-        now, before = 1.0 / (1.0 + a), a / (1.0 + a)
-        force = np.array([-now * stiffness, before])
-        return np.abs(np.linalg.eigvals([np.array([1.0, 0.0]) + force, force])).max()
-
-    assert largest(MOVED) < 1.0
-    # M < 4 + 2 M / b: solved for M, which is any mass where friction is soft
-    limit = 4.0 / (1.0 - 2.0 / stiffness) if stiffness > 2.0 else np.inf
-    assert 0.76 * limit > MOVED
-    if np.isfinite(limit):
-        assert largest(0.99 * limit) < 1.0 < largest(1.01 * limit)
 
 
 # ---- The servo. ----
@@ -536,20 +501,6 @@ def test_phase_counts_cycles_in_the_records_time(task):
         walker.step(NO_OFFSET, NO_FORCE)
         seconds += walker.action_seconds
     assert walker.phase == pytest.approx(0.9 + seconds / task.reference.stride_time, rel=1e-12)
-
-
-def test_means_over_an_action_are_those_of_its_steps(task):
-    walker = Walker(task)
-    walker.reset(task.reference.positions[50], task.reference.velocities[50], 50 / 1024)
-    recording = Trajectory(walker.steps_per_action)
-    walker.step(NO_OFFSET, NO_FORCE, recording)
-    np.testing.assert_allclose(
-        walker.mean_ground_reaction, recording.feet[:, :, :3].mean(axis=0), atol=1e-9
-    )
-    np.testing.assert_allclose(walker.mean_moments, recording.moments.mean(axis=0), atol=1e-9)
-    np.testing.assert_allclose(
-        walker.mean_square_moments, (recording.moments**2).mean(axis=0), atol=1e-7
-    )
 
 
 def test_a_reset_forgets_what_the_last_walk_carried(task):

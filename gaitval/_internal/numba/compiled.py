@@ -6,7 +6,9 @@ named by the hash of all files with compiled functions or with constants that th
 """
 
 import hashlib
+import multiprocessing
 import os
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -88,30 +90,29 @@ def _cache_folder() -> Path:
     return _own_folder(environment) / f"numba-{_sources()}"
 
 
-class _WhenCompiling(event.Listener):
-    """Loads what says that numba compiles when it does."""
+class _Announcer(event.Listener):
+    """Prints a line, once, when something is compiled."""
 
-    def __init__(self, *, first: bool) -> None:
-        self._first = first
-        self._announcer: Any = None
+    def __init__(self) -> None:
+        self._said = False
 
     def on_start(self, event: Any) -> None:
-        if self._announcer is None:
-            from gaitval._internal.numba.compiling import Announcer
-
-            self._announcer = Announcer(first=self._first)
-        self._announcer.on_start(event)
+        # a worker process would repeat what its parent has printed already
+        if not self._said and multiprocessing.parent_process() is None:
+            self._said = True
+            how = "for the first time, once, about a minute"
+            print(f"gaitval: compiling {how} ...", file=sys.stderr, flush=True)
 
     def on_end(self, event: Any) -> None:
-        self._announcer.on_end(event)
+        pass
 
 
 @cache
 def _announce(folder: Path) -> None:
-    """From now on print a line when something is compiled that is not in the cache `folder`."""
-    first = not folder.is_dir() or not any(folder.iterdir())
-    # The listener lives as long as the process.
-    event.register("numba:compile", _WhenCompiling(first=first))  # type: ignore[no-untyped-call]
+    """From now on print a line when something is compiled, if the cache `folder` has nothing."""
+    if not folder.is_dir() or not any(folder.iterdir()):
+        # The listener lives as long as the process.
+        event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
 
 
 def _compiled(function: Any, **options: Any) -> Any:
