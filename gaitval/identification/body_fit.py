@@ -82,7 +82,6 @@ class BodyPosterior:
     mean : (14,) mode.
     covariance : (14, 14).
     prior_mean, prior_sd : (14,).
-    log_posterior : at the mode, up to a constant: minus half the sum of squares.
     plates : (2,) m, shifts of the right and left plate at the mode.
     """
 
@@ -90,7 +89,6 @@ class BodyPosterior:
     covariance: Array
     prior_mean: Array
     prior_sd: Array
-    log_posterior: float
     plates: Array
 
     @property
@@ -241,7 +239,6 @@ class BodyFit:
             covariance=found.covariance[part, part] * np.outer(self.prior_sd, self.prior_sd),
             prior_mean=self.prior_mean,
             prior_sd=self.prior_sd,
-            log_posterior=-0.5 * found.cost,
             plates=found.common[: FIT.plates],
         )
 

@@ -66,7 +66,7 @@ def test_shared_errors_of_a_study_have_the_offset_of_other_people_as_gaitval_bod
 def test_parameters_of_an_earlier_file_are_read_if_they_are_all_that_is_left():
     given = ["identification.parameters=paper"]
     assert load_configuration(settings=given) == CONFIGURATION
-    with pytest.raises(ConfigurationError, match=r"identification\.parameters: no longer exists"):
+    with pytest.raises(ConfigurationError, match=r"identification\.parameters: unknown"):
         load_configuration(settings=["identification.parameters=extended"])
 
 

@@ -22,7 +22,7 @@ def posterior(seed=0, shrink=0.5):
     inner = mixed @ np.diag(np.linspace(0.1, 1.0, 14)) @ mixed.T * shrink
     nominal = nominal_parameters()
     mean = nominal + 0.5 * sd * random.standard_normal(14)
-    return BodyPosterior(mean, inner * np.outer(sd, sd), nominal, sd, 0.0, np.zeros(2))
+    return BodyPosterior(mean, inner * np.outer(sd, sd), nominal, sd, np.zeros(2))
 
 
 def test_the_prior_depends_on_how_the_body_was_measured():

@@ -22,7 +22,7 @@ def made_up(contraction: float, difference: float) -> Shared:
     none = np.zeros(0)
     posterior = BodyPosterior(
         mean=mean, covariance=np.diag((contraction * sd) ** 2), prior_mean=nominal_parameters(),
-        prior_sd=sd, log_posterior=0.0, plates=np.zeros(2),
+        prior_sd=sd, plates=np.zeros(2),
     )  # fmt: skip
     zeros = np.zeros(len(NAMES))
     solution = Solution(np.zeros((31, 49)), none, np.zeros((0, 0)), 0.0)

@@ -2,7 +2,7 @@
 
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -41,9 +41,6 @@ class Displayed:
 class Saved(Displayed):
     """A frozen dataclass of arrays, numbers and names, saved as one npz without pickle."""
 
-    KIND: ClassVar[str] = ""
-    """What files call it, where that is not the name of the class."""
-
     def save(self, path: str | Path) -> None:
         """Write one npz file, whole or not at all; what is not an array is JSON in it."""
         from gaitval._internal.io.saved_records import write_record
@@ -51,7 +48,7 @@ class Saved(Displayed):
         values = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
         arrays = {name: each for name, each in values.items() if isinstance(each, np.ndarray)}
         others = {name: each for name, each in values.items() if name not in arrays}
-        write_record(Path(path), self.KIND or type(self).__name__, arrays, others)
+        write_record(Path(path), type(self).__name__, arrays, others)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -60,7 +57,7 @@ class Saved(Displayed):
         """
         from gaitval._internal.io.saved_records import edited, read_record
 
-        arrays, others = read_record(Path(path), cls.KIND or cls.__name__)
+        arrays, others = read_record(Path(path), cls.__name__)
         try:
             return cls(**arrays, **others)
         except (TypeError, ValueError) as error:

@@ -5,19 +5,12 @@ Each kind of file has words of its own; loaded when a value is refused.
 
 import difflib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Final, get_args
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 _Problem = Mapping[str, Any]
 """One of the errors of a `pydantic.ValidationError`."""
-
-NO_LONGER: Final[Mapping[str, str]] = {
-    "identification.parameters": "no longer exists: sole and legs that differ are always among "
-    "what is found. Leave it out",
-    "report.language": "no longer exists: pages are in English. Leave it out",
-}
-"""Settings of earlier versions, and what to write instead."""
 
 
 def in_subject(subject: type[BaseModel], problems: Sequence[_Problem]) -> list[str]:
@@ -112,9 +105,7 @@ def in_configuration(error: ValidationError, default: BaseModel) -> str:
                 assert isinstance(annotation, type)
                 known = annotation
             names = ", ".join(known.model_fields)
-            lines.append(
-                f"{where}: {NO_LONGER.get(where, f'unknown; the known ones are {names}')}."
-            )
+            lines.append(f"{where}: unknown; the known ones are {names}.")
         elif problem["type"] == "value_error":  # in our words, which say how to fix it
             lines.append(f"{where}: {problem['ctx']['error']}.".removeprefix(": "))
         # pydantic reports a list and the number in it: the number is enough
