@@ -17,7 +17,7 @@ Landmarks that a marker set lacks are found as follows.
 | medial elbow | width, lateral marker, axis perpendicular to the arm | geometry |
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Unpack
 
@@ -231,29 +231,6 @@ def _hinge(
 
     assert width is not None  # `_needed` has required it.
     return hinge_centre(points, side, joint, above, wand, width / 2 + SURFACE.marker_offset)
-
-
-def unused_widths(markers: Iterable[str], widths: Widths) -> list[str]:
-    """Of which of the given `widths` nothing is made, and why: a sentence each, by the names of the
-    `markers` on landmarks.
-    """
-    seen, found = {*markers}, []
-    arms = all(
-        {f"{s}.Acromion", f"{s}.Elbow"} <= seen and seen.intersection(_wrists(s)) for s in "RL"
-    )
-    given = {
-        "knee": widths["knee_width"],
-        "ankle": widths["ankle_width"],
-        "elbow": widths["elbow_width"],
-    }
-    for name in (name for name, width in given.items() if width is not None):
-        if all(f"{side}.{name.capitalize()}.Medial" in seen for side in "RL"):
-            found.append(f"{name} width: not used, since medial markers show the {name}s")
-        elif name == "elbow" and not arms:
-            found.append(
-                "elbow width: not used, since not all of shoulders, elbows and wrists are seen"
-            )
-    return found
 
 
 def _wrists(side: str) -> tuple[str, ...]:

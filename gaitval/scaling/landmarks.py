@@ -82,15 +82,7 @@ def check_widths(*given: Width) -> None:
     ]
     for name, (low, high), width in widths:
         if width is not None and not low <= width <= high:
-            hint = next(
-                (
-                    f" (this looks like {unit}: give {width * factor:g})"
-                    for unit, factor in (("centimetres", 0.01), ("millimetres", 0.001))
-                    if low <= width * factor <= high
-                ),
-                "",
-            )
-            problems.append(f"{_option(name)} {width:g} (plausible: {low:g} to {high:g} m){hint}")
+            problems.append(f"{_option(name)} {width:g} (plausible: {low:g} to {high:g} m)")
     _fail("implausible width of a joint", problems, "Measure it across the bones, in metres.")
 
 

@@ -30,8 +30,6 @@ PLAUSIBLE: Final = {"ankle_height": (0.6, 1.6), "pelvis_width": (0.6, 1.6)}
 """Measured / expected; for the other measures it is `PLAUSIBLE_LENGTH`."""
 PLAUSIBLE_LENGTH: Final = (0.75, 1.33)
 
-_UNITS = {"centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254}
-
 
 def measure_by_tape(
     *,
@@ -57,8 +55,8 @@ def measure_by_tape(
 
     Raises
     ------
-    ScalingError : a length is not plausible for the stature (all are listed, with the unit that
-        it looks like), or hip height and leg lengths contradict each other.
+    ScalingError : a length is not plausible for the stature (all are listed), or hip height and
+        leg lengths contradict each other.
     """
     given = {
         "hip_height": hip_height, "thigh": thigh, "shank": shank, "ankle_height": ankle_height,
@@ -90,9 +88,6 @@ def _problem(name: str, value: float, expected: float) -> str:
     low, high = PLAUSIBLE.get(name, PLAUSIBLE_LENGTH)
     if low <= value / expected <= high:
         return ""
-    for unit, factor in _UNITS.items():
-        if low <= value * factor / expected <= high:
-            return f"{name} = {value:g}: this looks like {unit}; give {name} = {value * factor:g}."
     return (
         f"{name} = {value:g} m: about {expected:.3f} m is expected (plausible: "
         f"{low * expected:.3f} to {high * expected:.3f})."

@@ -273,42 +273,20 @@ def given_warnings(rows: Sequence[CentreDifference]) -> Iterator[QualityFlag]:
     """One warning if the body could not take given centres that it was to use, and a moment changes
     by more than `LARGEST_CHANGE` for it.
     """
-    if found := _farthest([row for row in rows if row.used]):
-        most, worst, text = found
-        yield QualityFlag(
-            CHECK, worst.title, most, LARGEST_CHANGE, "Nm/kg",
-            f"{text}. The body cannot take it: its legs are alike (--set scaling.symmetric=false "
-            "keeps each side's own), and its knees are hinges that hyperextend by 25° at most",
-        )  # fmt: skip
-
-
-def given_remark(rows: Sequence[CentreDifference]) -> str:
-    """A sentence if a centre that is not used changes a moment by more than `LARGEST_CHANGE`, else
-    "". It is no doubt about the recording: programs put joints in different places.
-    """
-    found = _farthest([row for row in rows if not row.used])
-    if not found:
-        return ""
-    _, worst, text = found
-    return f"{worst.title}: {text}. Beside results of that program use --joint-centres given"
-
-
-def _farthest(
-    rows: Sequence[CentreDifference],
-) -> tuple[float, CentreDifference, str] | None:
-    """The largest change of a moment beyond `LARGEST_CHANGE`, its centre, and both in words."""
     far = [
         (max(row.flexion, row.abduction), row)
         for row in rows
-        if max(row.flexion, row.abduction) > LARGEST_CHANGE
+        if row.used and max(row.flexion, row.abduction) > LARGEST_CHANGE
     ]
     if not far:
-        return None
+        return
     most, worst = max(far, key=lambda each: each[0])
     others = [row.title for _, row in far if row is not worst]
     more = f" (so too {', '.join(others)})" if others else ""
-    text = (
+    yield QualityFlag(
+        CHECK, worst.title, most, LARGEST_CHANGE, "Nm/kg",
         f"the centre of {worst.source} is {worst.away} of ours; about it, in stance, "
-        f"{worst.moments} apart (RMS){more}"
-    )
-    return most, worst, text
+        f"{worst.moments} apart (RMS){more}. The body cannot take it: its legs are alike (--set "
+        "scaling.symmetric=false keeps each side's own), and its knees are hinges that "
+        "hyperextend by 25° at most",
+    )  # fmt: skip

@@ -21,7 +21,7 @@ from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel
 from gaitval.model.ground import Ground
 from gaitval.model.markers import ModelMarker
-from gaitval.scaling.joint_centres import FUNCTIONAL, measure, unused_widths
+from gaitval.scaling.joint_centres import FUNCTIONAL, measure
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.markers.spines import SPINES
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
@@ -124,10 +124,6 @@ def scale_body(
             )
         )  # fmt: skip
         notify("warnings", str(odd[-1]))
-    # From the centre of somebody's model no convention takes a line to the marker.
-    of_model = request.joint_centres == "given" and request.scaled_model is not None
-    for remark in () if of_model else knee_axis_remarks(fit, session.marker_set.landmarks):
-        notify("scaling", remark)
     chosen = _with_lengths_of(fit, stood.measured)
     return FittedBody(
         chosen=chosen,
@@ -172,8 +168,6 @@ def _by_standing(
             on_landmarks, **request.widths, centres=centres, centres_source=centres_source
         )
         measured = replace(measured, symmetric=symmetric)
-        for unused in unused_widths(on_landmarks, request.widths):
-            notify("scaling", unused)
         if "midfoot" in measured.sources.get("foot", ""):
             notify("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
         scaled = build_body(request, measured)
@@ -324,14 +318,11 @@ def _odd_lengths(scaled: ScaledBody, *, stood: bool = True) -> Iterator[QualityF
 UNUSUAL_LEGS: Final = 0.09
 """Thighs and shanks that are longer or shorter than a stature's by more are those of another one:
 they vary by 2 to 3 % (SD) among adults, and children's are up to 5 % shorter."""
-KNEE_OVER_ANKLE: Final = (1.15, 2.15)
-"""Knees are 1.3 to 1.9 times as wide as ankles: 15 people of McGill and Plug-in Gait's samples."""
-NARROWEST_KNEE: Final = 0.047
-"""Of stature; knees are 0.055 to 0.07 of it, ankles 0.035 to 0.046."""
-WIDEST_KNEE: Final = 0.09
-"""Of stature; at most 0.077 of twelve children (McGill), heavy ones among them."""
-ANKLES: Final = (0.033, 0.056)
-"""Of stature; 0.0348 to 0.0502 of 6,068 adults (bimalleolar breadth, ANSUR II)."""
+
+
+USUAL_WIDTHS: Final = {"knee": (0.047, 0.09), "ankle": (0.033, 0.056)}
+"""Of stature. Knees are 0.055 to 0.077 of 15 people of McGill and Plug-in Gait's samples; ankles
+0.0348 to 0.0502 of 6,068 adults (bimalleolar breadth, ANSUR II)."""
 
 
 def _odd_stature(scaled: ScaledBody, request: Request) -> Iterator[QualityFlag]:
@@ -353,40 +344,20 @@ def _odd_stature(scaled: ScaledBody, request: Request) -> Iterator[QualityFlag]:
 
 
 def _odd_widths(request: Request) -> Iterator[QualityFlag]:
-    """Warnings about widths that are those of another joint."""
-    knee, ankle = (
-        None if width is None else float(np.mean(width))
-        for width in (request.knee_width, request.ankle_width)
-    )
-    low, high = KNEE_OVER_ANKLE
-    if knee is not None and ankle is not None and not low <= knee / ankle <= high:
-        limit = low if knee < low * ankle else high
-        yield QualityFlag(
-            "widths", "knee and ankle width", knee / ankle, limit, "1",
-            f"knees of {knee:.3f} m and ankles of {ankle:.3f} m: knees are 1.3 to 1.9 times as "
-            "wide as ankles. One of them is another joint's, or they are exchanged: measure again",
-        )  # fmt: skip
-        return
-    if knee is not None and knee < NARROWEST_KNEE * request.height:
-        yield QualityFlag(
-            "widths", "knee width", knee, NARROWEST_KNEE * request.height, "m",
-            f"{knee:.3f} m is the width of an ankle at {request.height:.2f} m of stature, and not "
-            "of a knee: measure again",
-        )  # fmt: skip
-    elif knee is not None and knee > WIDEST_KNEE * request.height:
-        yield QualityFlag(
-            "widths", "knee width", knee, WIDEST_KNEE * request.height, "m",
-            f"{knee:.3f} m is wider than knees are at {request.height:.2f} m of stature: measure "
-            "again, across the epicondyles; the knee's centre is off by half of what is too much",
-        )  # fmt: skip
-    low, high = (share * request.height for share in ANKLES)
-    if ankle is not None and not low <= ankle <= high:
-        yield QualityFlag(
-            "widths", "ankle width", ankle, high if ankle > high else low, "m",
-            f"{ankle:.3f} m is {'wider' if ankle > high else 'narrower'} than ankles are at "
-            f"{request.height:.2f} m of stature ({low:.3f} to {high:.3f} m): measure again, across "
-            "the malleoli; the ankle's centre is off by half of the difference",
-        )  # fmt: skip
+    """Warnings about widths that are those of another joint, or of nobody of this stature."""
+    given = {"knee": request.knee_width, "ankle": request.ankle_width}
+    for joint, width in given.items():
+        if width is None:
+            continue
+        mean = float(np.mean(width))
+        low, high = (share * request.height for share in USUAL_WIDTHS[joint])
+        if not low <= mean <= high:
+            yield QualityFlag(
+                "widths", f"{joint} width", mean, high if mean > high else low, "m",
+                f"{mean:.3f} m is not the width of a person of {request.height:.2f} m "
+                f"({low:.3f} to {high:.3f} m): measure again, across the bones; the centre of the "
+                f"{joint} is off by half of the difference",
+            )  # fmt: skip
 
 
 def _with_right_labels(
@@ -415,37 +386,6 @@ def _with_right_labels(
         walking, warning = put_right(exchange, session.marker_set, walking, standing, again=again)
         warnings.append(warning)
         notify("warnings", f"{request.called(number)}: {warning}")
-
-
-REMARKED_ROTATION: Final = float(np.radians(8.0))
-"""rad. Between the knee's axis of the fit and the line to the lateral epicondyle, functional axes
-differ from palpated ones by 8 to 10 degrees (`scaling.functional` on WBDS01 and FunctionalWalk)."""
-
-
-def knee_axis_remarks(fit: ModelFit, landmarks: Mapping[str, str]) -> list[str]:
-    """Remarks for a user on a knee axis that is not on the marker of the lateral epicondyle.
-
-    The joint fit (`fit`) turns the thigh about its long axis until one hinge fits the walk. Plug-in
-    Gait takes the line from the joint's centre to the marker (`landmarks`) instead; its hip
-    rotation then differs.
-    """
-    places = {marker.name: marker.position for marker in fit.markers}
-    messages = []
-    for side, outwards in (("right", -1.0), ("left", 1.0)):
-        name = landmarks.get(f"{side[0].upper()}.Knee", "")
-        if name not in places:
-            continue
-        aside = places[name] - fit.model[f"shank_{side[0]}"].joint_position
-        # How far the marker lies in front of the hinge, which is the thigh's mediolateral axis.
-        angle = float(np.arctan2(aside[0], outwards * aside[1]))
-        if abs(angle) > REMARKED_ROTATION:
-            messages.append(
-                f"{side} knee: the axis that fits the walk is turned by "
-                f"{np.degrees(abs(angle)):.0f}° from the line to {name}, which lies "
-                f"{'in front of' if angle > 0 else 'behind'} it. Hip rotation differs by about as "
-                "much from conventions that take this line, such as Plug-in Gait"
-            )
-    return messages
 
 
 def put_right(

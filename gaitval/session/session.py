@@ -225,13 +225,11 @@ def _beside_given(
     """The given joint centres, which are `laid` on the standing trial, beside those of `body`."""
     if not laid:
         return ()
-    from gaitval.session.given_centres import beside_given, given_remark
+    from gaitval.session.given_centres import beside_given
 
     rows = beside_given(request, session, body, walks, laid)
     for row in rows:
         noted("scaling", str(row))
-    if remark := given_remark(rows):
-        noted("scaling", remark)
     return rows
 
 

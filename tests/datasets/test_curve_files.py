@@ -420,7 +420,7 @@ def test_a_further_trial_is_added_once_and_not_twice(good, tmp_path):
 
 def test_lengths_by_tape_in_centimetres_write_no_subject(good, tmp_path):
     person = PERSON._replace(tape=("thigh=35",))
-    with pytest.raises(ScalingError, match="looks like centimetres"):
+    with pytest.raises(ScalingError, match="thigh = 35 m"):
         new_subject([written(tmp_path, good)], tmp_path / "own.toml", person, **TRIAL)
     assert not (tmp_path / "own.toml").exists()
 

@@ -3,7 +3,7 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
-from gaitval.scaling.joint_centres import SURFACE, locate, measure, pelvis_frame, unused_widths
+from gaitval.scaling.joint_centres import SURFACE, locate, measure, pelvis_frame
 from gaitval.scaling.landmarks import LANDMARKS
 
 
@@ -115,22 +115,3 @@ OTHER = {"R": "L", "L": "R"}
 def test_markers_that_cannot_be_are_refused_by_name(markers, change, message):
     with pytest.raises(ScalingError, match=message):
         measure(change(markers))
-
-
-@pytest.mark.parametrize(
-    ("lost", "unused"),
-    [
-        ((), ["knee", "ankle", "elbow"]),
-        (("R.Knee.Medial",), ["ankle", "elbow"]),
-        (("R.Elbow.Medial",), ["knee", "ankle"]),
-        (("R.Elbow.Medial", "L.Elbow"), ["knee", "ankle", "elbow"]),
-    ],
-)
-def test_a_width_of_which_nothing_is_made_is_said(lost, unused):
-    names = [f"{s}.{joint}{m}" for s in "RL" for joint in ("Knee", "Ankle", "Elbow")
-             for m in ("", ".Medial")]  # fmt: skip
-    seen = {*names, *(f"{s}.{joint}" for s in "RL" for joint in ("Acromion", "Wrist"))} - {*lost}
-    widths = {"knee_width": 0.1, "ankle_width": (0.07, 0.07), "elbow_width": 0.07}
-    assert [text.split()[0] for text in unused_widths(seen, widths)] == unused
-    nothing = dict.fromkeys(widths)
-    assert unused_widths(seen, nothing) == []

@@ -52,18 +52,15 @@ def test_contradictions_are_refused():
 @pytest.mark.parametrize(
     ("lengths", "messages"),
     [
-        ({"thigh": 42.0}, ["thigh = 42: this looks like centimetres; give thigh = 0.42"]),
-        ({"shank": 410.0}, ["shank = 410: this looks like millimetres; give shank = 0.41"]),
-        ({"foot": 10.2}, ["foot = 10.2: this looks like inches"]),
         (
             {"pelvis_width": 25.0, "thigh": 0.7},
-            ["give pelvis_width = 0.25", "thigh = 0.7 m: about 0.388 m is expected"],
+            ["pelvis_width = 25 m: about 0.269 m", "thigh = 0.7 m: about 0.388 m is expected"],
         ),
         ({"foot": -0.25}, ["foot = -0.25 m"]),
         ({"foot": float("nan")}, ["foot = nan m"]),
     ],
 )
-def test_implausible_lengths_are_all_named_with_the_unit_they_look_like(lengths, messages):
+def test_implausible_lengths_are_all_named(lengths, messages):
     with pytest.raises(ScalingError) as error:
         measure_by_tape(height_m=1.70, **lengths)
     for message in messages:

@@ -17,7 +17,6 @@ from gaitval.session.given_centres import (
     CHECK,
     CentreDifference,
     given_centres,
-    given_remark,
     given_warnings,
 )
 from gaitval.session.read import read_session
@@ -75,8 +74,6 @@ def test_the_model_s_joints_are_shown_beside_ours(imports):
         assert not hip.used
         assert "back, 10 mm outwards" in str(hip)
     assert not [warning for _, warning in shown.warnings if warning.check == CHECK]
-    (remark,) = [text for _, text in shown.decisions if "--joint-centres given" in text]
-    assert "own.osim" in remark
 
 
 def test_the_model_s_joints_are_ours_if_asked_for(imports):
@@ -88,15 +85,6 @@ def test_the_model_s_joints_are_ours_if_asked_for(imports):
         assert row.used
     assert not [warning for _, warning in used.warnings if warning.check == CHECK]
     assert used.body.chosen.sources["hips"] == "markers, hip of own.osim"
-
-
-def test_the_line_from_a_model_s_knee_to_the_marker_is_no_convention_s(tmp_path):
-    """A knee that is 30 mm behind is 30 degrees off the line to its marker: nobody takes that."""
-    request = session_with_model(tmp_path, moved={"shank_r": (-0.03, 0.0, 0.0)})
-    said = []
-    used = request.model_copy(update={"joint_centres": "given"})
-    work_out_trials(used, PROCESSING, lambda _, text: said.append(text))
-    assert not [text for text in said if "conventions that take this line" in text]
 
 
 def test_the_moments_differ_by_what_was_said(imports):
@@ -192,7 +180,7 @@ def row(flexion, abduction=0.0, *, used=False, side="right"):
 
 def test_one_sentence_of_the_largest_change_and_none_of_small_ones():
     assert not [*given_warnings([row(0.09, used=True), row(np.nan, np.nan, used=True)])]
-    assert not given_remark([row(0.09), row(np.nan, np.nan)])
+    assert not [*given_warnings([row(0.3), row(0.05, 0.2, side="left")])]
     (warning,) = given_warnings([row(0.12, used=True), row(0.05, 0.2, side="left", used=True)])
     assert warning.where == "left hip"
     assert "13 mm forward, 12 mm inwards" in warning.message
@@ -201,19 +189,9 @@ def test_one_sentence_of_the_largest_change_and_none_of_small_ones():
     assert (warning.value, warning.limit) == (0.2, 0.1)
 
 
-def test_centres_of_another_program_are_no_doubt_about_the_recording():
-    away = [row(0.12), row(0.05, 0.2, side="left")]
-    assert not [*given_warnings(away)]
-    assert given_remark(away).startswith("left hip: ")
-    assert "so too right hip" in given_remark(away)
-    assert "--joint-centres given" in given_remark(away)
-    assert not given_remark([row(0.3, used=True)])
-
-
 def test_a_trial_without_a_whole_cycle_is_shown_them_too(tmp_path):
     request = session_with_model(tmp_path).model_copy(update={"trial_time": ((0.5, 1.1),)})
     said = []
     with pytest.raises(NoCycleError):
         work_out_trials(request, PROCESSING, lambda step, text: said.append((step, text)))
     assert any(step == "scaling" and "knee centre of own.osim" in text for step, text in said)
-    assert any(step == "scaling" and "--joint-centres given" in text for step, text in said)

@@ -18,7 +18,7 @@ from gaitval.mocap.recording import Recording
 from gaitval.session.read import _floor as floor_of
 from gaitval.session.read import read_session
 from gaitval.session.request import Request
-from gaitval.session.scale import _odd_lengths, knee_axis_remarks
+from gaitval.session.scale import _odd_lengths
 from gaitval.session.standing import standing_places, without_seldom
 from gaitval.session.standing_pose import (
     LENGTHS_OF_WALK,
@@ -209,25 +209,6 @@ def test_feet_that_are_not_flat_are_put_flat(lift):
             for each in (before, after)
         ]
         np.testing.assert_allclose(*lengths, atol=1e-12)
-
-
-@pytest.mark.slow
-def test_a_knee_axis_off_its_marker_is_remarked_on_both_sides(stood):
-    """The marker 15 mm in front of the axis, 50 mm from the middle of the knee: 17 degrees."""
-    landmarks = stood.session.marker_set.landmarks
-    fit = stood.body.fit
-    assert knee_axis_remarks(fit, landmarks) == []
-    for side in ("right", "left"):
-        name = landmarks[f"{side[0].upper()}.Knee"]
-        knee = fit.model[f"shank_{side[0]}"].joint_position
-        aside = np.array([0.015, -0.05 if side == "right" else 0.05, 0.0])
-        moved = tuple(
-            replace(marker, position=knee + aside) if marker.name == name else marker
-            for marker in fit.markers
-        )
-        (remark,) = knee_axis_remarks(replace(fit, markers=moved), landmarks)
-        assert remark.startswith(f"{side} knee: the axis that fits the walk is turned by 17° from")
-        assert "in front of" in remark
 
 
 @pytest.fixture(scope="module")
