@@ -1,6 +1,5 @@
 """The report of a run folder: one page object, as self-contained HTML and as PDF."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -10,7 +9,6 @@ from typing import ClassVar, Final, NamedTuple
 import numpy as np
 
 from gaitval.configuration import RecordSettings
-from gaitval.coordinates import split_side
 from gaitval.datasets.subject import Subject
 from gaitval.gait.filters import FACTOR
 from gaitval.learning_control.walked import ACCURACY, PREDICTED, Walked
@@ -18,7 +16,6 @@ from gaitval.metrics.curve_results import CURVE_UNITS, KINDS, PredictionResult
 from gaitval.metrics.gait_profile import is_control
 from gaitval.metrics.origin import not_recorded
 from gaitval.metrics.results import (
-    METRICS,
     CorrectionResult,
     Determination,
     FoundParameters,
@@ -34,7 +31,6 @@ from gaitval.metrics.verdicts import (
     unjudged_text,
 )
 from gaitval.prediction.slopes import is_changed
-from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
     balance_figure,
     body_bars,
@@ -68,13 +64,8 @@ def within_text(row: Verdict, uncertainty: Mapping[str, float]) -> str:
     return f" (within the record's own uncertainty, ± {half:.2g})" if within else ""
 
 
-def _place(z: float) -> float:
-    """Place on the axis of a parameter, %, which reaches to three prior SDs on both sides."""
-    return 50.0 * (1.0 + min(1.0, max(-1.0, z / 3.0)))
-
-
 class ParameterRow(NamedTuple):
-    """A parameter of mu, or a combination of them, with its places on an axis of prior SDs."""
+    """A parameter of mu, or a combination of them."""
 
     name: str
     prior_mean: float
@@ -83,33 +74,11 @@ class ParameterRow(NamedTuple):
     sd: float
     used: float | None
     verdict: Determination
-    prior_place: float = _place(-1.0)
-    prior_width: float = _place(1.0) - _place(-1.0)
 
     @property
     def contraction(self) -> float:
         """Posterior SD over prior SD."""
         return self.sd / self.prior_sd
-
-    @property
-    def z(self) -> float:
-        """Posterior mean less prior mean, prior SDs."""
-        return (self.mean - self.prior_mean) / self.prior_sd
-
-    @property
-    def place(self) -> float:
-        """Of the posterior mean."""
-        return _place(self.z)
-
-    @property
-    def spread_place(self) -> float:
-        """Where the mean ± SD begins."""
-        return _place(self.z - self.contraction)
-
-    @property
-    def spread_width(self) -> float:
-        """How far the mean ± SD reaches."""
-        return _place(self.z + self.contraction) - self.spread_place
 
 
 def _parameters(
@@ -158,22 +127,6 @@ def _parameters(
     ]
 
 
-def _correlated(found: FoundParameters | None) -> list[tuple[str, str, float]]:
-    """Pairs of parameters that the record hardly distinguishes, with their correlation, the
-    strongest first.
-    """
-    if found is None:
-        return []
-    names = [name.replace("_", " ") for name in found.names]
-    pairs = [
-        (names[i], names[j], found.correlation[i][j])
-        for i in range(len(names))
-        for j in range(i)
-        if abs(found.correlation[i][j]) >= 0.4
-    ]
-    return sorted(pairs, key=lambda pair: -abs(pair[2]))[:6]
-
-
 class CorrectedGroup(NamedTuple):
     """Mean RMSE of a kind of curves from the target, without the correction and with it."""
 
@@ -182,13 +135,6 @@ class CorrectedGroup(NamedTuple):
     fitted: bool
     before: float
     after: float
-
-
-class CorrectedJoint(NamedTuple):
-    """Mean and largest change of a reference angle, of both sides or of the trunk, deg."""
-
-    name: str
-    sides: Sequence[tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -203,21 +149,12 @@ class Correction:
     found: CorrectionResult
     after: float
     groups: Sequence[CorrectedGroup]
-    joints: Sequence[CorrectedJoint]
 
 
 def _correction(metrics: Metrics) -> Correction | None:
     found = metrics.correction
     if found is None:
         return None
-    adjustment = Adjustment.from_dict(found.as_dict(), METRICS)
-    changes = np.rad2deg(adjustment.angles(np.linspace(0.0, 1.0, 101))[0])
-    joints: dict[str, list[tuple[float, float]]] = {}
-    for index, joint in enumerate(JOINTS):
-        name = split_side(joint)[1].replace("_", " ")
-        # the harmonic of order 0 is the mean change
-        mean = math.degrees(adjustment.harmonics[index, 0])
-        joints.setdefault(name, []).append((mean, float(np.abs(changes[:, index]).max())))
     after = {(row.kind, row.curve): row.after for row in found.curves}
     accuracies = PREDICTED if metrics.predicted else ACCURACY
     return Correction(
@@ -235,7 +172,6 @@ def _correction(metrics: Metrics) -> Correction | None:
             for fitted in (True, False)
             if (group := [row for row in found.curves if (row.kind, row.fitted) == (kind, fitted)])
         ],
-        [CorrectedJoint(name, sides) for name, sides in joints.items()],
     )
 
 
@@ -296,13 +232,11 @@ class Body:
     ----------
     said : what was learned, in sentences; empty where no study looked for it.
     shared : whether the table is of the same posterior as the bars.
-    correlated : pairs of parameters that the record hardly distinguishes.
     """
 
     said: str
     shared: bool
     parameters: Sequence[ParameterRow]
-    correlated: Sequence[tuple[str, str, float]]
 
 
 @dataclass(frozen=True)
@@ -442,7 +376,7 @@ class ReportPage:
         shared = stored is not None and stored.method == "shared"
         bars = stored.bars if stored and shared else ()
         said = stored.said if stored else ""
-        return Body(said, shared, _parameters(found, bars), _correlated(found))
+        return Body(said, shared, _parameters(found, bars))
 
     @cached_property
     def pushes(self) -> Pushes:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from gaitval._internal.io import file_gate
 from gaitval._internal.io.artefacts import file_hash, read_json
 from gaitval._internal.io.build_info import minute_of
 from gaitval.configuration import Configuration, RecordSettings, load_configuration
@@ -31,19 +30,6 @@ FILES: Final = (
 )
 """What the numbers of a report come from, in the order in which it is made. `policy/training.csv`
 and `provenance.json` hold times, so that equal runs differ in them; they are not listed."""
-
-
-class ScaledRow(NamedTuple):
-    """A row of `scaling.csv`: lengths in m, mass in kg; None where there is none."""
-
-    segment: str
-    side: str
-    source: str
-    right_m: float | None
-    left_m: float | None
-    length_m: float | None
-    mass_kg: float | None
-    factor: float | None
 
 
 class StoredBody(NamedTuple):
@@ -91,7 +77,6 @@ class StageFiles(NamedTuple):
     """
 
     pushes: StoredPushes | None
-    scaling: Sequence[ScaledRow] | None
     body: StoredBody | None
 
 
@@ -146,7 +131,6 @@ def read_run(folder: Path, settings: Sequence[str] = ()) -> RunFiles:
         read_walk(folder, metrics),
         StageFiles(
             _pushes(folder),
-            _scaling(folder),
             read_body(folder) if "identification" in metrics.known["angles"] else None,
         ),
         OriginFiles(_provenance(folder), hashes(folder)),
@@ -179,39 +163,6 @@ def read_walk(folder: Path, metrics: Metrics) -> WalkFiles:
         [Rollout.load(each) for each in sorted(walk.parent.glob("pushed_*.npz"))],
         read_json(identification) if has_legs else None,
     )
-
-
-def _csv(path: Path, columns: Sequence[str], stage: str) -> list[dict[str, str]] | None:
-    """Rows of a table of a `stage` with these `columns`, as text; None without such a file."""
-    if not path.exists():
-        return None
-    found = file_gate.csv_rows(path, ArtefactError)
-    rows = [{key: value or "" for key, value in row.items() if key} for _, row in found]
-    missing = [name for name in columns if rows and name not in rows[0]]
-    if missing:
-        raise ArtefactError(
-            f"{path}: the columns {', '.join(missing)} are missing. "
-            f"Delete it and run `gaitval stage {stage} SUBJECT` again."
-        )
-    return rows
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
-
-
-def _scaling(folder: Path) -> list[ScaledRow] | None:
-    texts, numbers = ("segment", "side", "source"), ScaledRow._fields[3:]
-    rows = _csv(folder / "scaling.csv", ("segment", *numbers, "source"), "scale")
-    if rows is None:
-        return None
-    return [
-        ScaledRow._make((*(row.get(n, "") for n in texts), *(_number(row[n]) for n in numbers)))
-        for row in rows
-    ]
 
 
 def _pushes(folder: Path) -> StoredPushes | None:
