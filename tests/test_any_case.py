@@ -35,10 +35,10 @@ def test_every_setting_that_is_a_name_takes_it_in_capitals() -> None:
 def test_options_of_an_import_that_are_names() -> None:
     given = ImportOptions(
         trials="a.c3d", sex="F", aid="Rail", halves="Odd-Even", joint_centres="Hara",
-        prosthesis="Left", plate=["FP2=RIGHT", "FP2=Y"],
+        prosthesis="Left", plate=["FP2=RIGHT", "FP2=NONE"],
     )  # fmt: skip
     assert (given.aid, given.halves, given.joint_centres) == ("rail", "odd-even", "hara")
-    assert (given.prosthesis, given.plate) == ("left", (("FP2", "right"), ("FP2", "y")))
+    assert (given.prosthesis, given.plate) == ("left", (("FP2", "right"), ("FP2", "none")))
 
 
 @pytest.mark.parametrize("plate", [[["2", 3]], [5], 7, [None], ["2"]])

@@ -1,7 +1,6 @@
 """Commands of recorded data: the built-in subjects, and an import."""
 
 import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -189,6 +188,4 @@ def say_what_was_made(imported: "Imported", out: Path) -> None:
     two = " --set scaling.symmetric=false" if wanted else ""
     display.plain(f"Subject: {path}; continue with: gaitval subject {shlex.quote(str(path))}{two}")
     display.print_warnings(imported.found)
-    if imported.subject.gait.not_recorded:
-        display.plain(f"To fill the side in: {shlex.join(['gaitval', *sys.argv[1:]])} --mirror")
     display.print_import_verdict(imported.found)

@@ -7,7 +7,17 @@ with value and limits, and nothing else has to know a new finding. See docs/how-
 from collections.abc import Collection
 from typing import Final
 
-from gaitval.findings import feet, laboratory, markers, motion, pelvis, plates, stances
+from gaitval.findings import (
+    feet,
+    knees,
+    laboratory,
+    markers,
+    motion,
+    pelvis,
+    plates,
+    stances,
+    standing,
+)
 from gaitval.findings.finding import Finding, Looked, Result, Seen, look_for
 
 FINDINGS: Final[tuple[Finding, ...]] = (
@@ -18,9 +28,14 @@ FINDINGS: Final[tuple[Finding, ...]] = (
     markers.FILLED,
     markers.SMOOTHED,
     markers.LOOSE,
+    knees.UNSEEN,
     feet.MOVED,
     feet.HEIGHT,
     pelvis.LEVEL,
+    standing.SIDES,
+    standing.LEGS,
+    standing.ANKLES,
+    standing.JOINT_WIDTHS,
     laboratory.FLOOR_TILTED,
     laboratory.BELT,
     motion.SWING,

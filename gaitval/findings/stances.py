@@ -7,7 +7,6 @@ Axes: the project's (REP-103), the person walks along +x. Forces act on the pers
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from shlex import quote
 from typing import Final
 
 import numpy as np
@@ -150,6 +149,9 @@ def stances_of(recording: Recording, forces: FootForces, pelvis: Array) -> Stanc
     return Stances(by_plate)
 
 
+CHECK_PLATE: Final = "Check the plate's corners and calibration, and export again"
+
+
 def _exchanged(of: Stances, *, times: float) -> Iterator[Seen]:
     """Change of the sideways impulse from early to late stance, over the vertical one."""
     least = EXCHANGED_AXES.high
@@ -166,7 +168,7 @@ def _braking(of: Stances, *, share_of_fall: float) -> Iterator[Seen]:
     for plate, where, _, (braking, fall) in of.means("braking", "fall"):
         low = min(least, share_of_fall * fall) if fall > 0.0 else least  # NaN: not known
         turned = (
-            f"the fore-aft force has the wrong sign or axis. {_fix(plate, 'along')}"
+            f"the fore-aft force has the wrong sign or axis. {CHECK_PLATE}"
             if braking < 0.0
             else "the fore-aft force is nearly missing, which is no wrong sign. Is the channel "
             "dead or its sensitivity too small, or does the person shuffle?"
@@ -180,17 +182,9 @@ def _inward(of: Stances, *, share_of_lean: float, outward: float, lean: float) -
     """
     for plate, where, _, (inward, leans) in of.means("inward", "lean"):
         low = -share_of_lean * leans if leans > 0.0 else 0.0  # NaN where no marker shows the pelvis
-        words = {"outward": -inward, "fix": _fix(plate, "across")}
+        words = {"outward": -inward}
         certain = inward < -outward and leans > lean
         yield Seen(inward, where, words, plate, (low, np.inf), certain)
-
-
-def _fix(name: str, where: str) -> str:
-    """What to do about a force of the plate `name` with the wrong sign `where` it acts."""
-    return (
-        f"Check the plate's corners and calibration, or give --plate {quote(name)}= with the "
-        f"axis of the file (x, y or z) {where} the walk, which reverses this force"
-    )
 
 
 def _free_moment(of: Stances) -> Iterator[Seen]:
@@ -241,7 +235,7 @@ INWARD: Final[Finding] = Finding(
         "the foot is pushed outwards by {outward:.1f %} of the vertical impulse, but the body, "
         "which the force carries, is inwards of it: the sideways force has the wrong sign or axis"
     ),
-    remedy="{fix}",
+    remedy=CHECK_PLATE,
     source="0.009 to 0.064; the body is inward by 0.018 to 0.087 of its height above the foot",
     hidden_by=("fore-aft and sideways force",),
 )

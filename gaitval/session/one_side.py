@@ -1,42 +1,20 @@
-"""A side that no trial shows: absent from the subject, or mirrored from the other if asked."""
+"""A side that no trial shows: it is absent from the subject, and a warning says why."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final, NoReturn
 
-import numpy as np
-
-from gaitval.arrays import Array
-from gaitval.coordinates import SIDES, Side, opposite
+from gaitval.coordinates import SIDES, Side
+from gaitval.errors import RecordError, count_of
 from gaitval.gait.cycles import AverageCurve
-from gaitval.gait.record import Mirrored, OneSide
+from gaitval.gait.quality_flags import QualityFlag
+from gaitval.gait.record import OneSide
+from gaitval.session.trial import WalkingTrial
 
-ACROSS: Final = np.array([1.0, -1.0, 1.0])
-"""What a mirror does to a force forward, left, up."""
 ONE_SIDE: Final = "one side"
 """`QualityFlag.check` of a side that was not recorded."""
-
-
-@dataclass(frozen=True)
-class Completed:
-    """Mean curves of the sides, (101, ...) each, 0 to 100 % of the side's cycle.
-
-    Attributes
-    ----------
-    angles, moments : rad and Nm/kg, by name; a mirror keeps them, for they have the same sign on
-        both sides (adduction, internal rotation and a pelvis dropped on the other side are +).
-    forces : (101, 3) body weights, forward, left, up; empty without forces.
-    not_recorded : the side that is not here, of the angles and of moments and forces.
-    mirrored : the side that was not recorded and has the other side's curves.
-    seen : a side whose cycles the trials show.
-    """
-
-    angles: Mapping[str, Array]
-    moments: Mapping[str, Array]
-    forces: Mapping[Side, Array]
-    not_recorded: OneSide
-    mirrored: Mirrored
-    seen: Side
+MOST: Final = 4
+"""Reasons for cycles that do not count, and lines about plates, in a message."""
 
 
 def missing_sides(
@@ -52,38 +30,49 @@ def missing_sides(
     return missing
 
 
-def completed_sides(
+def one_side_warnings(
+    walks: Sequence[WalkingTrial],
     angles: Mapping[str, AverageCurve],
-    moments: Mapping[str, AverageCurve],
     forces: Mapping[Side, AverageCurve],
-    *,
-    mirror: bool,
-) -> Completed:
-    """The mean curves of an import: `angles`, `moments` and `forces` by name and side, in the units
-    of `session.Import`; a side that was not recorded is missing or, with `mirror`, the other one's
-    mirror image.
+) -> Iterator[QualityFlag]:
+    """Warnings about a side of which `angles` or `forces` of the `walks` were not recorded: why,
+    and what can be done.
     """
     missing = missing_sides(angles, forces)
-    of_angles = {name: np.asarray(curve.mean) for name, curve in angles.items()}
-    of_moments = {name: np.asarray(curve.mean) for name, curve in moments.items()}
-    of_forces = {side: np.asarray(forces[side].mean) for side in SIDES if side in forces}
-    seen: Side = opposite(missing["angles"]) if "angles" in missing else "right"
-    if not mirror:
-        # moments go with forces: inverse dynamics of a foot without its force is not of a walk
-        hidden = missing.get("kinetics")
-        known = {n: c for n, c in of_moments.items() if hidden is None or n[-1] != hidden[0]}
-        return Completed(of_angles, known, of_forces, missing, {}, seen)
-    if "angles" in missing:
-        of_angles = _mirrored(of_angles, seen, missing["angles"])
-    if "kinetics" in missing:
-        hidden = missing["kinetics"]
-        of_moments = _mirrored(of_moments, opposite(hidden), hidden)
-        # Angles and moments have the same sign on both sides; the lateral force has not.
-        of_forces[hidden] = of_forces[opposite(hidden)] * ACROSS
-    return Completed(of_angles, of_moments, of_forces, {}, missing, seen)
+    for kind, side in missing.items():
+        if kind == "kinetics" and missing.get("angles") == side:
+            continue  # said with the angles
+        if kind == "kinetics":
+            where, what = f"{side} foot", "moments and forces"
+        else:
+            where, what = f"{side} leg", "angles, moments and forces" if forces else "angles"
+        yield QualityFlag(
+            ONE_SIDE, where, 0.0, 1.0, "cycles",
+            f"its {what} were not recorded: no trial shows a whole cycle of it that counts "
+            f"({_why(walks, side)}). The subject has none; its walk is asked to be symmetric "
+            "there, and is not judged by it. A further --trial that shows it records them",
+        )  # fmt: skip
 
 
-def _mirrored(curves: Mapping[str, Array], shown: Side, hidden: Side) -> dict[str, Array]:
-    """The curves of a side, and the same under the names of the other."""
-    own = {name: curve for name, curve in curves.items() if name.endswith(f"_{shown[0]}")}
-    return own | {f"{name[:-2]}_{hidden[0]}": curve for name, curve in own.items()}
+def _why(walks: Sequence[WalkingTrial], side: Side) -> str:
+    """Why the cycles of a side do not count, the most frequent reasons first."""
+    cycles = [cycle for walk in walks for cycle in walk.cycles[side]]
+    reasons = Counter("; ".join(cycle.reasons) for cycle in cycles if cycle.reasons)
+    counted = [f"{count_of(len(cycles), 'cycle')} in all"]
+    return ", ".join(
+        counted + [f"{count} × {reason}" for reason, count in reasons.most_common(MOST)]
+    )
+
+
+def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:
+    """Raise RecordError for `walks` in which no side has a mean ground reaction; says why."""
+    reasons = [f"the {side} foot: {_why(walks, side)}" for side in SIDES]
+    reasons += [f"{walk.name}: {finding}" for walk in walks for finding in walk.findings][:MOST]
+    raise RecordError(
+        "no gait cycle whose ground reaction the plates show from heel strike to heel strike, so a "
+        "subject's mean moments and forces cannot be computed.\n  "
+        + "\n  ".join(reasons)
+        + "\nGive a trial (or several, with --trial repeated) in which a foot lands on a plate of "
+        "its own; of plates that both feet step on, or that lie upon each other, say with --plate "
+        "whose they are. Or use --kinematics-only."
+    ).with_way_on("--kinematics-only")

@@ -275,15 +275,11 @@ def _standing(
     """
     landmarks, flags = marker_set.landmarks, list[QualityFlag]()
     if first is not None:
-        from gaitval.session.standing_pose import of_walk, off_toes, standing_in_walk
+        from gaitval.session.standing_pose import of_walk, standing_in_walk
 
         standing = standing_in_walk(first, marker_set)
         flags.append(of_walk(len(standing.markers)))
-        if request.floor is None:
-            standing, on_toes = off_toes(standing, landmarks, request.height_m, floor)
-            flags += on_toes
-        for warning in flags:
-            notify("warnings", f"{request.called(0)}: {warning}")
+        notify("warnings", f"{request.called(0)}: {flags[0]}")
     else:
         standing, findings = clean(
             standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks
@@ -317,8 +313,7 @@ def _floor(
     notify: Notify,
 ) -> float:
     """Height of the floor in the standing trial, m: as the user says, else that of the plates'
-    corners if it is not about 0 and the lowest marker fits it, or of a platform that lifts this
-    marker above where it is in the first walk.
+    corners if it is not about 0 and the lowest marker fits it.
     """
     if request.floor is not None:
         return request.floor
@@ -327,19 +322,16 @@ def _floor(
     ).ravel()
     heights = heights[np.isfinite(heights)]
     even = len(heights) > 0 and np.ptp(heights) <= UNEVEN_PLATES
-    floor, source = float(np.median(heights)) if even else 0.0, "the corners of the plates"
-    lowest, walked = (
-        float(np.nanmin(np.nanpercentile(markers @ axes.rotation[2], share, axis=0)))
-        for each, share in ((standing, 50), (walking[0], 5))
-        for markers in [each.markers[:, np.isfinite(each.markers).any(axis=(0, 2))]]
-    )
+    floor = float(np.median(heights)) if even else 0.0
+    seen = standing.markers[:, np.isfinite(standing.markers).any(axis=(0, 2))]
+    lowest = float(np.nanmin(np.nanmedian(seen @ axes.rotation[2], axis=0)))
     low, high = LOWEST_MARKER
-    if lowest > high and low <= walked <= high:
-        floor, source = lowest - walked, "the feet, which are as much lower in the walk"
-    elif abs(floor) < HIGH_FLOOR or not low <= lowest - floor <= high:
+    if abs(floor) < HIGH_FLOOR or not low <= lowest - floor <= high:
         return 0.0
     notify(
-        "axes", f"the floor is at {floor:.3f} m, by {source} (floor in a session file says else)"
+        "axes",
+        f"the floor is at {floor:.3f} m, by the corners of the plates (floor in a session file "
+        "says else)",
     )
     return floor
 

@@ -29,7 +29,7 @@ JointCentres = Literal[
 ]
 """Where the joint centres of the standing trial come from: hips from a regression of
 `gaitval.scaling.hip_regressions` or a range-of-motion trial, or all as given."""
-PlateUse = Literal["right", "left", "none", "x", "y", "z"]
+PlateUse = Literal["right", "left", "none"]
 """What a force plate is to be taken for; see `ImportOptions.plate`."""
 Halves = Literal["odd-even", "first-last"]
 """How gait cycles are shared out to two trials."""
@@ -172,17 +172,13 @@ class ImportOptions(BaseModel):
     """Make the smallest change of motion and masses that lowers the residuals."""
     kinematics_only: bool = False
     """Use no forces. The subject walks with predicted moments and forces."""
-    mirror: bool = False
-    """Fill in a side that no trial shows with the other one's mirror image. It stays marked as not
-    recorded."""
     plate: Annotated[
         tuple[tuple[str, PlateUse], ...],
         BeforeValidator(_pairs),
-        OptionDisplay("N=right|left|none|x|y|z"),
+        OptionDisplay("N=right|left|none"),
     ] = ()
     """What a force plate is, by its number or name in the file: whose foot is on it (found if left
-    out); none, which is left out; x, y or z, the axis of the file along which its force has the
-    wrong sign."""
+    out); none, which is left out."""
     correct: Annotated[tuple[str, ...], BeforeValidator(_files), OptionDisplay("FAULT")] = ()
     """Take away a fault that the session is found to have: delay, place, rotation, gain, cross-talk
     (of plates), or several with commas. Both results are shown."""

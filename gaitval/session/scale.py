@@ -1,6 +1,6 @@
 """Scale the body of the person by the standing and walking trials."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final, NamedTuple
@@ -11,6 +11,8 @@ from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
 from gaitval.conventions import GENERIC
 from gaitval.errors import RecordError
+from gaitval.findings import Looked, Result, look
+from gaitval.findings.standing import StandingBody
 from gaitval.gait.filters import low_pass
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.inverse.marker_labels import Exchange, find_exchanged
@@ -25,8 +27,7 @@ from gaitval.scaling.joint_centres import FUNCTIONAL, measure
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.markers.spines import SPINES
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
-from gaitval.scaling.scaling import PLAUSIBLE, ScaledBody, build_body
-from gaitval.session.odd_sides import odd_sides
+from gaitval.scaling.scaling import ScaledBody, build_body
 from gaitval.session.pelvis_markers import FROM_CRESTS
 from gaitval.session.read import SessionRecordings, about_file, of_trial
 from gaitval.session.request import Notify, Request, silent
@@ -45,6 +46,7 @@ class FittedBody:
     placement : of the markers on the body of the standing trial alone.
     fit : the joint fit.
     centres : (3,) m in standing, joint centres that the body was given.
+    looked : what was looked for in the body by the standing trial.
     walking : the walking trials with the labels of the standing one.
     warnings : warnings about the labels of each walking trial, and in the first about lengths.
     """
@@ -57,6 +59,7 @@ class FittedBody:
     walking: tuple[Recording, ...]
     warnings: tuple[tuple[QualityFlag, ...], ...]
     centres: Mapping[str, Array] = field(default_factory=dict)
+    looked: tuple[Looked, ...] = ()
 
     @property
     def model(self) -> BodyModel:
@@ -101,7 +104,7 @@ def scale_body(
     stood = _by_standing(
         request, session, notify, centres, centres_source=centres_source, symmetric=symmetric
     )
-    odd = list(stood.odd)
+    odd = list(stood.odd.flags)
     model, placement = stood.scaled.model, stood.placement
     checked = []
     for number in range(len(session.walking)):
@@ -137,6 +140,7 @@ def scale_body(
             for number, (_, warnings) in enumerate(checked)
         ),
         centres=centres or {},
+        looked=stood.odd.looked,
     )
 
 
@@ -145,7 +149,7 @@ class _Standing(NamedTuple):
 
     measured: Measurements
     scaled: ScaledBody
-    odd: tuple[QualityFlag, ...]
+    odd: Result
     placement: MarkerPlacement
 
 
@@ -171,13 +175,16 @@ def _by_standing(
         if "midfoot" in measured.sources.get("foot", ""):
             notify("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
         scaled = build_body(request, measured)
-        odd = (
-            *_odd_lengths(scaled, stood=not request.stands_in_walk),
-            *_odd_stature(scaled, request),
-            *_odd_widths(request),
-            *odd_sides(on_landmarks, estimated, stood=not request.stands_in_walk),
+        odd = look(
+            StandingBody(
+                points={name: at for name, at in on_landmarks.items() if name not in estimated},
+                lengths=scaled.table,
+                widths={"knee width": request.knee_width, "ankle width": request.ankle_width},
+                height=request.height_m,
+                stood=not request.stands_in_walk,
+            )
         )
-        for warning in odd:
+        for warning in odd.flags:
             notify("warnings", str(warning))
         placement = place_markers(
             scaled.model, measured, places, marker_set, **request.widths, centres=centres
@@ -270,94 +277,6 @@ def _with_lengths_of(fit: ModelFit, measured: Measurements) -> Measurements:
     return with_fitted_lengths(measured, taken, "joint fit to standing and walking")
 
 
-def _odd_lengths(scaled: ScaledBody, *, stood: bool = True) -> Iterator[QualityFlag]:
-    """Warnings about lengths that are possible, and rare. A pose that was put together from the
-    walk (not `stood`) has its feet at unlike heights.
-    """
-    for row in scaled.table:
-        if row.segment == "ankle height" and row.factor > PLAUSIBLE.highest_bare_ankle:
-            yield QualityFlag(
-                "ankle height", row.name, row.factor, PLAUSIBLE.highest_bare_ankle, "1",
-                f"{row.length_m:.3f} m above the floor is {row.factor:.2f} times what is expected "
-                "of bare feet: the shoes have thick soles, or the floor is not at z = 0 (floor "
-                "= 0.02 in a session file says that the person stands 2 cm higher)",
-            )  # fmt: skip
-    longer = {
-        row.segment: row.right_m - row.left_m
-        for row in scaled.table
-        if row.segment in ("thigh", "shank") and row.right_m is not None and row.left_m is not None
-    }
-    thigh, shank = longer.get("thigh", 0.0), longer.get("shank", 0.0)
-    knees = min(abs(thigh), abs(shank)) > PLAUSIBLE.usual_asymmetry > abs(thigh + shank)
-    if knees:
-        # a knee's centre that is too high makes its thigh shorter by what its shank is longer
-        yield QualityFlag(
-            "legs that differ", "knee", abs(thigh - shank) / 2.0, PLAUSIBLE.usual_asymmetry, "m",
-            f"the right thigh is {1000 * abs(thigh):.0f} mm {'longer' if thigh > 0 else 'shorter'} "
-            f"than the left one and its shank as much {'shorter' if thigh > 0 else 'longer'}: the "
-            "legs are alike, and the markers of a knee are too high on one side or too low on the "
-            "other. Look at them in standing; both sides get the mean",
-        )  # fmt: skip
-    for row in scaled.table:
-        if row.right_m is None or row.left_m is None or row.segment in ("upper arm", "forearm"):
-            continue
-        if row.segment == "ankle height" and not stood:
-            continue
-        if abs(row.right_m - row.left_m) > PLAUSIBLE.usual_asymmetry and not (
-            knees and row.segment in longer
-        ):
-            yield QualityFlag(
-                "legs that differ", row.segment, abs(row.right_m - row.left_m),
-                PLAUSIBLE.usual_asymmetry,
-                "m", f"right {row.right_m:.3f} m and left {row.left_m:.3f} m: a marker is off, or "
-                "the legs differ. Both sides get the mean; --set scaling.symmetric=false, here and "
-                "for gaitval subject, keeps each side's own",
-            )  # fmt: skip
-
-
-UNUSUAL_LEGS: Final = 0.09
-"""Thighs and shanks that are longer or shorter than a stature's by more are those of another one:
-they vary by 2 to 3 % (SD) among adults, and children's are up to 5 % shorter."""
-
-
-USUAL_WIDTHS: Final = {"knee": (0.047, 0.09), "ankle": (0.033, 0.056)}
-"""Of stature. Knees are 0.055 to 0.077 of 15 people of McGill and Plug-in Gait's samples; ankles
-0.0348 to 0.0502 of 6,068 adults (bimalleolar breadth, ANSUR II)."""
-
-
-def _odd_stature(scaled: ScaledBody, request: Request) -> Iterator[QualityFlag]:
-    """A warning about a stature that does not fit the legs, where joint centres depend on it: with
-    widths in the place of medial markers.
-    """
-    if request.knee_width is None and request.ankle_width is None:
-        return
-    factors = [row.factor for row in scaled.table if row.segment in ("thigh", "shank")]
-    mean = float(np.mean(factors)) if factors else 1.0
-    if abs(mean - 1.0) > UNUSUAL_LEGS:
-        yield QualityFlag(
-            "stature", "stature", mean, 1.0 + UNUSUAL_LEGS, "1",
-            f"thigh and shank are {100 * abs(mean - 1.0):.0f} % "
-            f"{'longer' if mean > 1.0 else 'shorter'} than those of people of "
-            f"{request.height:.2f} m; they fit {mean * request.height:.2f} m. Check the stature; "
-            "if it is right, look at the markers of pelvis, knees and ankles in standing",
-        )  # fmt: skip
-
-
-def _odd_widths(request: Request) -> Iterator[QualityFlag]:
-    """Warnings about widths that are those of another joint, or of nobody of this stature."""
-    given = {"knee": request.knee_width, "ankle": request.ankle_width}
-    for joint, width in given.items():
-        if width is None:
-            continue
-        mean = float(np.mean(width))
-        low, high = (share * request.height for share in USUAL_WIDTHS[joint])
-        if not low <= mean <= high:
-            yield QualityFlag(
-                "widths", f"{joint} width", mean, high if mean > high else low, "m",
-                f"{mean:.3f} m is not the width of a person of {request.height:.2f} m "
-                f"({low:.3f} to {high:.3f} m): measure again, across the bones; the centre of the "
-                f"{joint} is off by half of the difference",
-            )  # fmt: skip
 
 
 def _with_right_labels(

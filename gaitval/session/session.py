@@ -23,7 +23,7 @@ from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.scaling.joint_centres import FUNCTIONAL
 from gaitval.session.average import check_mass, drift_warnings, mean_angles, mean_kinetics
 from gaitval.session.incline import ground_of
-from gaitval.session.one_side import missing_sides
+from gaitval.session.one_side import one_side_warnings
 from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import Notify, Request, silent
 from gaitval.session.scale import FittedBody, scale_body
@@ -190,11 +190,13 @@ def work_out_trials(
     angles = mean_angles(body.model, walks)
     build = unusual_build(request.mass_kg, request.height_m, request.age)
     given = _beside_given(request, session, body, walks, laid, noted)
-    of_means = (*build, *_unlike(walks), *drift_warnings(angles, moments), *_of_given(given))
-    if missing_sides(angles, forces):
-        from gaitval.session.one_side_warnings import one_side_warnings
-
-        of_means = (*one_side_warnings(request, walks, angles, forces), *of_means)
+    of_means = (
+        *one_side_warnings(walks, angles, forces),
+        *build,
+        *_unlike(walks),
+        *drift_warnings(angles, moments),
+        *_of_given(given),
+    )
     for warning in of_means:
         noted("warnings", str(warning))
     return Import(
@@ -296,6 +298,7 @@ def _scaled(
     session = known.session = replace(
         session,
         walking=body.walking,
+        looked=(*session.looked, *((request.called(0), row) for row in body.looked)),
         warnings=(
             *session.warnings,
             *(

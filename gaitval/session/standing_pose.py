@@ -17,13 +17,10 @@ from gaitval.gait.cycles import stances
 from gaitval.gait.events import marker_events
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Recording
-from gaitval.scaling.anthropometry import WINTER
 from gaitval.scaling.hip_regressions import hip_joint_centre
 from gaitval.scaling.joint_centres import pelvis_frame
 from gaitval.scaling.landmarks import middle_psis
 from gaitval.scaling.marker_set import MarkerSet
-from gaitval.scaling.scaling import PLAUSIBLE
-from gaitval.scaling.stature import MEAN_BODY
 
 MID_STANCE: Final = (0.35, 0.55)
 """Fraction of stance in which the foot is flat, the leg upright and the pelvis nearly level."""
@@ -53,45 +50,6 @@ def of_walk(poses: int) -> QualityFlag:
 def on_floor(recording: Recording, height: float) -> Recording:
     """A `recording` in the project's axes as if the floor were at z = 0 and not at `height`, m."""
     return replace(recording, markers=recording.markers - [0.0, 0.0, height])
-
-
-def off_toes(
-    recording: Recording, landmarks: Mapping[str, str], height_m: float, floor: float
-) -> tuple[Recording, list[QualityFlag]]:
-    """The pose `recording` of a person of `height_m` with the feet put flat (`with_level_feet`) and
-    the ankles as high above the `floor` (m) as is expected for the stature, and a warning, where
-    they are higher than in shoes; else as it was. `landmarks` names the marker of each.
-    """
-    names = [landmarks[f"{side}.Ankle"] for side in "RL"]
-    height = np.mean([np.nanmedian(recording.marker(name)[:, 2]) for name in names]) - floor
-    usual = WINTER["ankle height"] * height_m
-    up = float(height - MEAN_BODY.ankle_factor * usual)
-    # in thick soles, or above a floor that is not at 0, the heel is up no more than the forefoot
-    if not (
-        height > PLAUSIBLE.highest_bare_ankle * usual and _heels_up(recording, landmarks) > 0.5 * up
-    ):
-        return recording, []
-    warning = QualityFlag(
-        "standing pose", "standing", up, 0.0, "m",
-        f"the heels are up in every mid-stance, by about {1000 * up:.0f} mm. The feet were put "
-        "flat, the ankles as high as is expected for the stature: the ankle angle may be some "
-        "degrees off all the time. Give a standing trial with --static if there is one",
-    )  # fmt: skip
-    return with_level_feet(on_floor(recording, up), landmarks), [warning]
-
-
-def _heels_up(recording: Recording, landmarks: Mapping[str, str]) -> float:
-    """Height of the heels' markers above those of the forefeet, m; infinite without them."""
-    heights = dict(
-        zip(recording.names, np.nanmedian(recording.markers[..., 2], axis=0), strict=True)
-    )
-    above = []
-    for side in "RL":
-        heel, *heads = (
-            heights.get(landmarks.get(f"{side}.{part}", ""), np.nan) for part in FEET[:-1]
-        )
-        above.append(heel - np.nanmean(heads) if np.isfinite(heads).any() else np.nan)
-    return float(np.nanmean(above)) if np.isfinite(above).any() else np.inf
 
 
 def with_level_feet(recording: Recording, landmarks: Mapping[str, str]) -> Recording:

@@ -8,7 +8,7 @@ from scipy.interpolate import make_interp_spline
 
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.coordinates import COORDINATES, SIDES, Side
+from gaitval.coordinates import COORDINATES, SIDES, Side, opposite
 from gaitval.datasets.stored_gait import Forces, Gait, StanceFraction
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import RecordError
@@ -27,12 +27,13 @@ from gaitval.gait.record import (
     FittedCurve,
     Force,
     MeanSteps,
+    OneSide,
     fit_periodic,
 )
 from gaitval.model.body import BodyModel
 from gaitval.model.tree import centres_of_mass, tree_arrays
 from gaitval.session.average import largest_drift, left_open
-from gaitval.session.one_side import Completed, completed_sides
+from gaitval.session.one_side import missing_sides, refuse_without_forces
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial, valid_cycles
 
@@ -50,17 +51,16 @@ def subject_of(found: Import) -> Subject:
     where = ", ".join(walk.name for walk in found.trials)
     if not request.kinematics_only:
         if not found.forces:
-            from gaitval.session.one_side_warnings import refuse_without_forces
-
             refuse_without_forces(found.trials)
         counts = " and ".join(
             f"{len(found.forces[side].curves) if side in found.forces else 0} {side}"
             for side in SIDES
         )
         where += f" ({counts} cycles)"
-    both = completed_sides(found.angles, found.moments, found.forces, mirror=request.mirror)
-    means = both.forces
-    stance = {side: _stance(found, both, side) for side in SIDES}
+    missing = missing_sides(found.angles, found.forces)
+    seen = opposite(missing["angles"]) if "angles" in missing else "right"
+    stance = {side: _stance(found, side) for side in SIDES}
+    means = {side: np.asarray(found.forces[side].mean) for side in SIDES if side in found.forces}
     durations = [cycle.duration for side in SIDES for cycle in all_cycles(found, side)]
     body = found.body
     values = {
@@ -80,20 +80,13 @@ def subject_of(found: Import) -> Subject:
         "leg_length_m": body.chosen.hip_height,
         "walking_speed_m_s": speed(found),
         "stride_time_s": float(np.mean(durations)),
-        "left_phase": _left_phase(found, both.seen),
+        "left_phase": _left_phase(found, seen),
         "mean_vertical_force": mean_vertical_force(means) if len(means) == len(SIDES) else None,
-        "stance_fraction": StanceFraction(
-            right=stance["right"],
-            left=stance["left"],
-            # a mirrored force brings its own
-            mirrored=next(iter(both.mirrored.values()), None),
-        ),
-        "gait": _mean_gait(both, stance, where).model_copy(
+        "stance_fraction": StanceFraction(**stance),
+        "gait": _mean_gait(found, missing, stance, where).model_copy(
             update={
                 "total_force": total_force(body.model, found.trials),
-                "steps": None
-                if "angles" in both.mirrored | both.not_recorded
-                else steps(found.trials),
+                "steps": None if "angles" in missing else steps(found.trials),
             }
         ),
         "low_pass": {
@@ -108,51 +101,52 @@ def subject_of(found: Import) -> Subject:
     return make_subject(values, request.identifier)
 
 
-def _stance(found: Import, both: Completed, side: Side) -> float | None:
+def _stance(found: Import, side: Side) -> float | None:
     """Stance fraction of a side: of its mean force, or the mean over its cycles without one; None
     if it was not recorded.
     """
-    if side in both.forces:
-        return stance_fraction(both.forces[side][:, 2])
-    if both.not_recorded.get("angles") == side:
+    if side in found.forces:
+        return stance_fraction(np.asarray(found.forces[side].mean)[:, 2])
+    if not all_cycles(found, side):
         return None
-    shown = both.seen if both.mirrored.get("angles") == side else side
-    values = np.concatenate([walk.gait[shown].stance_fraction for walk in found.trials])
+    values = np.concatenate([walk.gait[side].stance_fraction for walk in found.trials])
     return float(np.nanmean(values)) if np.isfinite(values).any() else None
 
 
-def _mean_gait(both: Completed, stance: Mapping[Side, float | None], where: str) -> Gait:
+def _mean_gait(
+    found: Import, missing: OneSide, stance: Mapping[Side, float | None], where: str
+) -> Gait:
     """The mean curves as the subject's file keeps them."""
+    means = {name: np.asarray(curve.mean) for name, curve in found.angles.items()}
     angles = {
         name: fit_curve(name, PHASE, closed(name, "angle", curve, where), ANGLE_TOLERANCE, where)
-        for name, curve in both.angles.items()
+        for name, curve in means.items()
         if name in ANGLE_NAMES and not left_open(name, curve)
     }
-    sides = {"not_recorded": both.not_recorded, "mirrored": both.mirrored}
-    if not both.forces:
-        return Gait(samples=len(PHASE), angles=angles, **sides)
+    if not found.forces:
+        return Gait(samples=len(PHASE), angles=angles, not_recorded=missing)
     fitted = {
-        side: fit_force(force, ends, where)
-        for side, force in both.forces.items()
+        side: fit_force(np.asarray(force.mean), ends, where)
+        for side, force in found.forces.items()
         if (ends := stance[side]) is not None
     }
     moments = {
         name: fit_curve(
             name,
             PHASE,
-            closed(name, "moment", both.moments[name], where),
+            closed(name, "moment", np.asarray(found.moments[name].mean), where),
             TOLERANCES.moment_tolerance,
             where,
         )
         for name in MOMENT_NAMES
-        if name in both.moments
+        if name in found.moments
     }
     return Gait(
         samples=len(PHASE),
         angles=angles,
         moments=moments,
         forces=Forces(right=fitted.get("right"), left=fitted.get("left")),
-        **sides,
+        not_recorded=missing,
     )
 
 

@@ -33,14 +33,12 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_set import MarkerSet
-from gaitval.session.absent_knees import absent_knees
 from gaitval.session.read import SessionRecordings
 from gaitval.session.request import Notify, Request, silent
 from gaitval.session.scale import FittedBody
 
 if TYPE_CHECKING:  # few ask for the one, and few files store events
     from gaitval.inverse.consistent_motion import ConsistentMotion
-    from gaitval.session.whole_stride import WholeStride
 
 MOST_HELD: Final = 0.05
 """Of the frames."""
@@ -113,16 +111,13 @@ def work_out_trial(
     name: str,
     recording: Recording,
     notify: Notify = silent,
-    stride: "WholeStride | None" = None,
 ) -> WalkingTrial:
     """Kinematics, forces, dynamics and cycles of one walking trial (`name`) of `session` on the
     scaled `body`, by `request` and `processing`.
 
-    `recording` is cleaned, in the project's axes; `notify` is called with each decision. A trial
-    that is a `stride` and lacks a side's whole cycle is joined to itself and worked out again.
+    `recording` is cleaned, in the project's axes; `notify` is called with each decision.
     """
     given, landmarks = recording, session.marker_set.landmarks
-    of_knees = tuple(absent_knees(recording, session.marker_set))
     motion = trial_motion(body.model, body.markers, recording, processing)
     anchoring, positions = motion.anchoring, motion.positions
     kinematics = anchoring.kinematics
@@ -138,16 +133,6 @@ def work_out_trial(
 
     events = find_events(recording, forces, processing, landmarks=landmarks)
     cycles = _cycles(recording, events, forces, shown, processing)
-    if stride is not None:
-        cycles = {side: stride.once(cycles[side]) for side in SIDES}
-    elif not all(any(each.kinematics_valid for each in of_side) for of_side in cycles.values()):
-        from gaitval.session.whole_stride import joined
-
-        if stride := joined(given):
-            notify("events", f"{name}: {stride}")
-            return work_out_trial(
-                request, processing, session, body, name, stride.recording, notify, stride
-            )
     feet = _belt(recording, events, landmarks, cycles)
     belt = feet if request.belt is None else request.belt
     slope = floor_slope(recording, events, landmarks, belt)
@@ -158,7 +143,6 @@ def work_out_trial(
         before={warning.check for trial, warning in session.warnings if trial == name},
     )  # fmt: skip
     warnings = (
-        *of_knees,
         *unsolved(kinematics, recording),
         *held_angles(kinematics, body.markers),
         *found.flags,
@@ -460,7 +444,7 @@ def leg_shown(
     from what `kinematics` of `recording` determines.
 
     Raises RecordError, which names the missing markers of `marker_set`, if an angle of hip, knee or
-    ankle is never shown.
+    ankle is never shown, or the knee's by pelvis and foot alone.
     """
     names = [*ROOT, *(f"{name}_{side[0]}" for name in RECORDED_ANGLES)]
     seen = kinematics.determined[:, [COORDINATES.index(name) for name in names]]
@@ -470,6 +454,8 @@ def leg_shown(
         for name, one in zip(names, ever, strict=True)
         if not one and not name.startswith("subtalar")
     ]
+    if not never and not shows_knee(recording, marker_set, side):
+        never = [f"knee_angle_{side[0]}"]
     if never:
         seen_names = [name for name in recording.names if np.isfinite(recording.marker(name)).any()]
         missing = [name for name in marker_set.essential if name not in seen_names]
@@ -480,6 +466,18 @@ def leg_shown(
             "Label them in the recording program and export again."
         )
     return np.asarray(seen[:, ever].all(axis=1))
+
+
+def shows_knee(recording: Recording, marker_set: MarkerSet, side: Side) -> bool:
+    """Whether a marker of thigh or shank of a `side` is ever seen, but for those of the ankle."""
+    letter = side[0]
+    return any(
+        each.segment in (f"thigh_{letter}", f"shank_{letter}")
+        and not (each.landmark or "").startswith(f"{letter.upper()}.Ankle")
+        and name in recording.names
+        and bool(np.isfinite(recording.marker(name)).any())
+        for name, each in marker_set.markers.items()
+    )
 
 
 def smoothed(kinematics: InverseKinematics, rate: float, processing: ProcessingSettings) -> Array:

@@ -14,7 +14,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError, SubjectError
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
+from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS
 from gaitval.importing import importing
 from gaitval.importing.importing import work_out
 from gaitval.importing.summary import trial_residuals
@@ -22,8 +22,7 @@ from gaitval.importing.write import write_subject
 from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.session import session
 from gaitval.session.average import drift_warnings, largest_drift, usual_drift
-from gaitval.session.one_side import completed_sides
-from gaitval.session.one_side_warnings import one_side_warnings, refuse_without_forces
+from gaitval.session.one_side import one_side_warnings
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import smoothed
 
@@ -48,16 +47,8 @@ def only(found, side):
     )
 
 
-def asking_for_mirrors(found):
-    """The same import, with --mirror."""
-    return replace(found, request=found.request.model_copy(update={"mirror": True}))
-
-
 def said_of_sides(found):
-    return [
-        str(warning)
-        for warning in one_side_warnings(found.request, found.trials, found.angles, found.forces)
-    ]
+    return [str(warning) for warning in one_side_warnings(found.trials, found.angles, found.forces)]
 
 
 @pytest.mark.parametrize(("prosthesis", "mean"), [(None, True), ("none", True), ("left", False)])
@@ -116,7 +107,6 @@ def test_a_side_that_is_not_seen_is_absent(found, side, tmp_path):
     hidden = next(one for one in SIDES if one != side)
     subject = subject_of(part)
     assert subject.gait.not_recorded == {"angles": hidden, "kinetics": hidden}
-    assert subject.gait.mirrored == {}
     assert not [n for n in (*subject.gait.angles, *subject.gait.moments) if n[-1] == hidden[0]]
     assert subject.gait.forces.of(hidden) is None
     assert subject.stance_fraction.of(hidden) is None
@@ -132,64 +122,17 @@ def test_a_side_that_is_not_seen_is_absent(found, side, tmp_path):
     assert again.stance_fraction.of(hidden) is None
     text = (tmp_path / "subject.toml").read_text()
     assert f'not_recorded = {{ "angles" = "{hidden}", "kinetics" = "{hidden}" }}' in text
-    record, mirrored = again.record(), subject_of(asking_for_mirrors(part)).record()
-    phase = np.linspace(0.0, 1.0, 101)
+    record, phase = again.record(), np.linspace(0.0, 1.0, 101)
     for name in (*REQUIRED_ANGLES, *REQUIRED_MOMENTS):
-        kind = "angles" if name in REQUIRED_ANGLES else "moments"
-        wanted = getattr(record, kind)[name](phase)
-        np.testing.assert_allclose(wanted, getattr(mirrored, kind)[name](phase), atol=1e-5)
-    for one in SIDES:
-        np.testing.assert_allclose(
-            record.ground_reaction(one, phase), mirrored.ground_reaction(one, phase), atol=1e-5
-        )
+        kind = record.angles if name in REQUIRED_ANGLES else record.moments
+        own, other = (kind[f"{name[:-2]}_{each[0]}"](phase) for each in (side, hidden))
+        np.testing.assert_allclose(own, other, atol=1e-5)
+    right, left = (record.ground_reaction(each, phase) for each in SIDES)
+    np.testing.assert_allclose(right, left * [1, -1, 1], atol=1e-5)
     table = load_subject(tmp_path / "subject.toml").to_frame()
     assert set(table.side) == {side}
     (message,) = said_of_sides(part)
     assert message.startswith(f"{hidden} leg: its angles, moments and forces were not recorded: no")
-    assert f"The subject has no {hidden} angles" in message
-    assert "With --mirror" in message
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("side", SIDES)
-def test_mirror_fills_in_a_side_and_marks_it(found, side, tmp_path):
-    part = asking_for_mirrors(only(found, side))
-    hidden = next(one for one in SIDES if one != side)
-    subject = subject_of(part)
-    assert subject.gait.mirrored == {"angles": hidden, "kinetics": hidden}
-    assert subject.gait.not_recorded == {}
-    for name in (*REQUIRED_ANGLES, *MOMENT_NAMES):
-        own, twin = f"{name[:-2]}_{side[0]}", f"{name[:-2]}_{hidden[0]}"
-        kind = subject.gait.angles if name in REQUIRED_ANGLES else subject.gait.moments
-        assert kind[own] == kind[twin]
-    shown, mirrored = (subject.gait.forces.of(one) for one in (side, hidden))
-    assert mirrored.up == shown.up
-    assert mirrored.forward == shown.forward
-    np.testing.assert_allclose(mirrored.left.sine, -np.array(shown.left.sine), atol=1e-12)
-    whole = subject_of(found)
-    assert subject.left_phase == pytest.approx(whole.left_phase, abs=0.01)
-    assert subject.walking_speed_m_s == pytest.approx(whole.walking_speed_m_s, rel=0.02)
-    assert f"the {hidden} moments and forces were not recorded" in subject.described
-    assert subject.stance_fraction.mirrored == hidden
-    write_subject(tmp_path, subject)
-    again = load_subject(str(tmp_path / "subject.toml"))
-    assert again.gait.mirrored == subject.gait.mirrored
-    for kind in ("angles", "kinetics", "stance"):
-        assert again.origin(hidden, kind) == "mirrored"
-        assert again.origin(side, kind) == "recorded"
-    assert set(load_subject(tmp_path / "subject.toml").to_frame().side) == {side}
-    (message,) = said_of_sides(part)
-    assert f"As --mirror asks, the subject has those of the {side} side" in message
-
-
-def test_files_written_before_keep_their_meaning(found, tmp_path):
-    """They mark the curves but not the stance fraction, which is the other side's as well."""
-    path = write_subject(tmp_path, subject_of(asking_for_mirrors(only(found, "right"))))
-    lines = path.read_text().splitlines()
-    (mark,) = [line for line in lines if line == 'mirrored = "left"']
-    lines.remove(mark)
-    path.write_text("\n".join(lines))
-    assert load_subject(str(path)).origin("left", "stance") == "mirrored"
 
 
 def one_plate(found):
@@ -202,7 +145,6 @@ def one_plate(found):
 
 
 def test_a_foot_beside_the_plates_keeps_its_angles_and_its_own_stance(found, tmp_path):
-    """Whether or not the forces are mirrored, only a mirrored force brings its stance along."""
     part = one_plate(found)
     subject = subject_of(part)
     assert subject.gait.not_recorded == {"kinetics": "right"}
@@ -213,17 +155,7 @@ def test_a_foot_beside_the_plates_keeps_its_angles_and_its_own_stance(found, tmp
     measured = np.concatenate([walk.gait["right"].stance_fraction for walk in part.trials])
     assert subject.stance_fraction.right == pytest.approx(np.nanmean(measured))
     (message,) = said_of_sides(part)
-    assert message.startswith(
-        "right foot: its moments and forces were not recorded: the plates show"
-    )
-    both = completed_sides(part.angles, part.moments, part.forces, mirror=True)
-    assert both.mirrored == {"kinetics": "right"}
-    np.testing.assert_array_equal(both.forces["right"], both.forces["left"] * [1, -1, 1])
-    np.testing.assert_array_equal(both.angles["knee_angle_r"], found.angles["knee_angle_r"].mean)
-    mirrored = subject_of(asking_for_mirrors(part))
-    assert mirrored.stance_fraction.right == mirrored.stance_fraction.left
-    assert mirrored.origin("right", "stance") == "mirrored"
-    assert mirrored.origin("right", "angles") == "recorded"
+    assert message.startswith("right foot: its moments and forces were not recorded: no trial")
 
 
 def test_an_expected_force_lasts_as_long_as_the_foot_stood(found):
@@ -239,30 +171,9 @@ def test_an_expected_force_lasts_as_long_as_the_foot_stood(found):
     assert not record.ground_reaction("right", ends["right"] + 0.01).any()
 
 
-@pytest.mark.parametrize(("most", "text"), [(99, "cycles that do"), (1, "1 cycle that does")])
-def test_a_message_says_why_the_cycles_of_a_side_do_not_count(found, most, text):
-    (walk,) = found.trials
-    bad = tuple(
-        replace(
-            one,
-            kinematics_valid=False,
-            kinetics_valid=False,
-            reasons=(f"no toe-off of it in it at {one.start:.3f}-{one.end:.3f} s",),
-        )
-        for one in walk.cycles["left"][:most]
-    )
-    part = replace(
-        only(found, "right"), trials=(replace(walk, cycles=dict(walk.cycles) | {"left": bad}),)
-    )
-    (message,) = said_of_sides(part)
-    assert f"{text} not count: {len(bad)} × no toe-off of it in it" in message
-    assert f"({len(bad)} cycle" in message
-
-
 def test_both_sides_recorded_leave_no_trace_in_the_file(found):
     text = subject_of(found).to_toml()
     assert "not_recorded" not in text
-    assert "mirrored" not in text
     assert said_of_sides(found) == []
 
 
@@ -314,25 +225,6 @@ def test_an_angle_that_does_not_close_at_all_is_refused_or_left_out(found):
     assert "left out of the subject" in warning.message
 
 
-@pytest.mark.slow
-def test_an_angle_about_a_limb_may_drift_more_than_one_that_shows_a_steady_walk(found):
-    part = drifting(found, "hip_rotation_l", 15.0)
-    assert "hip_rotation_l" in subject_of(part).gait.angles
-    (warning,) = drift_warnings(part.angles, {})
-    assert "hip_rotation_l +1" in warning.message
-    with pytest.raises(RecordError, match=r"hip_rotation_l ends 2\d\.\d° .*more than 20°"):
-        subject_of(drifting(found, "hip_rotation_l", 22.0))
-
-
-def test_several_curves_that_do_not_close_are_one_warning(found):
-    part = drifting(drifting(found, "knee_angle_l", 7.0), "hip_rotation_l", -12.0)
-    (warning,) = drift_warnings(part.angles, {})
-    assert set(warning.where.split(", ")) == {"knee_angle_l", "hip_rotation_l"}
-    assert warning.value == pytest.approx(12.0, abs=1.5)  # the largest, beside what is usual
-    assert "knee_angle_l +" in warning.message
-    assert "hip_rotation_l -" in warning.message
-
-
 def test_a_mean_of_more_strides_drifts_less_and_a_turned_foot_or_a_fast_angle_more():
     def curve(cycles, rate=0.0):
         """A curve with degrees a % of the cycle at both ends, and no drift."""
@@ -349,16 +241,6 @@ def test_a_mean_of_more_strides_drifts_less_and_a_turned_foot_or_a_fast_angle_mo
         drift = np.radians(5.0) * np.linspace(-0.5, 0.5, 101)
         part = AverageCurve(drift, np.full(101, np.nan), np.tile(drift, (cycles, 1)))
         assert len(list(drift_warnings({"knee_angle_l": part}, {}))) == told
-
-
-def test_a_moment_that_does_not_close_is_told(found):
-    name = "hip_flexion_r"
-    curve = found.moments[name]
-    drift = 0.7 * np.linspace(-0.5, 0.5, 101)
-    moments = found.moments | {name: replace(curve, mean=curve.mean + drift)}
-    (warning,) = drift_warnings({}, moments)
-    assert warning.where == name
-    assert "Nm/kg" in warning.message
 
 
 def test_motion_before_its_markers_come_into_view_does_not_leak_into_it():
@@ -430,22 +312,6 @@ def test_trials_of_different_speeds_are_named():
     assert not str(flag).startswith("all trials")  # which the list of warnings says itself
     assert flag.value == pytest.approx(1.26 / 0.49)
     assert not list(session._unlike([walk("a", np.nan)]))
-
-
-@pytest.mark.parametrize(("apart", "message"), [(0.0, True), (0.5, False)])
-def test_plates_upon_each_other_are_to_be_said_of_a_foot_each(apart, message):
-    corners = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.0], [0.5, 0.0, 0.0]])
-    plates = [
-        SimpleNamespace(name=name, corners=corners + np.array([0.0, at, 0.0]))
-        for name, at in (("1", 0.0), ("2", apart))
-    ]
-    walk = SimpleNamespace(
-        name="walk.c3d", findings=(), cycles={"right": (), "left": ()},
-        recording=SimpleNamespace(plates=plates),
-    )  # fmt: skip
-    with pytest.raises(RecordError) as refused:
-        refuse_without_forces([walk])
-    assert ("--plate 1=right --plate 2=left" in str(refused.value)) == message
 
 
 def test_residual_moments_are_compared_with_the_height_above_the_plates(found):

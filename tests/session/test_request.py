@@ -41,7 +41,6 @@ def test_a_window_is_two_times_the_second_later(text):
         ({"joint_centres": "best"}, r"^--joint_centres best: give harrington, .* or given\.$"),
         ({"prosthesis": "both"}, r"^--prosthesis both: give none, right or left\.$"),
         ({"floor": "low"}, r"^--floor = 'low': input should be a valid number"),
-        ({"mirrors": True}, r"^--mirrors: unknown, did you mean --mirror\?$"),
         ({"feet_flat": True}, r"^--feet_flat: unknown, did you mean --feet_not_flat\?$"),
         ({"sex": None}, r"^--sex: missing\. Give it: Selects the segment tables\.$"),
         ({"trials": []}, r"^--trials = .* at least 1 item"),
@@ -98,8 +97,8 @@ def test_paths_are_placed_and_nothing_else(tmp_path):
 
 
 def test_plates_and_feet_are_pairs_also_as_text():
-    given = ImportOptions(**GIVEN, plate=["2=right", ("1", "left"), "1=y"])
-    assert given.plate == (("2", "right"), ("1", "left"), ("1", "y"))
+    given = ImportOptions(**GIVEN, plate=["2=right", ("1", "left"), "3=none"])
+    assert given.plate == (("2", "right"), ("1", "left"), ("3", "none"))
     with pytest.raises(ConfigurationError, match="plate"):
         checked(ImportOptions, GIVEN | {"plate": ["2=middle"]})
 

@@ -12,17 +12,13 @@ from gaitval.coordinates import COORDINATES
 from gaitval.datasets.sample import copy_sample
 from gaitval.errors import RecordError
 from gaitval.importing.importing import work_out
-from gaitval.mocap.axes import LaboratoryAxes
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
-from gaitval.session.read import _floor as floor_of
 from gaitval.session.read import read_session
 from gaitval.session.request import Request
-from gaitval.session.scale import _odd_lengths
 from gaitval.session.standing import standing_places, without_seldom
 from gaitval.session.standing_pose import (
     LENGTHS_OF_WALK,
-    off_toes,
     on_floor,
     standing_in_walk,
     with_level_feet,
@@ -108,76 +104,6 @@ def test_standing_on_a_step_is_standing_on_the_floor(made_up, stood, processing)
     message = work_out(made_up.request.model_copy(update={"floor": 0.01}), processing)
     lower = stood.body.chosen.right.ankle_height - message.body.chosen.right.ankle_height
     assert lower == pytest.approx(0.01, abs=0.003)
-
-
-def test_a_platform_is_seen_by_the_feet(made_up, stood):
-    """Who stands 26 cm above the floor on which they walk stood on a platform."""
-    walk, axes = stood.session.walking[0], LaboratoryAxes(np.eye(3), "")
-    for height in (0.0, 0.26):
-        standing = on_floor(stood.session.standing, -height)
-        walks = [replace(walk, plates=())]
-        found = floor_of(made_up.request, axes, standing, walks, lambda *_: None)
-        assert found == pytest.approx(height, abs=0.02)
-
-
-@pytest.mark.slow
-def test_a_pose_on_the_toes_is_put_flat_where_no_standing_trial_shows_it(made_up, stood):
-    """The ankles of a walk without a flat foot are too high; those of shoes are not."""
-    landmarks, height_m = stood.session.marker_set.landmarks, made_up.request.height_m
-    pose = stood.session.standing
-    for lift in (0.0, 0.01):
-        assert off_toes(on_floor(pose, -lift), landmarks, height_m, 0.0)[1] == []
-    raised = on_floor(pose, -0.06)
-    assert off_toes(raised, landmarks, height_m, 0.06)[1] == []
-    # thick soles, or a floor that is not at 0
-    assert off_toes(raised, landmarks, height_m, 0.0)[1] == []
-    front = [landmarks.get(f"{side}.{part}") for side in "RL" for part in ("MT1", "MT2", "MT5")]
-    markers = raised.markers.copy()
-    markers[:, [name in front for name in raised.names], 2] -= 0.06
-    flat, (warning,) = off_toes(replace(raised, markers=markers), landmarks, height_m, 0.0)
-    assert "the heels are up" in warning.message
-    ankles = [np.median(flat.marker(landmarks[f"{side}.Ankle"])[:, 2]) for side in "RL"]
-    assert np.mean(ankles) == pytest.approx(0.039 * 1.18 * height_m)
-
-
-def test_rare_lengths_are_told(stood):
-    scaled = stood.body.scaled
-    assert [*_odd_lengths(scaled)] == []
-
-    def message(segment, **changed):
-        rows = [replace(r, **changed) if r.segment == segment else r for r in scaled.table]
-        return [*_odd_lengths(replace(scaled, table=tuple(rows)))]
-
-    (shoes,) = message("ankle height", factor=1.7)
-    assert "thick soles" in shoes.message
-    (legs,) = message("shank", right_m=0.40, left_m=0.37)
-    assert legs.value == pytest.approx(0.03)
-    assert "right 0.400 m and left 0.370 m" in legs.message
-    assert "scaling.symmetric=false" in legs.message
-    assert message("forearm", right_m=0.30, left_m=0.26) == []
-    assert [each.where for each in message("ankle height", right_m=0.06, left_m=0.09)] == [
-        "ankle height"
-    ]
-    of_walk = [
-        replace(row, right_m=0.06, left_m=0.09) if row.segment == "ankle height" else row
-        for row in scaled.table
-    ]
-    assert not [*_odd_lengths(replace(scaled, table=tuple(of_walk)), stood=False)]
-
-    def both(thigh, shank):
-        lengths = {"thigh": (0.45, 0.45 + thigh), "shank": (0.40, 0.40 + shank)}
-        rows = [
-            replace(row, right_m=lengths[row.segment][0], left_m=lengths[row.segment][1])
-            if row.segment in lengths
-            else row
-            for row in scaled.table
-        ]
-        return [*_odd_lengths(replace(scaled, table=tuple(rows)))]
-
-    (knee,) = both(0.032, -0.041)
-    assert (knee.where, knee.value) == ("knee", pytest.approx(0.0365))
-    assert "right thigh is 32 mm shorter" in knee.message
-    assert [each.where for each in both(0.03, 0.03)] == ["thigh", "shank"]
 
 
 @pytest.mark.parametrize("lift", [-15.0, 25.0])
