@@ -12,9 +12,11 @@ from gaitval.findings import (
     knees,
     laboratory,
     markers,
+    means,
     motion,
     pelvis,
     plates,
+    poses,
     stances,
     standing,
 )
@@ -53,6 +55,10 @@ FINDINGS: Final[tuple[Finding, ...]] = (
     motion.FRAME_RATE,
     motion.DRIFT,
     motion.MISMATCH,
+    poses.NOT_FOUND,
+    poses.HELD,
+    means.DRIFT,
+    means.SPEEDS,
 )
 """A finding comes after those that explain it."""
 

@@ -207,11 +207,6 @@ def fall_of_markers(walk: Recording, *, least_hz: float = 50.0) -> float:
     return octave(walk.markers[:, seen].reshape(len(walk.markers), -1), walk.marker_rate, 4.0)
 
 
-def smoothed(walk: Recording) -> bool:
-    """Whether hardly anything is fast in the markers of a `walk`, as after a low-pass."""
-    return SMOOTHED.flag(Seen(fall_of_markers(walk), "")) is not None
-
-
 def _smoothed(read: AsRead) -> Iterator[Seen]:
     fall = fall_of_markers(read.recording)
     yield Seen(fall, "all markers", {"fall": -fall})

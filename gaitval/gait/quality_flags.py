@@ -36,16 +36,16 @@ class QualityFlag:
 
 
 def told_once(
-    warnings: Iterable[tuple[str, QualityFlag]], *, by_plate: bool = False
+    warnings: Iterable[tuple[str, QualityFlag]],
 ) -> tuple[tuple[str, QualityFlag], ...]:
     """The `warnings`, each with its trial, but one of those that say the same of several trials or
-    plates (`by_plate`: each plate by itself) but for its figures: what one cause does in every
-    trial is one thing to look at. It is the one farthest beyond its limit, and names the others.
+    plates but for its figures: what one cause does in every trial is one thing to look at. It is
+    the one farthest beyond its limit, and names the others.
     """
     alike: dict[tuple[str, str, str], list[tuple[str, QualityFlag]]] = {}
     for trial, warning in warnings:
         # what is wrong at one place of the body is not what is wrong at another
-        where = (warning.plate if by_plate else "") if warning.plate else warning.where
+        where = "" if warning.plate else warning.where
         words = re.sub(r"[\d.]+", "", warning.message)
         alike.setdefault((warning.check, where, words), []).append((trial, warning))
     return tuple(_with_others(members) for members in alike.values())

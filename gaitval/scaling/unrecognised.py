@@ -36,12 +36,10 @@ UNLABELLED: Final = re.compile(
 """Names that programs give to trajectories that nobody labelled."""
 
 
-def unlabelled(names: Sequence[str], least: float = MOSTLY) -> str:
-    """What is said of `names` of which a share of `least` or more are of nobody's labelling; else
-    empty.
-    """
+def unlabelled(names: Sequence[str]) -> str:
+    """What is said of `names` that are mostly of nobody's labelling; else empty."""
     bare = [name for name in names if UNLABELLED.fullmatch(name.rpartition(":")[2])]
-    if not bare or len(bare) <= least * len(names):
+    if not bare or len(bare) <= MOSTLY * len(names):
         return ""
     which = "They" if len(bare) == len(names) else f"{len(bare)} of {len(names)}"
     some = bare[0] if len(bare) == 1 else f"{bare[0]} to {bare[-1]}"

@@ -77,18 +77,6 @@ class FunctionalHip:
         """m, standard error and half the distance of the images together."""
         return float(np.hypot(self.found.standard_error, self.images_apart / 2))
 
-    def __str__(self) -> str:
-        forward, left, up = (1000 * self.difference).tolist()
-        most, second, _ = self.found.ranges
-        return (
-            f"turned by {most:.0f}° and {second:.0f}°; centre {abs(forward):.0f} mm "
-            f"{'forward' if forward >= 0 else 'back'}, {abs(left):.0f} "
-            f"{'left' if left >= 0 else 'right'}, {abs(up):.0f} {'up' if up >= 0 else 'down'} of "
-            f"the regression's, error {1000 * self.error:.1f} mm; hip centre to ankle "
-            f"{1000 * self.to_ankle:.0f} ± {1000 * self.to_ankle_error:.0f} mm, by regression "
-            f"{1000 * self.regression_to_ankle:.0f} ± {1000 * REGRESSION_ERROR:.0f} mm"
-        )
-
     def figures(self) -> tuple[str, str, str]:
         """Against the standing trial, error, and hip centre to ankle, as the page shows them."""
         forward, left, up = 1000 * self.difference
@@ -132,14 +120,6 @@ class FunctionalKnee:
     rotation: float
     higher: float
 
-    def __str__(self) -> str:
-        return (
-            f"turned by {self.found.ranges[0]:.0f}°; axis {np.degrees(self.angle):.1f}° from the "
-            f"line across the epicondyles, of which {abs(np.degrees(self.rotation)):.1f}° "
-            f"{'internal' if self.rotation >= 0 else 'external'} rotation, standard error "
-            f"{np.degrees(self.found.standard_error):.1f}°"
-        )
-
     def figures(self) -> tuple[str, str, str]:
         """As those of a hip; nothing of the ankle."""
         return (
@@ -180,7 +160,11 @@ class FunctionalJoint:
     refused: str = ""
 
     def __str__(self) -> str:
-        return f"{self.side} {self.joint}: {self.found or f'not found: {self.refused}'}"
+        if self.found is None:
+            return f"{self.side} {self.joint}: not found: {self.refused}"
+        away, error, to_ankle = self.found.figures()
+        ankle = f"; hip centre to ankle {to_ankle}" if to_ankle else ""
+        return f"{self.side} {self.joint}: {away} (error {error}){ankle}"
 
     def row(self) -> FunctionalRow:
         """The row of the page."""

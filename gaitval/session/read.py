@@ -16,7 +16,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
 from gaitval.findings import Looked, Result, look
 from gaitval.findings.feet import Beside
-from gaitval.findings.markers import AsRead, Walking, smoothed
+from gaitval.findings.markers import AsRead, Walking
 from gaitval.gait.cycles import CYCLES
 from gaitval.gait.events import EVENTS
 from gaitval.gait.quality_flags import QualityFlag
@@ -208,21 +208,12 @@ def _doubts_beside(
     # What is left out, and said to be, is not doubted once more.
     in_places = None if request.stands_in_walk else standing
     as_recorded = without_lost(as_recorded, marker_set.segments, in_places)
-    try:
-        distances = check_same_person(
-            trajectories(standing),
-            trajectories(walk),
-            marker_set,
-            names=(str(request.static), walk.source),
-        )
-    except RecordError as error:
-        if not smoothed(as_recorded):
-            raise
-        raise RecordError(
-            f"{error}\nMost likely the walk's markers were low-passed at one or two Hz before the "
-            "file was written, which brings markers of one segment nearer to each other: export "
-            "them as they were recorded."
-        ) from error
+    distances = check_same_person(
+        trajectories(standing),
+        trajectories(walk),
+        marker_set,
+        names=(str(request.static), walk.source),
+    )
     moved = displaced(distances, marker_set)
     segments = {name: marker.segment for name, marker in marker_set.markers.items()}
     return look(
@@ -487,19 +478,12 @@ def named(recording: Recording, marker_set: MarkerSet) -> Recording:
         raise RecordError(
             f"{recording.source}: {len(missing)} of the {len(marker_set.essential)} markers that "
             f"the marker set {marker_set.name} needs are missing: {', '.join(missing)}. The file "
-            f"has {', '.join(recording.names)}.{_unlabelled(recording, names)} Label "
+            f"has {', '.join(recording.names)}. Label "
             "the trial with the same names as the standing trial, or give the right set with "
             "--marker-set."
         )
     columns = [recording.names.index(name) for name in names]
     return recording.with_markers(names.values(), recording.markers[:, columns])
-
-
-def _unlabelled(recording: Recording, names: Mapping[str, str]) -> str:
-    """That what is no marker of the set (`names` are) has no labels, if it has none."""
-    from gaitval.scaling.unrecognised import unlabelled
-
-    return unlabelled([name for name in recording.names if name not in names], 0.5)
 
 
 def prepared(

@@ -7,7 +7,7 @@ dynamics; gait cycles. `gaitval.importing.write` writes the results.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -15,13 +15,14 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import unusual_build
 from gaitval.errors import NoCycleError, RecordError
-from gaitval.findings import Looked
+from gaitval.findings import Looked, look
+from gaitval.findings.means import MeanGait
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.foot_forces import LIGHTEST, of_weight
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain, told_once
 from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.scaling.joint_centres import FUNCTIONAL
-from gaitval.session.average import check_mass, drift_warnings, mean_angles, mean_kinetics
+from gaitval.session.average import check_mass, mean_angles, mean_kinetics
 from gaitval.session.incline import ground_of
 from gaitval.session.one_side import one_side_warnings
 from gaitval.session.read import SessionRecordings, read_session
@@ -36,10 +37,6 @@ if TYPE_CHECKING:
     from gaitval.scaling.given_centres import LaidCentre
     from gaitval.session.functional import FunctionalJoint
     from gaitval.session.given_centres import CentreDifference
-
-UNLIKE: Final = 1.2
-"""Times the slowest trial's speed from which a mean of both is said to be of neither; within a
-trial a stride that is so unlike the others does not count (`cycles.UNUSUAL_STRIDE`)."""
 
 
 class SessionMeasurement(MeasurementPart, Protocol):
@@ -73,7 +70,7 @@ class Import:
     forces : body weights, (101, 3) forward, left, up for each side; empty without forces.
     weight_ratio : mean vertical force over whole gait cycles, as a fraction of body weight; None if
         no cycle of both feet is shown whole.
-    of_means : warnings about the mean curves.
+    of_means, looked_means : warnings about the mean curves, and what was looked for in them.
     functional : what the range-of-motion trials show of hips and knees.
     given : joint centres that came with the recording, beside ours.
     decisions : what was decided: the step, and a sentence.
@@ -93,6 +90,7 @@ class Import:
     functional: "tuple[FunctionalJoint, ...]" = ()
     given: "tuple[CentreDifference, ...]" = ()
     of_means: tuple[QualityFlag, ...] = ()
+    looked_means: tuple[Looked, ...] = ()
     measurement: "SessionMeasurement | None" = None
 
     @property
@@ -111,7 +109,8 @@ class Import:
     def looked(self) -> tuple[tuple[str, Looked], ...]:
         """What was looked for in each trial, with value and limits, also where these are kept."""
         of_trials = ((walk.name, row) for walk in self.trials for row in walk.looked)
-        return (*self.session.looked, *of_trials)
+        of_means = (("all trials", row) for row in self.looked_means)
+        return (*self.session.looked, *of_trials, *of_means)
 
 
 @dataclass
@@ -190,14 +189,14 @@ def work_out_trials(
     angles = mean_angles(body.model, walks)
     build = unusual_build(request.mass_kg, request.height_m, request.age)
     given = _beside_given(request, session, body, walks, laid, noted)
-    of_means = (
+    of_means = look(MeanGait(angles, moments, _speeds(walks)))
+    doubts = (
         *one_side_warnings(walks, angles, forces),
         *build,
-        *_unlike(walks),
-        *drift_warnings(angles, moments),
+        *of_means.flags,
         *_of_given(given),
     )
-    for warning in of_means:
+    for warning in doubts:
         noted("warnings", str(warning))
     return Import(
         request=request,
@@ -210,7 +209,8 @@ def work_out_trials(
         forces=forces,
         weight_ratio=weight_ratio,
         decisions=tuple(known.decisions),
-        of_means=of_means,
+        of_means=doubts,
+        looked_means=of_means.looked,
         functional=functional,
         given=given,
     )
@@ -243,21 +243,14 @@ def _of_given(rows: "Sequence[CentreDifference]") -> Iterator[QualityFlag]:
         yield from given_warnings(rows)
 
 
-def _unlike(walks: Sequence[WalkingTrial]) -> Iterator[QualityFlag]:
-    """That the trials, of which one mean gait is made, were walked at different speeds."""
-    speeds = {}
-    for walk in walks:
-        every = np.concatenate([walk.gait[side].speed for side in SIDES])
-        if np.isfinite(every).any():
-            speeds[walk.name] = float(np.nanmean(every))
-    times = max(speeds.values()) / min(speeds.values()) if speeds else 1.0
-    if times > UNLIKE:
-        message = ", ".join(f"{name} {speed:.2f} m/s" for name, speed in speeds.items())
-        yield QualityFlag(
-            "speed of the trials", "walking speed", times, UNLIKE, "times",
-            f"the trials were walked at different speeds ({message}): their mean is a gait that "
-            "nobody walked. Import each speed as a subject of its own",
-        )  # fmt: skip
+def _speeds(walks: Sequence[WalkingTrial]) -> dict[str, float]:
+    """m/s, of each trial that shows its speed."""
+    speeds = {
+        walk.name: np.concatenate([walk.gait[side].speed for side in SIDES]) for walk in walks
+    }
+    return {
+        name: float(np.nanmean(each)) for name, each in speeds.items() if np.isfinite(each).any()
+    }
 
 
 def _scaled(
@@ -326,27 +319,12 @@ def _usable_walks(
             known.trials.append(walk)
         except RecordError as error:
             failed.append((name, error))
-    # What cannot be right in one trial is no chance in another, nor on another plate: a wrong sign
-    # is the laboratory's.
-    wrong = {warning.check for walk in known.trials for warning in walk.warnings if warning.certain}
-    refused: list[tuple[str, QualityFlag]] = []
     for walk in known.trials:
-        warnings = [
-            replace(warning, certain=True) for warning in walk.warnings if warning.check in wrong
-        ]
         try:
-            refuse_certain(walk.recording.source, warnings, len(walk.recording.plates))
+            refuse_certain(walk.recording.source, walk.warnings, len(walk.recording.plates))
             walks.append(walk)
         except RecordError as error:
             failed.append((walk.name, error))
-            refused += [(walk.name, warning) for warning in warnings]
-    if not walks and len(known.trials) > 1:
-        last = known.trials[-1].recording
-        refuse_certain(
-            ", ".join(dict.fromkeys(name for name, _ in refused)),
-            [warning for _, warning in told_once(refused, by_plate=True)],
-            len(last.plates),
-        )
     if not walks:
         raise failed[-1][1]
     for name, why in failed:

@@ -1,18 +1,19 @@
 """One walking trial: its motion, events, forces, moments and cycles."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
-from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side, split_side
+from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
 from gaitval.errors import NoCycleError, RecordError
-from gaitval.findings import Looked
+from gaitval.findings import Looked, look
 from gaitval.findings.laboratory import Laboratory, floor_slope
+from gaitval.findings.poses import Poses
 from gaitval.findings.trial import findings_of_trial
 from gaitval.gait.cycle_checks import without_gaps, without_odd_support
 from gaitval.gait.cycles import GaitCycle, SpatioTemporal, belt_speed, cut_cycles, spatiotemporal
@@ -39,15 +40,6 @@ from gaitval.session.scale import FittedBody
 
 if TYPE_CHECKING:  # few ask for the one, and few files store events
     from gaitval.inverse.consistent_motion import ConsistentMotion
-
-MOST_HELD: Final = 0.05
-"""Of the frames."""
-
-SHOWING_A_FOOT: Final = 3
-"""Markers."""
-
-NAMED: Final = 5
-"""Of the places in which poses were not found, in a warning."""
 
 
 @dataclass(frozen=True)
@@ -136,6 +128,7 @@ def work_out_trial(
     feet = _belt(recording, events, landmarks, cycles)
     belt = feet if request.belt is None else request.belt
     slope = floor_slope(recording, events, landmarks, belt)
+    posed = look(Poses(kinematics, body.markers))
     found = findings_of_trial(
         recording, landmarks, events, ground.findings, ground.measured,
         height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
@@ -143,8 +136,7 @@ def work_out_trial(
         before={warning.check for trial, warning in session.warnings if trial == name},
     )  # fmt: skip
     warnings = (
-        *unsolved(kinematics, recording),
-        *held_angles(kinematics, body.markers),
+        *posed.flags,
         *found.flags,
     )
     for warning in warnings:
@@ -170,7 +162,7 @@ def work_out_trial(
         },
         findings=ground.findings,
         warnings=warnings,
-        looked=found.looked,
+        looked=(*posed.looked, *found.looked),
     )
 
 
@@ -290,58 +282,6 @@ def _notify_motion(notify: Notify, name: str, anchoring: AnchoredFeet) -> None:
             f"{1000 * anchoring.marker_rms_before:.1f} to "
             f"{1000 * anchoring.marker_rms_after:.1f} mm",
         )
-
-
-def unsolved(kinematics: InverseKinematics, recording: Recording) -> Iterator[QualityFlag]:
-    """A warning about frames of `recording` whose markers show the pelvis, but in which
-    `kinematics` ended before it had found the pose that fits best.
-    """
-    shown = kinematics.determined[:, : len(ROOT)].all(axis=1)
-    begins, ends = runs(shown & ~kinematics.converged)
-    if not len(begins):
-        return
-    time, count = recording.time, int((ends - begins).sum())
-    named = [
-        f"{begin}-{end - 1} ({time[begin]:.3f}-{time[end - 1]:.3f} s)"
-        for begin, end in zip(begins[:NAMED], ends[:NAMED], strict=True)
-    ]
-    more = "" if len(begins) <= NAMED else f" and in {len(begins) - NAMED} more places"
-    yield QualityFlag(
-        "poses", "all markers", count, 0.0, "1",
-        f"in {count} of {len(time)} frames the pose that fits best was not found, so its angles "
-        f"may be off: frames {', '.join(named)}{more}. Look at the markers in them; where an arm "
-        "is straight and they do not show how it is turned, only its own angles are",
-    )  # fmt: skip
-
-
-def held_angles(
-    kinematics: InverseKinematics, markers: Sequence[ModelMarker]
-) -> Iterator[QualityFlag]:
-    """A warning about angles that are at an end of their range in more than `MOST_HELD` of the
-    frames that show them, by `markers` of which two on a foot do not show its subtalar angle.
-    """
-    shares = {}
-    for i, name in enumerate(COORDINATES):
-        side, joint = split_side(name)
-        on_foot = [
-            marker.name in kinematics.names
-            for marker in markers
-            if marker.segment == f"foot_{side[:1]}"
-        ]
-        shown = kinematics.determined[:, i]
-        if shown.any() and not (joint == "subtalar_angle" and sum(on_foot) < SHOWING_A_FOOT):
-            held = shown & kinematics.at_limit[:, i]
-            if (share := float(held.sum() / shown.sum())) > MOST_HELD:
-                end = np.degrees(np.median(kinematics.positions[held, i]))
-                title = f"{side} {joint.replace('_', ' ')}".strip()
-                shares[f"{title} {end:.0f}° in {100 * share:.0f} % of the frames"] = share
-    if shares:
-        yield QualityFlag(
-            "ends of ranges", "joint angles", max(shares.values()), MOST_HELD, "1",
-            f"{', '.join(shares)}: the body's joints end there, the markers go farther, and the "
-            "joints beside them make up for it, so that their angles are off, too. Look at the "
-            "landmarks of these joints in standing, which say where an angle is zero",
-        )  # fmt: skip
 
 
 @dataclass(frozen=True)
