@@ -24,7 +24,7 @@ def _not_found(of: Poses) -> Iterator[Seen]:
     """Frames whose markers show the pelvis, but whose best pose was not found."""
     shown = of.kinematics.determined[:, : len(ROOT)].all(axis=1)
     frames = np.flatnonzero(shown & ~of.kinematics.converged)
-    words = {"every": len(shown), "first": int(frames[0]) if len(frames) else 0}
+    words = {"every": len(of.kinematics.converged), "first": int(frames[0]) if len(frames) else 0}
     yield Seen(float(len(frames)), "all markers", words)
 
 

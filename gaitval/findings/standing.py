@@ -12,7 +12,8 @@ import numpy as np
 
 from gaitval.findings.finding import Finding, Seen
 from gaitval.scaling.landmarks import Place
-from gaitval.scaling.scaling import PLAUSIBLE, ScaledSegment
+from gaitval.scaling.scaling import PLAUSIBLE
+from gaitval.scaling.segments import ScaledSegment
 
 DISTANCES: Final = {
     ("Ankle", "Ankle.Medial"): 0.007,

@@ -8,7 +8,8 @@ import pytest
 from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.findings import look
 from gaitval.findings.standing import DISTANCES, StandingBody
-from gaitval.scaling.scaling import ScaledSegment, scale_subject
+from gaitval.scaling.scaling import scale_subject
+from gaitval.scaling.segments import ScaledSegment
 
 NO_WIDTHS = {"knee width": None, "ankle width": None}
 

@@ -72,7 +72,7 @@ def imported(session: MadeUpSession, out: Path, **changed: object) -> object:
 
 
 @pytest.mark.slow
-def test_without_the_forces_of_a_foot_they_are_absent_unless_mirrored(session, tmp_path):
+def test_without_the_forces_of_a_foot_they_are_absent(session, tmp_path):
     """The page says it in one place, and not as something that physics contradicts."""
     forces = without_force(session, tmp_path / "one.mot", plates(session)[0])
     out = tmp_path / "out"
@@ -86,7 +86,6 @@ def test_without_the_forces_of_a_foot_they_are_absent_unless_mirrored(session, t
     warned = [each["check"] for each in read_json(out / "recording" / "import.json")["warnings"]]
     assert "1 warning about the recording" in page
     assert CONTRADICTED in warned
-    assert "With --mirror" in page
     assert load_subject(out / "subject.toml").origin(side, "kinetics") == "expected"
     session_of = Session.load(out)
     assert f"moment_knee_angle_{side[0]}_mean" not in session_of.curves
@@ -102,49 +101,6 @@ def test_without_the_forces_of_a_foot_they_are_absent_unless_mirrored(session, t
     )
     assert not any(name.endswith(f"_{side[0]}") for name in judged.moments)
     assert write_judgement(judged, tmp_path / "judged").moments.keys() == judged.band.keys()
-    made = imported(session, out, forces=[forces], mirror=True)
-    assert made.subject.gait.mirrored == {"kinetics": side}
-    assert "As --mirror asks" in (out / "recording" / "recording.html").read_text()
-    assert load_subject(out / "subject.toml").origin(side, "kinetics") == "mirrored"
-
-
-@pytest.mark.slow  # what is missing is tested always, of the session
-def test_the_command_says_what_is_missing_and_the_line_that_fills_it_in(
-    session, tmp_path, monkeypatch
-):
-    forces = without_force(session, tmp_path / "one.mot", plates(session)[0])
-    request = session.request
-    command = [
-        "import", "--static", str(request.static), "--trial", str(request.trials[0]),
-        "--forces", str(forces), "--mass", str(request.mass_kg), "--height", str(request.height_m),
-        "--sex", request.sex, "--out", str(tmp_path / "out"),
-    ]  # fmt: skip
-    text = io.StringIO()
-    monkeypatch.setattr(display, "output", display.Terminal(file=text, width=200))
-    monkeypatch.setattr("sys.argv", ["gaitval", *command])
-    assert CliRunner().invoke(cli.app, command).exit_code == 0
-    assert "Not recorded: " in text.getvalue()
-    assert f"To fill the side in: gaitval import --static {request.static}" in text.getvalue()
-    assert any(line.endswith(" --mirror") for line in text.getvalue().splitlines())
-    text.truncate(0)
-    assert CliRunner().invoke(cli.app, [*command, "--mirror"]).exit_code == 0
-    assert "As --mirror asks" in text.getvalue()
-    assert "To fill the side in" not in text.getvalue()
-
-
-@pytest.mark.slow
-def test_a_side_without_a_cycle_that_counts_is_absent_from_every_file(session, whole, tmp_path):
-    """The part of the walk shows one right cycle and none of the left."""
-    made = imported(
-        session, tmp_path / "out", trials=[one_cycle(session, whole, tmp_path, "right")], forces=[],
-        kinematics_only=True,
-    )  # fmt: skip
-    assert made.subject.gait.not_recorded == {"angles": "left"}
-    assert made.subject.stance_fraction.left is None
-    recording = tmp_path / "out" / "recording"
-    assert "left leg: its angles were not recorded" in (recording / "recording.html").read_text()
-    assert not [n for n in Session.load(tmp_path / "out").curves if n.endswith("_l_mean")]
-    assert load_subject(tmp_path / "out" / "subject.toml").origin("left", "stance") == "expected"
 
 
 @pytest.mark.slow
