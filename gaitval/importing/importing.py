@@ -131,9 +131,9 @@ def _import(
             subject = subject_of_halves(found, request.halves)
     except GaitvalError as error:
         page = files[0].parent / "recording.html"
-        raise type(error)(
-            f"{error}{_likely(found)}\nEverything else was worked out: {page}"
-        ).with_way_on(*error.goes_on) from None
+        raise type(error)(f"{error}\nEverything else was worked out: {page}").with_way_on(
+            *error.goes_on
+        ) from None
     return Imported(found, subject, files, write_subject(out, subject))
 
 
@@ -167,24 +167,6 @@ def trial_parts(trials: Sequence[WalkingTrial]) -> str:
         if parts:
             message.append(f"{walk.name}: {', '.join(parts)}")
     return "; ".join(message)
-
-
-LIKELY: Final = (
-    "lost frames", "lost marker", "filled gap", "loose marker",
-    "stuck coordinate", "displaced marker", "unloaded plate",
-    "noise", "poses", "vertical force and motion", "dead channel",
-)  # fmt: skip
-"""Checks of warnings about what may be why a mean gait cannot be that of a walk."""
-
-
-def _likely(found: Import) -> str:
-    """What of the warnings may be why no subject can be made, for the end of a message."""
-    warnings = [
-        f"{trial}: {warning}" for trial, warning in found.warnings if warning.check in LIKELY
-    ]
-    if not warnings:
-        return ""
-    return "\nWhat was seen before may be the reason:" + "".join(f"\n  {each}" for each in warnings)
 
 
 def request_of(options: ImportOptions, out: Path, notify: Notify) -> Request:

@@ -6,7 +6,9 @@ if it is needed.
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeVar
+
+import numpy as np
 
 from gaitval.datasets.identity import line_of_text
 from gaitval.datasets.plausible import age_problems, mass_and_height_problems
@@ -16,6 +18,7 @@ from gaitval.scaling.anthropometry import Sex
 from gaitval.scaling.landmarks import Width
 from gaitval.session.request import FILES, ImportOptions, Notify, Request
 
+_Known = TypeVar("_Known", float | None, Width)
 _DIFFERS: Final = 0.02
 """Relative difference from which on two values contradict each other."""
 _NOBODY: Final = ("patient", "new patient", "subject", "new subject", "unnamed")
@@ -126,9 +129,9 @@ def person_of_session(options: ImportOptions, notify: Notify) -> SessionPerson:
         height=height,
         sex=sex,
         age=_one(facts, lambda each: each.age_years, options.age, "--age", "years", notify),
-        knee_width=_width(facts, "knee", options.knee_width, notify),
-        ankle_width=_width(facts, "ankle", options.ankle_width, notify),
-        elbow_width=_width(facts, "elbow", None, notify),
+        knee_width=_one(facts, _width("knee"), options.knee_width, "--knee-width", "m", notify),
+        ankle_width=_one(facts, _width("ankle"), options.ankle_width, "--ankle-width", "m", notify),
+        elbow_width=_one(facts, _width("elbow"), None, "elbow width", "m", notify),
         recorded_name=next((found for each in facts if (found := _name(each))[0]), ("", "")),
     )
 
@@ -144,47 +147,40 @@ def _name(facts: PersonFacts) -> tuple[str, str]:
 
 def _one(
     facts: Sequence[PersonFacts],
-    of: Callable[[PersonFacts], float | None],
-    message: float | None,
+    of: Callable[[PersonFacts], _Known],
+    given: _Known,
     option: str,
     unit: str,
     notify: Notify,
-) -> float | None:
-    """What the user says, else the first file that says something."""
-    used = message
+) -> _Known:
+    """What the user says (`given`), else the first file that says something; of a width, right and
+    left.
+    """
+    used = given
     for each in facts:
         found = of(each)
         if found is None:
             continue
         if used is None:
             used = found
-            notify("person", f"{option} {found:.4g} {unit}: from {each.source}")
-        elif abs(found - used) > _DIFFERS * used:
-            notify("person", f"{each.source} says {found:.4g} {unit}; {option} {used:.4g} is used")
+            notify("person", f"{option} {_text(found)} {unit}: from {each.source}")
+        elif np.max(np.abs(np.subtract(found, used))) > _DIFFERS * np.max(used):
+            notify(
+                "person",
+                f"{each.source} says {_text(found)} {unit}; {option} {_text(used)} is used",
+            )
     return used
 
 
-def _width(facts: Sequence[PersonFacts], joint: str, message: Width, notify: Notify) -> Width:
-    """Width of a joint by side, as `_one`."""
-    used = message
-    for each in facts:
-        right, left = getattr(each, f"{joint}_width_m")
-        if right is None or left is None:
-            continue
-        if used is None:
-            used = (right, left)
-            notify(
-                "person",
-                f"--{joint}-width {right:.4g},{left:.4g} m (right, left): from {each.source}, used "
-                "where a side has no medial marker",
-            )
-            continue
-        # The user may give one width for both sides.
-        ours = used if isinstance(used, tuple) else (used, used)
-        if max(abs(right - ours[0]), abs(left - ours[1])) > _DIFFERS * max(ours):
-            notify(
-                "person",
-                f"{each.source} says {joint} widths of {right:.4g} and {left:.4g} m (right, left); "
-                f"{ours[0]:.4g} and {ours[1]:.4g} are used",
-            )
-    return used
+def _text(value: float | tuple[float, float]) -> str:
+    return ",".join(f"{each:.4g}" for each in np.atleast_1d(value))
+
+
+def _width(joint: str) -> Callable[[PersonFacts], Width]:
+    """Where a file has the width of a joint, of both sides."""
+
+    def of(facts: PersonFacts) -> Width:
+        right, left = getattr(facts, f"{joint}_width_m")
+        return None if right is None or left is None else (right, left)
+
+    return of

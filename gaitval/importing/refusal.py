@@ -1,30 +1,19 @@
 """What an import that was refused found before: a page, and the files that were finished."""
 
 from pathlib import Path
-from typing import Any, Final
-
-import numpy as np
+from typing import Final
 
 from gaitval.configuration import ReportSettings
-from gaitval.coordinates import SIDES
 from gaitval.errors import GaitvalError, NoCycleError
 from gaitval.importing.files import FOLDER, RECORD, REFUSED, SUBJECT
 from gaitval.importing.write import cycle_table, refusal_files, write_body, write_table, writing
-from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.opensim.of_import import write_trial
 from gaitval.reporting.page import write_page
 from gaitval.session.request import Request
 from gaitval.session.session import ImportProgress
-from gaitval.session.trial import WalkingTrial, valid_cycles
 
 EARLIER: Final = f"{SUBJECT}.before"
 """The subject of an earlier import into the folder of one that was refused."""
-_STEPS: Final = (
-    "reading the files, axes and names of the markers",
-    "scaling the body",
-    "motion, events and forces of the trials",
-    "gait cycles of both sides, moments and forces",
-)
 
 
 def write_refusal(
@@ -48,19 +37,12 @@ def write_refusal(
             (Path(folder) / SUBJECT).replace(Path(folder) / EARLIER)
         (target / RECORD).unlink(missing_ok=True)
         written = _finished(target, progress)
-        reached = sum(
-            (progress.session is not None, progress.body is not None, bool(progress.trials))
-        )
         context = {
             "request": request,
-            "steps": [
-                (name, index < reached, index == reached) for index, name in enumerate(_STEPS)
-            ],
             "error": str(error),
             "trial_only": isinstance(error, NoCycleError) and bool(progress.trials),
             "ways_on": error.goes_on,
             "decisions": progress.decisions,
-            "trials": [_about(walk) for walk in progress.trials],
             "files": [path.name for path in written],
         }
         write_page(target, REFUSED, "refused.html.j2", context, settings)
@@ -76,26 +58,3 @@ def _finished(target: Path, progress: ImportProgress) -> list[Path]:
     if progress.trials:
         written.append(write_table(target / "cycles.csv", cycle_table(progress.trials)))
     return written
-
-
-def _about(walk: WalkingTrial) -> dict[str, Any]:
-    errors = marker_errors(walk.kinematics)
-    speeds = np.concatenate([walk.gait[side].speed for side in SIDES])
-    return {
-        "name": walk.name,
-        "marker_rms": 100.0 * errors.whole_rms,
-        "marker_largest": 100.0 * errors.whole_largest,
-        "worst": errors.worst_marker,
-        "events": len(walk.events),
-        "cycles": {
-            side: (
-                len(valid_cycles(walk, side, kinetics=False)),
-                len(valid_cycles(walk, side, kinetics=True)),
-                [str(cycle) for cycle in walk.cycles[side] if cycle.reasons],
-            )
-            for side in SIDES
-        },
-        "moments": walk.moments is not None,
-        "speed": float(np.nanmean(speeds)) if len(speeds) else None,
-        "findings": [str(finding) for finding in walk.findings],
-    }

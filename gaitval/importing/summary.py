@@ -23,7 +23,6 @@ from gaitval.metrics.tolerances import Verdict, evaluate, measured
 from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.reporting import recording_report as page
 from gaitval.session.loaded import loaded_motion, measured_knees
-from gaitval.session.one_side import ONE_SIDE
 from gaitval.session.session import Import
 from gaitval.session.subject import all_cycles, speed
 from gaitval.session.trial import WalkingTrial
@@ -157,10 +156,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         spatiotemporal=spatiotemporal_rows(found.trials),
         changes=changes,
         measurement=found.measurement,
-        missing=[str(warning) for _, warning in found.warnings if warning.check == ONE_SIDE],
-        warnings=[
-            f"{trial}: {warning}" for trial, warning in found.warnings if warning.check != ONE_SIDE
-        ],
+        warnings=[f"{trial}: {warning}" for trial, warning in found.warnings],
         looked=_nearest(found.looked),
         repairs=[message for step, message in found.decisions if step not in _SHOWN_STEPS],
         left_out=[

@@ -227,7 +227,6 @@ class RecordingSummary:
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
     measurement : what `gaitval.measurement` says, with its template and drawings; or None.
-    missing : data of one side that were not recorded, why, and what can be done; sentences.
     warnings : where data contradict physics or normal gait, a sentence each.
     looked : every finding that was looked for, with its value and limits.
     repairs : what cleaning found and did, one sentence each.
@@ -268,7 +267,6 @@ class RecordingSummary:
     spatiotemporal: Sequence[SpatiotemporalRow] = ()
     changes: Sequence[ConsistencyChange] = ()
     measurement: MeasurementPart | None = None
-    missing: Sequence[str] = ()
     warnings: Sequence[str] = ()
     looked: Sequence[Looked] = ()
     repairs: Sequence[str] = ()

@@ -11,8 +11,6 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import OneSide
 from gaitval.session.trial import WalkingTrial
 
-ONE_SIDE: Final = "one side"
-"""`QualityFlag.check` of a side that was not recorded."""
 MOST: Final = 4
 """Reasons for cycles that do not count, and lines about plates, in a message."""
 
@@ -47,7 +45,7 @@ def one_side_warnings(
         else:
             where, what = f"{side} leg", "angles, moments and forces" if forces else "angles"
         yield QualityFlag(
-            ONE_SIDE, where, 0.0, 1.0, "cycles",
+            "one side", where, 0.0, 1.0, "cycles",
             f"its {what} were not recorded: no trial shows a whole cycle of it that counts "
             f"({_why(walks, side)}). The subject has none; its walk is asked to be symmetric "
             "there, and is not judged by it. A further --trial that shows it records them",

@@ -40,7 +40,7 @@ class FittedBody:
 
     Attributes
     ----------
-    chosen : lengths of the model that is used, those of the joint fit.
+    chosen : lengths of the model, those of the joint fit.
     scaled : the model that is used, and its table.
     markers : on that model.
     placement : of the markers on the body of the standing trial alone.
@@ -275,8 +275,6 @@ def _with_lengths_of(fit: ModelFit, measured: Measurements) -> Measurements:
         or length.name in ("lumbar_forward", "lumbar_up", "shoulder_up")
     }
     return with_fitted_lengths(measured, taken, "joint fit to standing and walking")
-
-
 
 
 def _with_right_labels(

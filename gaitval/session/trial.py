@@ -109,7 +109,7 @@ def work_out_trial(
 
     `recording` is cleaned, in the project's axes; `notify` is called with each decision.
     """
-    given, landmarks = recording, session.marker_set.landmarks
+    landmarks = session.marker_set.landmarks
     motion = trial_motion(body.model, body.markers, recording, processing)
     anchoring, positions = motion.anchoring, motion.positions
     kinematics = anchoring.kinematics

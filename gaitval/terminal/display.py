@@ -333,10 +333,6 @@ def print_import_verdict(found: "Import") -> None:
 
 
 def print_warnings(found: "Import") -> None:
-    """Print the warnings of the import `found`, and which side was not recorded, if any."""
-    from gaitval.session.one_side import ONE_SIDE
-
+    """Print the warnings of the import `found`."""
     for trial, warning in found.warnings:
-        missing = warning.check == ONE_SIDE
-        text = f"Not recorded: {warning}." if missing else f"Warning: {trial}: {warning}."
-        plain(text, "yellow")
+        plain(f"Warning: {trial}: {warning}.", "yellow")

@@ -14,7 +14,7 @@ from gaitval.session.request import ImportOptions
 PLUG_IN_GAIT = {
     "Bodymass": 32.1, "Height": 1450.0, "RKneeWidth": 84.0, "LKneeWidth": 83.0,
     "RAnkleWidth": 62.0, "LAnkleWidth": 61.0, "RLegLength": 740.0, "LLegLength": 742.0,
-    "InterAsisDistance": 159.0, "MarkerDiameter": 10.0, "RElbowWidth": 67.0,
+    "RElbowWidth": 67.0,
 }  # fmt: skip
 
 
@@ -133,7 +133,7 @@ def test_the_user_wins_and_is_told_of_a_contradiction(tmp_path):
     person = found([path], mass=33.5, height=1.451, knee=0.1, message=messages)
     assert (person.mass, person.height, person.knee_width) == (33.5, 1.451, 0.1)
     assert any("says 32.1 kg; --mass 33.5 is used" in text for text in messages)
-    assert any("knee widths of 0.084 and 0.083 m" in text for text in messages)
+    assert any("says 0.084,0.083 m; --knee-width 0.1 is used" in text for text in messages)
     assert not any("--height" in text for text in messages)  # they agree to a millimetre
 
 
