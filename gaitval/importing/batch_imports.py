@@ -168,18 +168,10 @@ def _one(
 
 def _in_one_line(error: GaitvalError) -> str:
     """All that an error says, and the options to continue with, without line breaks."""
-    lines = [line for line in str(error).splitlines() if line.strip()]
-    message, in_list = "", False
-    for line in lines:
-        if line.startswith(_OF_THE_PAGE):
-            continue
-        item = line[0].isspace()
-        if in_list:  # its items have no full stop
-            message = message.rstrip(".;") + (";" if item else ".")
-        message, in_list = f"{message} {line.strip()}", item
+    lines = [line for line in str(error).splitlines() if not line.startswith(_OF_THE_PAGE)]
     if error.goes_on:
-        message += f" To continue without it: {' or '.join(error.goes_on)}."
-    return re.sub(r"\s+", " ", message).strip()
+        lines.append(f"To continue without it: {' or '.join(error.goes_on)}.")
+    return " ".join(" ".join(lines).split())
 
 
 def _made(person: BatchPerson, imported: Imported, out: Path) -> ImportOutcome:

@@ -6,7 +6,7 @@ trials, that whose name has neutral, static or calib is the standing one; `Force
 the scaled model, whose joint centres are shown beside ours. Pose2Sim: `Config.toml` has
 participant_mass and participant_height; `*/pose-3d/*.trc` are the trials, those with the augmented
 markers (`…LSTM.trc`) before others of one folder; that whose name has static is the standing one;
-`kinematics/*.osim` is the scaled model. A single trial may have its Config.toml beside pose-3d.
+`kinematics/*.osim` is the scaled model.
 
 Both have markers in m with y up. Layouts are those of stanfordnmbl/opencap-processing and
 perfanalytics/pose2sim on GitHub, looked up in November 2026.
@@ -82,9 +82,9 @@ def _forces_of(folder: Path, trial: Path) -> Path | None:
 
 def pose2sim_sessions(folder: Path) -> Sessions:
     """Each participant of Pose2Sim in or below a `folder`: their Config.toml, and a person's table.
-    The folder is a participant's, with a folder for each trial, a session's of several, or a
-    trial's. Raises RecordError if Config.toml lacks the mass, the height or the sex, there is no
-    trial, or one of several people.
+    The folder is a participant's, with a folder for each trial, or a session's of several. Raises
+    RecordError if Config.toml lacks the mass, the height or the sex, there is no trial, or one of
+    several people.
     """
     trials: dict[Path, list[Path]] = {}
     for found in sorted(folder.rglob("pose-3d"))[:_MOST]:
@@ -93,25 +93,18 @@ def pose2sim_sessions(folder: Path) -> Sessions:
         # Augmented markers lie on the body's landmarks, as those of a laboratory do.
         best = [f for f in files if f.stem.endswith("LSTM")] or files
         if best:
-            trials.setdefault(_participant(found.parent), []).append(best[-1])
+            trials.setdefault(found.parent.parent, []).append(best[-1])
     sessions: Sessions = []
     for participant, files in trials.items():
         configs = [each / CONFIG for each in (participant, participant.parent)]
         file = next((each for each in configs if each.exists()), None)
         if file is None:
             raise RecordError(
-                f"{participant}: trials of Pose2Sim (pose-3d), but no {CONFIG} in it or above, nor "
-                "beside pose-3d, which has the person's mass and height. Put it there."
+                f"{participant}: trials of Pose2Sim (pose-3d), but no {CONFIG} in it or above, "
+                "which has the person's mass and height. Put it there."
             )
         sessions.append((participant / CONFIG, [_pose2sim_person(file, participant, files)]))
     return sessions
-
-
-def _participant(trial: Path) -> Path:
-    """The folder of the person of a trial: that above it, or its own if only that has settings."""
-    above = (trial.parent, trial.parent.parent)
-    alone = (trial / CONFIG).exists() and not any((each / CONFIG).exists() for each in above)
-    return trial if alone else trial.parent
 
 
 def _check_one_person(folder: Path, files: list[Path]) -> None:

@@ -83,8 +83,8 @@ def stored_motions(folder: Path, *, height: float | None = None) -> list[LoadedM
         forces = target / f"trial{number}_grf.mot"
         if not forces.is_file():
             continue
-        known = number <= len(names)
-        called = names[number - 1] if known else _in_table(table, number, len(paths))
+        # a refused import has no list of names, and its motions no gait cycles
+        called = names[number - 1] if number <= len(names) else f"trial{number}"
         motion = _motion(target, number, called, table, height=height, prosthesis=prosthesis)
         found.append(replace(motion, speed=record.get("walking_speed_m_s")))
     if not found:
@@ -99,14 +99,6 @@ def stored_motions(folder: Path, *, height: float | None = None) -> list[LoadedM
 def _number(path: Path) -> int:
     found = re.match(r"trial(\d+)_", path.name)
     return int(found.group(1)) if found else 0
-
-
-def _in_table(table: Any, number: int, count: int) -> str:
-    """Name of the trial `number` of `count` of a refused import, which has no list of names: the
-    table's are in its order, but trials without a cycle are not in the table.
-    """
-    trials = [str(each) for each in table["trial"].unique()]
-    return trials[number - 1] if len(trials) == count else f"trial{number}"
 
 
 def _motion(

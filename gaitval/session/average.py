@@ -1,6 +1,6 @@
 """Mean curves over the cycles of all trials, and the mass that the force plates measure."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -11,7 +11,7 @@ from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import COORDINATES, SIDES, Side
 from gaitval.datasets.plausible import LEAST_WITH_AID
 from gaitval.errors import RecordError
-from gaitval.gait.cycles import AverageCurve, WalkedPart, average
+from gaitval.gait.cycles import AverageCurve, GaitCycle, WalkedPart, average
 from gaitval.gait.record import RECORDED_ANGLES, REQUIRED_ANGLES
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import foot_angles, pelvis_angles
@@ -125,14 +125,10 @@ def mean_kinetics(
     return moments, forces
 
 
-def check_mass(request: Request, walks: Sequence[WalkingTrial]) -> float | None:
-    """Mean vertical force of `walks` over whole gait cycles, in body weights of `request`; None if
-    no cycle is shown whole.
-
-    Raises RecordError if the plates measure another mass, perhaps because one is in pounds; less
-    than the mass is right with an aid, which carries the rest.
-    """
-    shares = []
+def total_forces(
+    walks: Sequence[WalkingTrial],
+) -> Iterator[tuple[WalkingTrial, GaitCycle, Array]]:
+    """The force (n, 3) N on both feet together, over each cycle in which the plates show both."""
     for walk in walks:
         if walk.forces is None:
             continue
@@ -142,9 +138,18 @@ def check_mass(request: Request, walks: Sequence[WalkingTrial]) -> float | None:
                 inside = (time >= cycle.start) & (time < cycle.end)
                 known = walk.forces.valid.all(axis=1) & inside
                 if known.sum() >= NEARLY_WHOLE * inside.sum():
-                    # Momentum at both ends of a cycle of steady walking is equal, so the mean force
-                    # is the weight.
-                    shares.append(walk.forces.force[known, :, 2].sum(axis=1).mean())
+                    yield walk, cycle, walk.forces.force[known].sum(axis=1)
+
+
+def check_mass(request: Request, walks: Sequence[WalkingTrial]) -> float | None:
+    """Mean vertical force of `walks` over whole gait cycles, in body weights of `request`; None if
+    no cycle is shown whole.
+
+    Raises RecordError if the plates measure another mass, perhaps because one is in pounds; less
+    than the mass is right with an aid, which carries the rest.
+    """
+    # Momentum at both ends of a cycle of steady walking is equal, so the mean force is the weight.
+    shares = [total[:, 2].mean() for _, _, total in total_forces(walks)]
     if not shares:
         return None
     weight = float(np.mean(shares)) / STANDARD_GRAVITY

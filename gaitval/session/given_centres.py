@@ -271,22 +271,16 @@ def _moments_about(
 
 def given_warnings(rows: Sequence[CentreDifference]) -> Iterator[QualityFlag]:
     """One warning if the body could not take given centres that it was to use, and a moment changes
-    by more than `LARGEST_CHANGE` for it.
+    by more than `LARGEST_CHANGE` for it: about the centre of the largest change.
     """
-    far = [
-        (max(row.flexion, row.abduction), row)
-        for row in rows
-        if row.used and max(row.flexion, row.abduction) > LARGEST_CHANGE
-    ]
-    if not far:
-        return
-    most, worst = max(far, key=lambda each: each[0])
-    others = [row.title for _, row in far if row is not worst]
-    more = f" (so too {', '.join(others)})" if others else ""
-    yield QualityFlag(
-        CHECK, worst.title, most, LARGEST_CHANGE, "Nm/kg",
-        f"the centre of {worst.source} is {worst.away} of ours; about it, in stance, "
-        f"{worst.moments} apart (RMS){more}. The body cannot take it: its legs are alike (--set "
-        "scaling.symmetric=false keeps each side's own), and its knees are hinges that "
-        "hyperextend by 25° at most",
-    )  # fmt: skip
+    changes = {max(row.flexion, row.abduction): row for row in rows if row.used and row.moments}
+    most = max(changes, default=0.0)
+    if most > LARGEST_CHANGE:
+        worst = changes[most]
+        yield QualityFlag(
+            CHECK, worst.title, most, LARGEST_CHANGE, "Nm/kg",
+            f"the centre of {worst.source} is {worst.away} of ours; about it, in stance, "
+            f"{worst.moments} apart (RMS). The body cannot take it: its legs are alike (--set "
+            "scaling.symmetric=false keeps each side's own), and its knees are hinges that "
+            "hyperextend by 25° at most",
+        )  # fmt: skip

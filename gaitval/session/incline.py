@@ -10,12 +10,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.model.ground import LEVEL, Ground
-from gaitval.session.average import NEARLY_WHOLE
+from gaitval.session.average import total_forces
 from gaitval.session.request import Notify, Request
-from gaitval.session.trial import WalkingTrial, valid_cycles
+from gaitval.session.trial import WalkingTrial
 
 SAME: Final = 1.0
 """Degrees: a slope below it is called level, and one that is said may be as far from what the
@@ -46,23 +45,13 @@ def found_incline(walks: Sequence[WalkingTrial], mass: float) -> FoundIncline | 
     changed the speed of the pelvis meanwhile; None if the plates show no cycle whole.
     """
     means = []
-    for walk in walks:
-        if walk.forces is None:
-            continue
-        time = walk.forces.time
+    for walk, cycle, total in total_forces(walks):
         speed = np.gradient(walk.positions[:, 3:6], walk.recording.time, axis=0)
-        for side in SIDES:
-            for cycle in valid_cycles(walk, side, kinetics=True):
-                inside = (time >= cycle.start) & (time < cycle.end)
-                known = walk.forces.valid.all(axis=1) & inside
-                if known.sum() < NEARLY_WHOLE * inside.sum():
-                    continue
-                ends = [
-                    [np.interp(at, walk.recording.time, part) for part in speed.T]
-                    for at in (cycle.start, cycle.end)
-                ]
-                gained = mass * np.subtract(ends[1], ends[0]) / cycle.duration
-                means.append(walk.forces.force[known].sum(axis=1).mean(axis=0) - gained)
+        ends = [
+            [np.interp(at, walk.recording.time, part) for part in speed.T]
+            for at in (cycle.start, cycle.end)
+        ]
+        means.append(total.mean(axis=0) - mass * np.subtract(ends[1], ends[0]) / cycle.duration)
     if not means:
         return None
     forward, _, up = np.mean(means, axis=0)

@@ -14,7 +14,7 @@ import numpy as np
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import unusual_build
-from gaitval.errors import NoCycleError, RecordError
+from gaitval.errors import RecordError
 from gaitval.findings import Looked, look
 from gaitval.findings.means import MeanGait
 from gaitval.gait.cycles import AverageCurve
@@ -172,12 +172,7 @@ def work_out_trials(
             noted("trials", f"{request.called(error.trial)} is left out: {error}")
             request = request.without_trial(error.trial)
     walks = _usable_walks(request, processing, known, noted)
-    try:
-        require_cycles(walks)
-    except NoCycleError:  # its page has what is known
-        for warning in _of_given(_beside_given(request, session, body, walks, laid, noted)):
-            noted("warnings", str(warning))
-        raise
+    require_cycles(walks)
     ground = ground_of(request, walks, noted)
     if ground != body.model.ground:
         # what the segments weigh, and so all moments, changes with gravity's direction

@@ -77,8 +77,8 @@ def test_the_reason_is_all_that_the_error_says(tmp_path, monkeypatch):
         read_batch([session(tmp_path, PERSON)]), tmp_path / "out", load_configuration()
     )
     assert outcome.reason == (
-        "a.c3d and b.c3d do not show the same person. The largest are LASI to RASI: 3 mm; LKNE to "
-        "LANK: 2 mm. Use the standing trial of this session. "
+        "a.c3d and b.c3d do not show the same person. The largest are LASI to RASI: 3 mm LKNE to "
+        "LANK: 2 mm Use the standing trial of this session. "
         "To continue without it: --kinematics-only."
     )
 

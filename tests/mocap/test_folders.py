@@ -82,16 +82,6 @@ def test_pose2sim_has_its_settings_in_the_session_too(pose2sim) -> None:
     assert one(pose2sim.parent).trials
 
 
-def test_pose2sims_single_trial_has_its_settings_beside_it(pose2sim) -> None:
-    """`Demo_SinglePerson`: Config.toml and pose-3d in one folder."""
-    alone = (pose2sim / "P00_T01_Walk").rename(pose2sim.parent / "Demo_SinglePerson")
-    (pose2sim / "Config.toml").replace(alone / "Config.toml")
-    person = one(alone)
-    assert person.name == "Demo_SinglePerson"
-    assert person.static is None
-    assert [walk.parent.parent for walk in person.trials] == [alone]
-
-
 def test_several_people_in_one_trial_of_pose2sim(pose2sim) -> None:
     """Their numbers are behind the trial's name, which may have a P of its own."""
     place = pose2sim / "P00_T01_Walk" / "pose-3d"

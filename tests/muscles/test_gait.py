@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 from known_walk import HEIGHT, loaded_walk
 from scipy.stats import qmc
@@ -14,7 +13,7 @@ from gaitval.coordinates import ACTUATED
 from gaitval.errors import ArtefactError, ModelError, RecordError
 from gaitval.gait.feet_on_plates import FEET
 from gaitval.gait.foot_forces import settled
-from gaitval.importing.stored_motions import _in_table, _knees
+from gaitval.importing.stored_motions import _knees
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.recording import FootForces
 from gaitval.model.markers import MARKERS, save_markers
@@ -255,13 +254,6 @@ def test_storage_files_are_read_again(found, tmp_path):
         read.column("soleus_r"), piece.legs["right"].force[:, table().names.index("soleus")],
         rtol=1e-9,
     )  # fmt: skip
-
-
-def test_a_refused_imports_trials_keep_their_own_cycles():
-    """The table of cycles leaves out trials without one: the second of three is not the third."""
-    table = pd.DataFrame({"trial": ["first.c3d", "first.c3d", "third.c3d"]})
-    assert [_in_table(table, number, 2) for number in (1, 2)] == ["first.c3d", "third.c3d"]
-    assert "third.c3d" not in {_in_table(table, number, 3) for number in (1, 2, 3)}
 
 
 def test_where_knees_are_is_read_from_the_folder(tmp_path):
