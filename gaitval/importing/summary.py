@@ -366,19 +366,14 @@ def changes_by(
     """What `consistent` changed: residuals (`before`, `after`), markers, coordinates and masses, a
     row each.
     """
+    row = page.ConsistencyChange
     rows = [
-        page.ConsistencyChange("residual force, RMS", before.force_rms, after.force_rms, "N"),
-        page.ConsistencyChange("residual force, peak", before.force_peak, after.force_peak, "N"),
-        page.ConsistencyChange("residual moment, RMS", before.moment_rms, after.moment_rms, "Nm"),
-        page.ConsistencyChange(
-            "residual moment, peak", before.moment_peak, after.moment_peak, "Nm"
-        ),
-        page.ConsistencyChange(
-            "markers on the body, RMS", 0.0, 1000 * consistent.marker_change_rms, "mm"
-        ),
-        page.ConsistencyChange(
-            "markers on the body, largest", 0.0, 1000 * consistent.marker_change_max, "mm"
-        ),
+        row("residual force, RMS", before.force_rms, after.force_rms, "N"),
+        row("residual force, peak", before.force_peak, after.force_peak, "N"),
+        row("residual moment, RMS", before.moment_rms, after.moment_rms, "Nm"),
+        row("residual moment, peak", before.moment_peak, after.moment_peak, "Nm"),
+        row("markers on the body, RMS", 0.0, 1000 * consistent.marker_change_rms, "mm"),
+        row("markers on the body, largest", 0.0, 1000 * consistent.marker_change_max, "mm"),
     ]
     for name, change in consistent.coordinate_change.items():
         length = name.startswith("pelvis_t")

@@ -106,14 +106,19 @@ def read_session(
     axes = _axes(request, standing, marker_set.landmarks)
     notify("axes", axes.description)
 
+    flags = list[tuple[str, QualityFlag]]()
+
+    def warn(number: int, found: Iterable[QualityFlag]) -> None:
+        for warning in found:
+            notify("warnings", f"{request.called(number)}: {warning}")
+            flags.append((request.called(number), warning))
+
     def walked(number: int) -> Recording:
         recording, trial = walking[number].turned(axes.rotation), request.trials[number]
         lost: list[QualityFlag] = []
         in_places = None if request.stands_in_walk else standing
         found = prepared(recording, marker_set, processing, trial, notify, lost, in_places)
-        for warning in lost:
-            notify("warnings", f"{request.called(number)}: {warning}")
-            flags.append((request.called(number), warning))
+        warn(number, lost)
         return found
 
     # A standing pose from the walk needs the walk cleaned first; it is not cleaned twice.
@@ -125,9 +130,7 @@ def read_session(
     standing, of_walk = _standing(
         request, processing, marker_set, axes, standing, first, floor, notify
     )
-    flags = [(request.called(0), warning) for warning in (*stood.flags, *whole.flags, *of_walk)]
-    for warning in (*stood.flags, *whole.flags):
-        notify("warnings", str(warning))
+    warn(0, (*stood.flags, *whole.flags, *of_walk))
     turned = list[Recording]()
     looked = [(request.called(0), row) for row in stood.looked]
     for number, named_walk in enumerate(walking):
@@ -135,14 +138,10 @@ def read_session(
             recording = walked(number) if first is None or number > 0 else first
             doubts = _doubts_beside(request, marker_set, standing, recording, named_walk)
             looked += [(request.called(number), row) for row in doubts.looked]
-            for warning in doubts.flags:
-                notify("warnings", f"{request.called(number)}: {warning}")
-                flags.append((request.called(number), warning))
+            warn(number, doubts.flags)
             if recording.plates and not request.kinematics_only:
                 recording, raised = without_raised(recording, marker_set.landmarks, aid=request.aid)
-                for warning in raised:
-                    notify("warnings", f"{request.called(number)}: {warning}")
-                    flags.append((request.called(number), warning))
+                warn(number, raised)
             _check_plates(request, recording)
         turned.append(recording)
     return SessionRecordings(
@@ -270,7 +269,6 @@ def _standing(
 
         standing = standing_in_walk(first, marker_set)
         flags.append(of_walk(len(standing.markers)))
-        notify("warnings", f"{request.called(0)}: {flags[0]}")
     else:
         standing, findings = clean(
             standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks

@@ -110,12 +110,6 @@ def test_what_was_not_measured_is_not_known(tmp_path, value):
     assert facts.knee_width_m == (None, None)
 
 
-def test_other_formats_know_nothing(tmp_path):
-    path = tmp_path / "a.trc"
-    path.write_text("PathFileType")
-    assert read_person(path).mass_kg is None
-
-
 def test_the_file_stands_in_for_what_is_not_said(tmp_path):
     messages: list[str] = []
     person = found([c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)], message=messages)
@@ -135,16 +129,6 @@ def test_the_user_wins_and_is_told_of_a_contradiction(tmp_path):
     assert any("says 32.1 kg; --mass 33.5 is used" in text for text in messages)
     assert any("says 0.084,0.083 m; --knee-width 0.1 is used" in text for text in messages)
     assert not any("--height" in text for text in messages)  # they agree to a millimetre
-
-
-def test_two_files_that_contradict_each_other_are_told(tmp_path):
-    messages: list[str] = []
-    files = [
-        c3d(tmp_path / "a.c3d", PLUG_IN_GAIT),
-        c3d(tmp_path / "b.c3d", PLUG_IN_GAIT | {"Bodymass": 60.0}),
-    ]
-    assert found(files, message=messages).mass == pytest.approx(32.1)
-    assert any("b.c3d says 60 kg; --mass 32.1 is used" in text for text in messages)
 
 
 def test_what_nobody_says_is_asked_for(tmp_path):

@@ -39,16 +39,6 @@ def test_a_name_of_a_file_that_no_page_can_show(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_folder_that_tells_two_trials_apart(tmp_path: Path, worked: list[object]) -> None:
-    paths = [tmp_path / name / "walk.trc" for name in ("a\x1b", "b")]
-    for path in paths:
-        path.parent.mkdir()
-        path.touch()
-    given = [word for path in paths for word in ("--trial", str(path))]
-    assert "letter 2 is '\\x1b'" in refused(*given, "--out", str(tmp_path / "out"))
-    assert not worked
-
-
 @pytest.mark.parametrize("key", ["person", "laboratory", "citation", "licence"])
 def test_a_text_that_no_page_can_show(tmp_path: Path, worked: list[object], key: str) -> None:
     path, session = tmp_path / "walk.trc", tmp_path / "session.toml"
