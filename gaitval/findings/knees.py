@@ -2,16 +2,26 @@
 a millimetre at the heel is a degree at the knee, and the fit is perfect.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from gaitval.findings.finding import Finding, Seen
-from gaitval.findings.markers import Walking
+from gaitval.mocap.recording import Recording
 
 
-def _markers(walk: Walking) -> Iterator[Seen]:
+@dataclass(frozen=True)
+class Knees:
+    """The markers of a walk, the segment of each, and the landmarks' markers."""
+
+    recording: Recording
+    segments: Mapping[str, str]
+    landmarks: Mapping[str, str]
+
+
+def _markers(walk: Knees) -> Iterator[Seen]:
     """How many markers thigh or shank have, the better of the two, of a leg whose knee has none."""
     seen = [
         name
@@ -28,7 +38,7 @@ def _markers(walk: Walking) -> Iterator[Seen]:
 
 UNSEEN: Final[Finding] = Finding(
     name="knee without a marker",
-    needs=Walking,
+    needs=Knees,
     values=_markers,
     limits=(3.0, np.inf),
     unit="markers",

@@ -16,6 +16,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
 from gaitval.findings import Looked, Result, look
 from gaitval.findings.feet import Beside
+from gaitval.findings.knees import Knees
 from gaitval.findings.markers import AsRead, Walking
 from gaitval.gait.cycles import CYCLES
 from gaitval.gait.events import EVENTS
@@ -218,6 +219,7 @@ def _doubts_beside(
     return look(
         AsRead(as_recorded, segments),
         Walking(walk, segments),
+        Knees(walk, segments, marker_set.landmarks),
         Beside(standing, walk, marker_set.landmarks, moved, stood=not request.stands_in_walk),
     )
 

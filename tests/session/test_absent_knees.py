@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitval.findings import look
-from gaitval.findings.markers import Walking
+from gaitval.findings.knees import Knees
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.session.trial import shows_knee
@@ -30,7 +30,7 @@ CLUSTER = [name for name in THIGH if name not in KNEES]
 def test_a_knee_is_shown_by_its_marker_or_by_a_cluster(kept, warned, shown):
     names = [name for name in SET.markers if name not in (*THIGH, *SHANK) or name in kept]
     recording = Recording("walk.trc", "project", tuple(names), np.zeros((10, len(names), 3)), 100.0)
-    flags = look(Walking(recording, SET.segments, SET.landmarks)).flags
+    flags = look(Knees(recording, SET.segments, SET.landmarks)).flags
     about = [flag.where for flag in flags if flag.check == "knee without a marker"]
     assert about == ([KNEES[0]] if warned else [])
     assert shows_knee(recording, SET, "right") == shown
