@@ -1,7 +1,6 @@
 """Faults of measurements that were silent: each is said, and sound ones are not."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from gaitval.findings.markers import AsRead, fall_of_markers
 from gaitval.findings.plates import Plates
 from gaitval.gait.filters import low_pass
 from gaitval.mocap.recording import Plate, Recording
-from gaitval.session.scale import _odd_stature, _odd_widths
 
 
 def channel_warnings(plate, rate):
@@ -29,32 +27,6 @@ def smoothed_warnings(walk):
 
 def checks(warnings):
     return [each.check for each in warnings]
-
-
-@pytest.mark.parametrize(
-    ("knee", "ankle", "message"),
-    [(0.07, 0.07, True), (0.07, 0.105, True), (0.068, None, True), (0.105, 0.07, False),
-     (0.105, None, False), (None, 0.07, False), (None, None, False), ((0.1, 0.102), 0.07, False),
-     (0.17, 0.07, True), (0.105, 0.045, True), (0.125, 0.102, True), (None, 0.05, True),
-     (0.112, 0.06, False)],
-)  # fmt: skip
-def test_a_width_of_another_joint_is_said(knee, ankle, message):
-    request = SimpleNamespace(knee_width=knee, ankle_width=ankle, height=1.75)
-    assert bool([*_odd_widths(request)]) == message
-
-
-@pytest.mark.parametrize(("factor", "message"), [(0.88, True), (1.12, True), (0.95, False)])
-def test_a_stature_that_the_legs_do_not_have_is_said(factor, message):
-    rows = [SimpleNamespace(segment=name, factor=factor) for name in ("thigh", "shank")]
-    warnings = [
-        *_odd_stature(
-            SimpleNamespace(table=rows),
-            SimpleNamespace(height=1.5, knee_width=0.1, ankle_width=0.07),
-        )
-    ]
-    assert checks(warnings) == ["stature"] * message
-    if message:
-        assert f"they fit {factor * 1.5:.2f} m" in str(warnings[0])
 
 
 def plate(least: float) -> Plate:
