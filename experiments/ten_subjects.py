@@ -2,10 +2,9 @@
 
     python -m experiments.ten_subjects ../shared/data/wbds [--check]
 
-DATA is the data set of Fukuchi, Fukuchi & Duarte (2018), of which `gaitval.datasets.wbds` reads the
-mean curves: `processed/`, and as CSV `WBDS_subjects_merged` (people), `stride_times` and
-`static_markers_10subjects`. The correction of the plates is kept as it is in the shipped files; it
-is that of `plate_corrections`.
+DATA is the data set of Fukuchi, Fukuchi & Duarte (2018): mean curves in `processed/`, and as CSV
+`WBDS_subjects_merged` (people), `stride_times` and `static_markers_10subjects`. The correction of
+the plates is kept as it is in the shipped files; it is that of `plate_corrections`.
 """
 
 import csv
@@ -20,12 +19,11 @@ from scipy.optimize import minimize_scalar
 from experiments.shipped import parser_of, ship
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.curve_files import read_mean_curves
 from gaitval.datasets.gait_values import gait_values
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import MARKERS, Printed, Subject, make_subject
 from gaitval.datasets.subject_file import BUILTIN, load_subject
-from gaitval.datasets.wbds import MOMENT_SEAM, read_angles, read_kinetics
-from gaitval.gait.mean_curves import MeanCurves
 
 FILES: Final = Path(__file__).resolve().parent.parent / "gaitval" / "datasets" / "builtin"
 
@@ -124,9 +122,7 @@ def subject_of(folder: Path, identifier: str, trial: str) -> Subject:
     """The built-in person `identifier`, "S05", on a treadmill `trial`, "T05"."""
     person, _ = BUILTIN[identifier]
     stem = folder / "processed" / f"{person}walk{trial}"
-    angles = read_angles(stem.with_name(stem.name + "ang.txt"))
-    kinetics = read_kinetics(stem.with_name(stem.name + "knt.txt"))
-    curves = MeanCurves(angles, kinetics.moments, kinetics.forces, MOMENT_SEAM)
+    curves = read_mean_curves([stem.with_name(f"{stem.name}{kind}.txt") for kind in ("ang", "knt")])
     return make_subject(
         {
             "identifier": identifier,
@@ -136,7 +132,7 @@ def subject_of(folder: Path, identifier: str, trial: str) -> Subject:
             "source": f"{person} {trial}",
             "citation": CITATION,
             "licence": LICENCE,
-            "left_phase_from_force": left_phase_from_force(kinetics.forces),
+            "left_phase_from_force": left_phase_from_force(curves.forces),
             "paper": dict(zip(Printed.model_fields, _PAPER[identifier], strict=True)),
             **gait_values(curves, str(stem)),
             **about_person(folder, person, trial),

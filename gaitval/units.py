@@ -288,7 +288,7 @@ BODY_MASS: Final = Quantity(
 )  # fmt: skip
 AGE: Final = Quantity(
     "an age",
-    (Unit("years", 1.0, ("y", "yr", "a")), Unit("months", 1.0 / 12.0, ("mo",))),
+    (Unit("years", 1.0, ("y", "yr", "yrs", "year", "a")), Unit("months", 1.0 / 12.0, ("mo",))),
     2.0,
     105.0,
 )

@@ -17,6 +17,7 @@ from gaitval.apps.cohort.report import CohortResult
 from gaitval.apps.devices.results import DeviceResult
 from gaitval.apps.judge.results import JudgeResult
 from gaitval.apps.muscles.write import MuscleResult
+from gaitval.apps.patients.results import PatientResult
 from gaitval.importing.results import IMPORT_VERSION, ImportResult
 from gaitval.metrics.results import (
     IDENTIFICATION_VERSION,
@@ -34,6 +35,7 @@ WRITTEN: dict[str, type[Written]] = {
     "devices": DeviceResult,
     "judge": JudgeResult,
     "muscles": MuscleResult,
+    "patients": PatientResult,
 }
 """Results of applications, by folder."""
 PACKAGE = Path(__file__).parent.parent / "gaitval"

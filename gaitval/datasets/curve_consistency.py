@@ -23,13 +23,12 @@ from gaitval.consistency import ADVISED, OTHER, WIDEST, Change, Verdict, log_lik
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import AXES, SIDES
 from gaitval.datasets.curve_mistakes import (
+    POSITIVE,
     PRIORS,
-    STANCE,
     Curves,
     Mistake,
     later,
     mistakes,
-    of_stance,
 )
 from gaitval.gait.sampling import SAMPLES
 from gaitval.model.rotations import foot_angles
@@ -66,6 +65,9 @@ DISTURBED: Final = 0.1
 """Share of the groups that a mistake disturbs of which nobody thought."""
 HOPELESS: Final = 20.0
 """Log likelihood below the best so far, from which a mistake is not looked at further."""
+UNEXPLAINED: Final = 0.4
+"""Log likelihood of a group of numbers, in the mean of all, below that of healthy people's means,
+from which on the curves are no walker's: 0.2 of one of the ten, 0.7 of one who runs."""
 UNTOLD: Final = 3.0
 """Log likelihood that a sign must cost to be known."""
 
@@ -106,11 +108,13 @@ class Judged:
     verdict : its causes, in words.
     named : the mistakes that these are.
     untold : angles, without kind and side, whose sign the curves do not show.
+    explained : whether the curves without the likeliest mistake are a walker's.
     """
 
     verdict: Verdict
     named: tuple[Mistake, ...]
     untold: tuple[str, ...]
+    explained: bool = True
 
     @property
     def words(self) -> str:
@@ -122,9 +126,22 @@ class Judged:
                 f"these curves contradict each other, or are no walker's: {self.verdict}. No known "
                 "mistake explains them; look at each curve."
             )
+        if not self.explained:
+            return (
+                f"these are no walker's curves: not even if {self.verdict}. Look at each curve, and "
+                "whether the rows are one cycle of walking."
+            )
         remedy = self.verdict.remedy
         advice = f" {remedy[0].upper()}{remedy[1:]}." if remedy else ""
         return f"it seems that {self.verdict}.{advice}"
+
+    @property
+    def unseen(self) -> str:
+        """A sentence on angles whose sign the curves do not show; empty if they show all."""
+        listed = "; ".join(f"{name}: {POSITIVE[name]}" for name in self.untold if name in POSITIVE)
+        if not listed:
+            return ""
+        return f"these curves do not show whether the sign is right of {listed}. Look it up."
 
     @property
     def refused(self) -> bool:
@@ -146,15 +163,6 @@ def _by_the_way(mistake: Mistake) -> bool:
     )
 
 
-def judge_curves(
-    curves: Curves, *, mass: float | None = None, height: float | None = None
-) -> Judged:
-    """What may be wrong with `curves` of both sides, of a person of this `mass`, kg, and `height`,
-    m, if these are known; curves that healthy people have are looked at.
-    """
-    return judged_by(curves, _built_in(), mass=mass, height=height)
-
-
 @dataclass(frozen=True)
 class People:
     """To whom curves are compared.
@@ -163,22 +171,21 @@ class People:
     ----------
     expected : mean curves (101,) by name; right and left have one.
     spread : mean and standard deviation of each kind of `groups`.
-    of_stance : the same, of their stance alone written over all rows.
     """
 
     expected: Curves
     spread: Mapping[str, tuple[Array, Array]]
-    of_stance: Mapping[str, tuple[Array, Array]]
 
 
-def judged_by(
-    curves: Curves, people: People, *, mass: float | None = None, height: float | None = None
-) -> Judged:
-    """What may be wrong with `curves` beside those of `people`."""
+def judge_curves(curves: Curves) -> Judged:
+    """What may be wrong with `curves` of both sides; those that healthy people have are looked
+    at.
+    """
+    people = _built_in()
     expected = people.expected
     own = {n: c for n, c in curves.items() if n in expected and np.ptp(c) > 0.0}
     likely = _Likelihood(own, people)
-    tried = list(mistakes(own, expected, mass=mass, height=height))
+    tried = list(mistakes(own, expected))
     members: dict[str, set[str]] = {}
     for each in tried:
         members.setdefault(each.family, set()).add(each.name)
@@ -204,7 +211,8 @@ def judged_by(
         and log > likely.sound - UNTOLD
     )  # fmt: skip
     named = [by_words[c.change.words] for c in verdict.named if c.change.name != OTHER.name]
-    return Judged(verdict, tuple(named), untold)
+    explained = max(likely.best, likely.sound) > likely.perfect - UNEXPLAINED * len(likely.groups)
+    return Judged(verdict, tuple(named), untold, explained)
 
 
 _SQUARES: Final = np.linspace(-8.0, 25.0, 400)
@@ -220,7 +228,7 @@ class _Likelihood:
     """Of a table of curves, as it is and with a mistake undone."""
 
     def __init__(self, curves: Curves, people: People) -> None:
-        self.curves, self.known, self.of_stance = curves, people.spread, people.of_stance
+        self.curves, self.known = curves, people.spread
         found = [each for each in groups(tuple(curves)) if each.kind in self.known]
         # What costs most to compute is looked at last.
         self.groups = sorted(found, key=lambda each: len(each.needs))
@@ -230,6 +238,7 @@ class _Likelihood:
                 self.touched.setdefault(name, set()).add(i)
         self.now = [self._log(each, curves) for each in self.groups]
         perfect = [float(_logs(self._count(each), BEYOND[each.sort])[0]) for each in self.groups]
+        self.perfect = sum(perfect)
         self.hopes = [most - log for most, log in zip(perfect, self.now, strict=True)]
         self.sound = self.best = sum(self.now)
         self.other = sum(
@@ -241,8 +250,6 @@ class _Likelihood:
 
     def without(self, mistake: Mistake) -> float:
         """Log likelihood of the curves without a `mistake`; a little too high if it is hopeless."""
-        if mistake.name == STANCE:
-            return sum(self._log(each, self.curves, of=self.of_stance) for each in self.groups)
         changed = mistake.changes(self.curves)
         after = {**self.curves, **changed}
         touched = sorted(set().union(*(self.touched[name] for name in changed)))
@@ -259,11 +266,8 @@ class _Likelihood:
         size = len(self.known[group.kind][0])
         return INDEPENDENT * size if size > 1 else 1.0
 
-    def _log(
-        self, group: Group, curves: Curves, widest: float | None = None,
-        of: Mapping[str, tuple[Array, Array]] | None = None,
-    ) -> float:  # fmt: skip
-        mean, deviation = (of or self.known)[group.kind]
+    def _log(self, group: Group, curves: Curves, widest: float | None = None) -> float:
+        mean, deviation = self.known[group.kind]
         off = (group.values(curves) - mean) / deviation
         count = self._count(group)
         square = np.log(count / len(off) * float(off @ off) + 1e-3)
@@ -487,24 +491,18 @@ def _tables() -> tuple[Curves, ...]:
 
 @cache
 def _built_in() -> People:
-    return people_of(_tables())
-
-
-def expected_curve(name: str) -> Array:
-    """The mean curve (101,) of healthy people of this `name`."""
-    return _built_in().expected[name]
-
-
-def people_of(tables: Sequence[Curves]) -> People:
-    """Healthy people, by their `tables` of the same curves."""
-    expected = {}
+    tables, expected = _tables(), {}
     for name in tables[0]:
         mirror = -1.0 if name.startswith("force_left") else 1.0
         other = name[:-1] + {"r": "l", "l": "r"}[name[-1]]
         both = [[each[name], mirror * each[other]] for each in tables]
         expected[name] = np.mean(both, axis=(0, 1))
-    stances = [{n: of_stance(curve) for n, curve in each.items()} for each in tables]
-    return People(expected, _spread_of(tables), _spread_of(stances))
+    return People(expected, _spread_of(tables))
+
+
+def expected_curve(name: str) -> Array:
+    """The mean curve (101,) of healthy people of this `name`."""
+    return _built_in().expected[name]
 
 
 def _spread_of(tables: Sequence[Curves]) -> Mapping[str, tuple[Array, Array]]:

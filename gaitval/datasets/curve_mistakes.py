@@ -4,6 +4,7 @@ Of each are said the words, and what to do about it. Programs differ in signs, u
 of all outside the sagittal plane.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -13,8 +14,8 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.constants import STANDARD_GRAVITY
 from gaitval.gait.sampling import SAMPLES
+from gaitval.units import ANKLE_MOMENT, VERTICAL_FORCE
 
 Curves = Mapping[str, Array]
 """(101,) by name with kind and side, `angle_hip_flexion_r`: deg, Nm/kg, body weights."""
@@ -25,7 +26,6 @@ PRIORS: Final[Mapping[str, float]] = {
     "signs of all moments": 0.01,
     "unit": 0.05,
     "unit of one column": 0.02,
-    "unknown unit": 0.01,
     "half a stride": 0.02,
     "late": 0.02,
     "rows": 0.01,
@@ -52,6 +52,7 @@ POSITIVE: Final[Mapping[str, str]] = {
     "pelvis_list is positive with the left side up)",
     "pelvis_rotation": "own side forward is positive on both sides (OpenSim's one pelvis_rotation "
     "is positive with the right side forward)",
+    "foot_progression": "toes towards the midline are positive",
 }
 """Of angles, and what other programs have."""
 MOMENTS: Final = (
@@ -60,44 +61,8 @@ MOMENTS: Final = (
 )
 FORCES: Final = "forces are of the ground on the foot, forward, to the person's left, up"
 
-STANCE: Final = "stance"
-"""Name of the mistake that cannot be undone: a curve of it is held against healthy people's with
-the same mistake."""
-_MASSES: Final = (20.0, 32.0, 45.0, 60.0, 78.0, 100.0, 135.0)
-"""kg, of people whose mass is not known."""
-UNITS: Final[Mapping[str, Mapping[str, tuple[str, float, int, int]]]] = {
-    "angle": {
-        "radians": ("give --angle-unit rad", 180.0 / np.pi, 0, 0),
-        "degrees": ("give --angle-unit deg", np.pi / 180.0, 0, 0),
-    },
-    "moment": {
-        "Nmm/kg": ("divide them by 1000", 1e-3, 0, 0),
-        "Nm": ("divide them by the body mass, kg", 1.0, -1, 0),
-        "Nmm": ("divide them by 1000 and by the body mass, kg", 1e-3, -1, 0),
-        "% of body weight times height": (
-            "multiply them by 0.0980665 and the height, m", 0.01 * STANDARD_GRAVITY, 0, 1,
-        ),
-    },
-    "force": {
-        "N/kg": ("divide them by 9.80665", 1.0 / STANDARD_GRAVITY, 0, 0),
-        "% of body weight": ("divide them by 100", 0.01, 0, 0),
-        "N": (
-            "divide them by the weight, N: mass times 9.80665", 1.0 / STANDARD_GRAVITY, -1, 0,
-        ),
-    },
-}  # fmt: skip
-"""Unit that a column may be in instead of deg, Nm/kg and body weights: what to do, the factor, and
-the powers of the mass, kg, and of the stature, m, by which it is multiplied too."""
-UNKNOWN: Final = tuple(10.0 ** (0.2 * power) for power in range(-15, 16) if abs(power) > 2)
-"""Factors of a unit that is none of these; patients' moments are half of healthy people's."""
-ZEROS: Final[Mapping[str, Mapping[str, tuple[float, float]]]] = {
-    "knee_angle": {"180° in standing": (-1.0, 180.0)},
-    "ankle_angle": {"90° in standing": (1.0, -90.0), "90° in standing, backwards": (-1.0, 90.0)},
-    "hip_flexion": {"90° in standing": (1.0, 90.0), "180° in standing": (-1.0, 180.0)},
-    "pelvis_tilt": {"another axis than the vertical": (1.0, 90.0)},
-    "pelvis_rotation": {"an axis of the laboratory": (1.0, -180.0)},
-}
-"""Where an angle may be measured from, and factor and addend, deg, that bring it to standing."""
+SIZES: Final = 7
+"""Of a unit per kg of body mass or m of stature, from the smallest person to the largest."""
 
 
 @dataclass(frozen=True)
@@ -128,17 +93,12 @@ def later(curve: Array, rows: int) -> Array:
     return np.append(once, once[0])
 
 
-def mistakes(
-    curves: Curves, expected: Curves, *, mass: float | None = None, height: float | None = None
-) -> Iterator[Mistake]:
-    """Those that a table of these `curves` may have; `expected` are healthy people's. `mass`, kg,
-    and `height`, m, are of the person if they are known.
-    """
+def mistakes(curves: Curves, expected: Curves) -> Iterator[Mistake]:
+    """Those that a table of these `curves` may have; `expected` are healthy people's."""
     names = tuple(curves)
     yield from _signs(names)
-    yield from _units(names, _MASSES if mass is None else (mass,), height)
+    yield from _units(names)
     yield from _times(names)
-    yield from _rows(curves)
     yield from _exchanged(names)
     yield from _zeros(curves, expected)
 
@@ -188,10 +148,7 @@ def _signs(names: Sequence[str]) -> Iterator[Mistake]:
         )  # fmt: skip
 
 
-def _units(
-    names: Sequence[str], masses: Sequence[float], height: float | None
-) -> Iterator[Mistake]:
-    tall = 1.5 if height is None else height
+def _units(names: Sequence[str]) -> Iterator[Mistake]:
     for kind, own in _kinds(names).items():
         groups = {f"the {kind}s": own}
         for base in dict.fromkeys(name[:-2] for name in own):
@@ -199,22 +156,29 @@ def _units(
             groups |= {" and ".join(both): both} | {name: (name,) for name in both}
         for words, those in groups.items():
             are, whole = "are" if len(those) > 1 else "is", those == own
-            for unit, (fix, factor, of_mass, of_height) in UNITS[kind].items():
-                remedy = fix if whole else f"write all columns of {kind}s in one unit"
-                for mass in masses if of_mass else (1.0,):
+            for unit, factors, fix in _wrong_units(kind):
+                for factor in factors:
                     yield _each(
                         "unit" if whole else "unit of one column", f"{unit} {words}",
-                        f"{words} {are} in {unit}", those,
-                        partial(np.multiply, factor * mass**of_mass * tall**of_height), remedy,
+                        f"{words} {are} in {unit}", those, partial(np.multiply, factor),
+                        fix if whole else f"write all columns of {kind}s in one unit",
                     )  # fmt: skip
-        for factor in UNKNOWN if kind != "angle" else ():
-            large = "large" if factor < 1.0 else "small"
-            yield _each(
-                "unknown unit", f"unknown unit {kind}",
-                f"the {kind}s are about {max(factor, 1.0 / factor):.3g} times too {large}, in no "
-                "usual unit",
-                own, partial(np.multiply, factor),
-            )  # fmt: skip
+
+
+def _wrong_units(kind: str) -> Iterator[tuple[str, tuple[float, ...], str]]:
+    """Units other than deg, Nm/kg and body weights: name, factors, and what to do."""
+    if kind == "angle":
+        yield "radians", (math.degrees(1.0),), "give --angle-unit rad"
+        yield "degrees", (math.radians(1.0),), "give --angle-unit deg"
+        return
+    quantity = ANKLE_MOMENT if kind == "moment" else VERTICAL_FORCE
+    for unit in quantity.units[1:]:
+        sizes = np.geomspace(1.0 / unit.spread, unit.spread, SIZES) if unit.spread > 1.0 else [1.0]
+        yield (
+            unit.name,
+            tuple(unit.factor * each for each in sizes),
+            unit.how or f"multiply them by {unit.factor:g}, or say the unit in the headers",
+        )
 
 
 def _times(names: Sequence[str]) -> Iterator[Mistake]:
@@ -229,6 +193,10 @@ def _times(names: Sequence[str]) -> Iterator[Mistake]:
                 partial(later, rows=rows),
                 "cut them from heel strike to heel strike of their own side",
             )  # fmt: skip
+    yield _each(
+        "rows", "backwards", "the rows run backwards", names, lambda c: c[::-1],
+        "export the curves over 0 to 100 % of one gait cycle",
+    )  # fmt: skip
     for side in "rl":
         parts = {
             f"{words} of the {LONG[side]} side": tuple(n for n in own if n.endswith(side))
@@ -252,33 +220,6 @@ def _shifted(words: str, rows: int) -> str:
         return f"the rows of {words} begin at toe-off, not at heel strike"
     early = rows if rows < SAMPLES // 2 else rows - (SAMPLES - 1)
     return f"{words} are about {abs(early)} % of the cycle too {'early' if early > 0 else 'late'}"
-
-
-def _rows(curves: Curves) -> Iterator[Mistake]:
-    names, rows = tuple(curves), np.arange(SAMPLES)
-    again = "export the curves over 0 to 100 % of one gait cycle"
-    yield _each("rows", "backwards", "the rows run backwards", names, lambda c: c[::-1], again)
-    if _repeats(curves):
-        yield _each(
-            "rows", "two cycles", "the rows are two cycles", names,
-            lambda c: np.interp(0.5 * rows, rows, c), again,
-        )  # fmt: skip
-    yield Mistake(
-        "rows", STANCE, "the rows are of stance alone", lambda own: dict(own), names, again
-    )
-
-
-def of_stance(curve: Array) -> Array:
-    """A curve (101,) whose stance alone was written over all rows."""
-    rows = np.arange(SAMPLES)
-    return np.asarray(np.interp(0.01 * TOE_OFF * rows, rows, curve))
-
-
-def _repeats(curves: Curves) -> bool:
-    """Whether hips and knees do in the second half of the rows what they do in the first."""
-    moved = [c for n, c in curves.items() if n.startswith(("angle_hip_flexion", "angle_knee"))]
-    halves = [np.corrcoef(c[:50], c[50:100])[0, 1] for c in moved if np.ptp(c) > 0.0]
-    return bool(halves) and min(halves) > 0.9
 
 
 def _exchanged(names: Sequence[str]) -> Iterator[Mistake]:
@@ -328,13 +269,16 @@ def _zeros(curves: Curves, expected: Curves) -> Iterator[Mistake]:
                 f"{name} has another zero, or the foot is never put down flat", [name],
                 partial(np.add, off), "give it from standing",
             )  # fmt: skip
-    for base, zeros in ZEROS.items():
-        both = [n for n in names if n[:-2] == f"angle_{base}"]
+    for base in dict.fromkeys(name[:-2] for name in _kinds(names).get("angle", ())):
+        both = [n for n in names if n[:-2] == base]
         for own in ([both] if len(both) > 1 else []) + [[n] for n in both]:
-            words = f"{' and '.join(own)} {'are' if len(own) > 1 else 'is'}"
-            for zero, (factor, add) in zeros.items():
-                yield _each(
-                    "right angle", f"{zero} {words}", f"{words} measured from {zero}", own,
-                    lambda c, f=factor, a=add: f * c + a,  # type: ignore[misc]
-                    f"give the difference from standing: {POSITIVE[base]}",
-                )  # fmt: skip
+            for factor in (1.0, -1.0):
+                off = np.mean([(expected[n] - factor * curves[n])[:-1].mean() for n in own])
+                if add := 90.0 * round(float(off) / 90.0):
+                    words = f"{' and '.join(own)} {'are' if len(own) > 1 else 'is'}"
+                    yield _each(
+                        "right angle", f"{factor:g} {add:g} {words}",
+                        f"{words} measured from {abs(add):.0f}° in standing", own,
+                        lambda c, f=factor, a=add: f * c + a,  # type: ignore[misc]
+                        f"give the difference from standing: {POSITIVE.get(base[6:], '')}",
+                    )  # fmt: skip

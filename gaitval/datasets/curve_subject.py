@@ -77,7 +77,7 @@ def new_subject(files: Sequence[Path], out: Path, person: PersonDetails, **trial
         "height_m": person.height,
         "leg_length_m": person.leg_length,
         "tape": _tape(person.tape, person.height or 0.0),
-        **_of_trial(files, mass=person.mass, height=person.height, **trial),
+        **_of_trial(files, **trial),
     }
     subject = make_subject(values, str(out))
     write_text(out, subject.to_toml())
@@ -104,7 +104,7 @@ def add_trial(files: Sequence[Path], to: Path, **trial: Any) -> Path:
         "mean_vertical_force": None,
         "trial": name,
         "source": f"{subject.person} {name}",
-        **_of_trial(files, mass=subject.mass_kg, height=subject.height_m, **trial),
+        **_of_trial(files, **trial),
     }
     added = subject.with_trial(make_subject(values, str(to)))
     # checked as a whole, as it will be read
@@ -116,8 +116,6 @@ def add_trial(files: Sequence[Path], to: Path, **trial: Any) -> Path:
 def _of_trial(
     files: Sequence[Path],
     *,
-    mass: float | None,
-    height: float | None,
     name: str,
     speed: float,
     stride_time: float,
@@ -133,9 +131,7 @@ def _of_trial(
     if unit is None:
         raise ConfigurationError(f"--angle-unit {angle_unit}: give deg or rad.")
     where = ", ".join(str(path) for path in files)
-    curves = read_mean_curves(
-        [Path(path) for path in files], angle_unit=unit, mass=mass, height=height
-    )
+    curves = read_mean_curves([Path(path) for path in files], angle_unit=unit)
     values = gait_values(curves, where, stance)
     for warning in curves.warnings:
         _say(warning, notify, where)

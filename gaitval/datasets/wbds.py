@@ -1,4 +1,4 @@
-"""Read mean curves of the gait dataset of Fukuchi, Fukuchi & Duarte (2018).
+"""The columns of mean curves of the gait dataset of Fukuchi, Fukuchi & Duarte (2018).
 
 PeerJ 6:e4640, https://doi.org/10.7717/peerj.4640, data CC BY 4.0. This is the only place where its
 conventions (millimetres, degrees, N/kg, axes x forward, y up, z right) become the project's.
@@ -25,21 +25,10 @@ the left, a difference that no gait has (docs/paper.md). The curves are left as 
 of the built-in subjects have the correction beside them.
 """
 
-import difflib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Final
 
-import numpy as np
-
-from gaitval._internal.io import file_gate
-from gaitval._internal.text.plain_numbers import plain_float
-from gaitval.arrays import Array
-from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.errors import RecordError
-from gaitval.gait.sampling import SAMPLES
 
 _LETTER: Final[dict[Side, str]] = {"right": "R", "left": "L"}
 
@@ -75,129 +64,23 @@ _MOMENTS: Final[dict[str, tuple[str, int]]] = {
     "AnkleMomentY": ("ankle_rotation", -1),
     "AnkleMomentZ": ("ankle_angle", -1),
 }
-_FORCES: Final = ("GRFX", "GRFY", "GRFZ")
+_FORCES: Final = {"GRFX": "forward", "GRFY": "up", "GRFZ": "left"}
 
 
-@dataclass(frozen=True)
-class Kinetics:
-    """Mean moments and forces of one trial in the project's convention.
-
-    Attributes
-    ----------
-    moments : Nm/kg, (101,) each, keys of `MOMENT_NAMES`. Rows 97-99 are not to be trusted.
-    forces : body weights, (101, 3) for each side: forward, left, up; zero in swing.
-    """
-
-    moments: Mapping[str, Array]
-    forces: Mapping[Side, Array]
-
-
-def _columns(names: Sequence[str]) -> tuple[str, ...]:
-    return ("Time", *(f"{letter}{name}" for letter in _LETTER.values() for name in names))
-
-
-def _header_problems(seen: Sequence[str], expected: Sequence[str], other: str) -> list[str]:
-    """Problems of a header; `other` is a word that only columns of the other file contain."""
-    missing = [name for name in expected if name not in seen]
-    unknown = [name for name in seen if name not in expected]
-    if missing and any(other in name for name in unknown):
-        return [
-            f"row 1: the columns are those of the other kind of file ({unknown[0]} was seen where "
-            f"{missing[0]} was expected): the ang and knt files look exchanged. Exchange them."
-        ]
-    problems = []
-    for name in missing:
-        near = difflib.get_close_matches(name, unknown, n=1)
-        problems.append(
-            f"row 1: column {name} is missing"
-            + (f"; was it renamed to {near[0]}? Name it {name}." if near else ". Add it.")
-        )
-    problems += [
-        f"row 1: column {name} appears {seen.count(name)} times. Keep one."
-        for name in dict.fromkeys(seen)
-        if seen.count(name) > 1
-    ]
-    return problems
-
-
-def refuse(where: str | Path, problems: Sequence[str]) -> None:
-    """Raise a `RecordError` that says `where` they are and lists the first of the `problems`, if
-    there are any.
-    """
-    if problems:
-        shown = [f"  - {problem}" for problem in problems[:10]]
-        if len(problems) > len(shown):
-            shown.append(f"  … and {len(problems) - len(shown)} more")
-        raise RecordError(f"{where}: cannot be used\n" + "\n".join(shown))
-
-
-def _read_processed(path: Path, columns: Sequence[str], other: str) -> dict[str, Array]:
-    """Columns of a tab-separated file of 101 rows, with its gaps."""
-    try:
-        lines = file_gate.read_text(path, RecordError, largest=file_gate.SIZES.table).splitlines()
-    except UnicodeDecodeError:
-        raise RecordError(f"{path}: not text. Download the file again.") from None
-    header = lines[0].split("\t") if lines else []
-    refuse(path, _header_problems(header, columns, other))
-    rows = [line.split("\t") for line in lines[1:]]
-    if len(rows) != SAMPLES or any(len(row) != len(header) for row in rows):
-        raise RecordError(
-            f"{path}: not {SAMPLES} whole rows of {len(header)} numbers (0 to 100 % of the gait "
-            f"cycle), but {len(rows)}: the file is truncated or not time-normalised. Download it "
-            "again."
-        )
+def _columns() -> dict[str, tuple[str, int, str]]:
     found = {}
-    for name in columns:
-        at = header.index(name)
-        try:
-            found[name] = np.array([plain_float(row[at]) for row in rows])
-        except ValueError as error:
-            raise RecordError(f"{path}: column {name}: {error}. Correct it.") from None
-    if not np.array_equal(found.pop("Time"), np.arange(SAMPLES)):
-        refuse(path, ["column Time: not 0, 1 … 100 (% of the gait cycle). Normalise the time."])
+    for side in SIDES:
+        letter, end = _LETTER[side], side[0]
+        for column, (name, sign) in _ANGLES.items():
+            found[f"{letter}{column}"] = f"angle_{name}_{end}", sign, "deg"
+        for column, (name, sign) in _MOMENTS.items():
+            found[f"{letter}{column}"] = f"moment_{name}_{end}", sign, "Nm/kg"
+        for column, name in _FORCES.items():
+            # Towards the midline is to the left for the right foot, to the right for the left one.
+            sign = -1 if (name, side) == ("left", "left") else 1
+            found[f"{letter}{column}"] = f"force_{name}_{end}", sign, "N/kg"
     return found
 
 
-def read_angles(path: Path) -> dict[str, Array]:
-    """Mean angles of the `…ang.txt` file `path`, by keys of `ANGLE_NAMES`: (101,) rad each,
-    project's signs, 0 to 100 % of the side's cycle.
-
-    Raises RecordError for missing or renamed columns, an exchanged file or truncation; whether the
-    curves are a walker's, `curve_consistency` says.
-    """
-    path = Path(path)
-    found = _read_processed(path, _columns(list(_ANGLES)), other="Moment")
-    return {
-        f"{name}_{side[0]}": sign * np.radians(found[_LETTER[side] + column])
-        for side in SIDES
-        for column, (name, sign) in _ANGLES.items()
-    }
-
-
-def read_kinetics(path: Path) -> Kinetics:
-    """Mean moments and ground reactions of the `…knt.txt` file `path`.
-
-    Swing is coded 0 in some files and NaN in others; both become zero, but for a gap at the begin
-    of stance. Raises RecordError as `read_angles`.
-    """
-    path = Path(path)
-    names = [*_MOMENTS, *_FORCES]
-    found = _read_processed(path, _columns(names), other="Angle")
-    forces: dict[Side, Array] = {}
-    for side in SIDES:
-        letter, medial = _LETTER[side], 1 if side == "right" else -1
-        early = np.arange(SAMPLES) < 40
-        forward, up, medially = (
-            np.where(np.isnan(values) & ~early, 0.0, values)
-            for values in (found[letter + name] for name in _FORCES)
-        )
-        # Towards the midline is to the left for the right foot, to the right for the left one.
-        forces[side] = np.stack([forward, medial * medially, up], axis=1) / STANDARD_GRAVITY
-    return Kinetics(
-        moments={
-            f"{name}_{side[0]}": sign * found[_LETTER[side] + column]
-            for side in SIDES
-            for column, (name, sign) in _MOMENTS.items()
-        },
-        forces=forces,
-    )
+COLUMNS: Final[Mapping[str, tuple[str, int, str]]] = _columns()
+"""Name of a curve, its sign and its unit, by the column of `…ang.txt` or `…knt.txt`."""

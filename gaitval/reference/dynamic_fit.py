@@ -777,6 +777,19 @@ def fitted(
     that of the contact law, with a mean of one body weight.
     """
     solution = solve(reference, record, model, contact, accuracy, near=near, with_covariance=False)
+    return motion_of(solution, reference, record, model, contact)
+
+
+def motion_of(
+    solution: Solution,
+    reference: ReferenceMotion,
+    record: GaitRecord,
+    model: BodyModel,
+    contact: ContactSettings,
+) -> ReferenceMotion:
+    """The motion of a `solution` of the fit that began with `reference`; `record`, `model` and
+    `contact` are as `solve` takes them.
+    """
     change = solution.change.T
     whole, rates, second = _path(reference, record)
     series = _series(reference.phase, record.stride_time)

@@ -8,6 +8,7 @@ from seen_figures import bands, figure_of, forward, lines
 
 from gaitval.apps.patients import page
 from gaitval.apps.patients.cohort import found_patients
+from gaitval.apps.patients.results import result_of
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS
 
 
@@ -29,7 +30,9 @@ def text(tmp_path):
     """The words of a patient's page, without tags."""
 
     def made(patient):
-        html = (page.write_pages([patient], None, tmp_path) / "P2.html").read_text("utf-8")
+        html = (page.write_pages([patient], None, tmp_path) / "P2" / "patient.html").read_text(
+            "utf-8"
+        )
         body = html[html.index("<header") :]
         return re.sub(
             r"\s+", " ", re.sub(r"<(svg|style|script).*?</\1>|<[^>]+>", " ", body, flags=re.S)
@@ -41,12 +44,11 @@ def text(tmp_path):
 @pytest.mark.parametrize(
     ("row", "message"),
     [
-        ("F,40,1.65,60", "woman, 40 years; row P2 of rows.csv"),
+        ("F,40,1.65,60", "woman, 40 years; a row of rows.csv"),
         ("M,9,1.35,30", "boy, 9 years"),
-        ("girl,9 years,1.35,30", "girl, 9 years"),
         ("M,17.6,1.75,70", "boy, 17.6 years"),
         (",9,1.35,30", "sex not known, 9 years"),
-        ("M,,1.65,60", "man, age not known: adult norms at 40 years"),
+        ("M,,1.65,60", "man, age not known"),
     ],
 )
 def test_the_page_says_who_it_is_and_what_is_not_known(patient, text, row, message):
@@ -55,10 +57,10 @@ def test_the_page_says_who_it_is_and_what_is_not_known(patient, text, row, messa
 
 def test_what_was_assumed_of_somebody_without_sex_and_age_cannot_be_said(patient, text):
     shown = text(patient(",,1.65,60"))
-    assert "those of a male" in shown
+    assert "the body is a male's" in shown
     assert "healthy people of this speed at 40 years" in shown
     known = text(patient("F,40,1.65,60"))
-    assert "those of a male" not in known
+    assert "the body is a male's" not in known
     assert "at 40 years" not in known
 
 
@@ -66,30 +68,16 @@ def test_a_child_is_shown_beside_children_at_their_free_speed(patient, text):
     child, adult = text(patient("M,9,1.35,30", speed="0.5")), text(patient("M,40,1.75,70"))
     assert "Grey: healthy children at their free speed" in child
     assert "differs from them for its speed alone" in child
-    assert "this speed at this age" not in child
-    assert "Grey: healthy people of this speed at this age, mean ± 2 SD." in adult
+    assert "Grey: healthy people of this speed and age, mean ± 2 SD" in adult
     assert "child" not in adult
 
 
-def test_a_speed_beyond_the_healthy_is_said_where_it_is_one(patient, text, monkeypatch):
-    one = patient("F,40,1.65,60")
-
-    usual = page.norms(one.subject)
-    for beyond, angles, stars in (
-        (("moments", "power", "forces"), False, 0),
-        (("parameter/stance_fraction",), False, 2),
-        (("angles",), True, 0),
-    ):
-        found = {
-            name: each._replace(beyond=name.startswith(beyond)) for name, each in usual.items()
-        }
-        monkeypatch.setattr(page, "norms", lambda _, found=found: found)
-        shown = text(one)
-        assert ("The speed is outside that of the healthy people;" in shown) is angles
-        # so the grey is not of people who walk as fast
-        assert ("Grey: healthy people of the nearest speed at this age" in shown) is angles
-        assert len(re.findall(r"± [0-9.]+\*", shown)) == stars
-        assert ("*: the speed is outside" in shown) is (stars > 0)
+def test_norms_of_other_speeds_are_called_so_or_left_out(patient, text):
+    slow, usual = patient("F,40,1.65,60", speed="0.1"), patient("F,40,1.65,60")
+    assert "healthy people of the nearest speed and age" in text(slow)
+    for who, there in ((slow, False), (usual, True)):
+        values = {row.name: row.norm for row in result_of(who, None).values}
+        assert (values["stance_right"] is not None) is there
 
 
 def test_each_angle_is_drawn_over_its_cycle_with_the_norm_of_two_sd():
@@ -101,7 +89,7 @@ def test_each_angle_is_drawn_over_its_cycle_with_the_norm_of_two_sd():
         for s, side in enumerate("rl")
     }
     norm = {name: (step + n, 1.0 + step / 100) for n, name in enumerate(names)}
-    figure = figure_of(lambda: page._draw(angles, norm))
+    figure = figure_of(lambda: page.draw_angles(angles, norm))
     for axes, name in zip(figure.axes, names, strict=True):
         assert forward(axes)
         assert axes.get_title() == f"{page.TITLES[name]}, °"

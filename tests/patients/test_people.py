@@ -2,7 +2,7 @@
 
 import pytest
 
-from gaitval.apps.patients.people import own_rows, person_of, read_people
+from gaitval.apps.patients.people import read_people
 from gaitval.errors import RecordError
 
 
@@ -35,9 +35,7 @@ def test_the_age_of_an_amputation_is_not_the_persons(tmp_path):
 def test_an_amputation_below_the_knee_is_no_above_knee_prosthesis(tmp_path, level):
     header = "Subject,Amputation side,Amputation level"
     person = table(tmp_path, header, f'A,Left,"{level}"')["A"]
-    assert person.amputation is None
-    assert person.below_knee == "left"
-    assert person.affected == {"": "left"}
+    assert (person.amputation, person.affected) == (None, {"": "left"})
 
 
 @pytest.mark.parametrize(
@@ -46,43 +44,13 @@ def test_an_amputation_below_the_knee_is_no_above_knee_prosthesis(tmp_path, leve
 def test_other_levels_are(tmp_path, level):
     header = "Subject,Amputation side,Amputation level"
     person = table(tmp_path, header, f"A,Left,{level}")["A"]
-    assert (person.amputation, person.below_knee) == ("left", None)
+    assert person.amputation == "left"
 
 
 def people(tmp_path, name, *rows):
     path = tmp_path / f"{name}.csv"
     path.write_text("\n".join(("Subject,Sex,Age,Mass", *rows)), encoding="utf-8")
     return read_people(path)
-
-
-def rows_of(subjects, *tables):
-    """Name and file of the row of each subject, or None."""
-    found = own_rows(subjects, tables)
-    persons = [person_of(each, found[each])[0] for each in subjects]
-    return [(each.identifier, each.table) if each.table else None for each in persons]
-
-
-def test_a_number_is_nobody_elses(tmp_path):
-    """SUB03 is not in the table of SUB, and is not the 3 of another laboratory."""
-    named = people(tmp_path, "named", "SUB01,M,60,70")
-    numbered = people(tmp_path, "numbered", "1,F,20,50", "3,F,22,52")
-    subjects = ["SUB01_off", "SUB03_off", "WBDS03", "WBDS04"]
-    expected = [("SUB01", "named.csv"), None, ("3", "numbered.csv"), None]
-    assert rows_of(subjects, named, numbered) == expected
-    assert rows_of(subjects, numbered, named) == expected
-    # Of a table that has only numbers nothing says who of two they are.
-    assert rows_of(subjects, numbered) == [None] * 4
-    assert rows_of(["3", "SUB03"], numbered) == [("3", "numbered.csv"), None]
-    assert rows_of(["WBDS03"], people(tmp_path, "mixed", "3,F,22,52", "A,F,22,52")) == [None]
-    assert person_of("SUB03", named | numbered)[0].table == ""
-
-
-def test_a_state_is_known_of_a_row_by_number(tmp_path):
-    numbered = people(tmp_path, "numbered", "3,F,22,52")
-    (own,) = own_rows(["P03_on"], [numbered]).values()
-    person, state = person_of("P03_on", own)
-    assert (person.mass, state) == (52.0, "on")
-    assert person_of("P03_on", numbered) == (person, state)
 
 
 @pytest.mark.parametrize(
@@ -105,10 +73,9 @@ def test_sex_and_age_are_read_as_people_write_them(tmp_path, sex, age, expected)
 @pytest.mark.parametrize(
     ("row", "seen"),
     [
-        ("A,2,40,60", "Sex is '2', which says neither F nor M"),
-        ("A,F,18 months,60", "Age is '18 months', which is not understood"),
+        ("A,2,40,60", "Sex is '2'"),
         ("A,F,40-50,60", "Age is '40-50'"),
-        ("A,F,40,132 lb", "Mass is '132 lb'"),
+        ("A,F,40,9 stone", "Mass is '9 stone'"),
     ],
 )
 def test_a_cell_that_is_not_understood_is_named(tmp_path, row, seen):
@@ -120,7 +87,7 @@ def test_a_cell_that_is_not_understood_is_named(tmp_path, row, seen):
 def test_an_amputation_on_both_sides_is_not_read_as_none(tmp_path, side):
     table = tmp_path / "p.csv"
     table.write_text(f"Subject,Amputation side\nA,{side}\n", encoding="utf-8")
-    with pytest.raises(RecordError, match=r"one side at most\. Leave the cell empty"):
+    with pytest.raises(RecordError, match="a prosthesis is on one side"):
         read_people(table)
 
 
@@ -158,9 +125,9 @@ def test_what_was_measured_is_known_by_the_words_of_its_header(tmp_path, header,
 @pytest.mark.parametrize(
     ("row", "seen"),
     [
-        ("A,yes,", "Amputation side is 'yes', which names no side"),
-        ("A,1,Transfemoral", "Amputation side is '1', which names no side"),
-        ("A,Left,transradial", "Level is 'transradial', which is no level of a leg's amputation"),
+        ("A,yes,", "Amputation side is 'yes'"),
+        ("A,1,Transfemoral", "Amputation side is '1'"),
+        ("A,Left,transradial", "'transradial' is no level of a leg's amputation"),
     ],
 )
 def test_an_amputation_that_is_not_understood_is_not_left_out(tmp_path, row, seen):
@@ -168,18 +135,12 @@ def test_an_amputation_that_is_not_understood_is_not_left_out(tmp_path, row, see
         table(tmp_path, "Subject,Amputation side,Level", row)
 
 
-def test_a_level_may_stand_beside_the_side_and_the_side_under_any_header(tmp_path):
-    assert table(tmp_path, "Subject,Amputation side", "A,Left (BK)")["A"].below_knee == "left"
-    assert table(tmp_path, "Subject,Side,Level", "A,Left,Transfemoral")["A"].amputation == "left"
+def test_a_level_may_stand_beside_the_side(tmp_path):
+    assert table(tmp_path, "Subject,Amputation side", "A,Left (BK)")["A"].amputation is None
     assert table(tmp_path, "Subject,Side of amputation", "A,Right")["A"].amputation == "right"
     # A level of something else beside an affected side is no amputation.
-    assert table(tmp_path, "Subject,Affected side,Level", "A,Left,II")["A"].amputation is None
-    for joint in ("hip", "Knee", "ankle"):
-        arthritis = table(tmp_path, "Subject,Affected side,Level", f"A,Left,{joint}")["A"]
-        assert arthritis.amputation is None
-        assert arthritis.below_knee is None
-    amputee = table(tmp_path, "Subject,Side,Amputation level", "A,Left,knee disarticulation")
-    assert amputee["A"].amputation == "left"
+    arthritis = table(tmp_path, "Subject,Affected side,Level", "A,Left,hip")["A"]
+    assert (arthritis.amputation, arthritis.affected) == (None, {"": "left"})
 
 
 @pytest.mark.parametrize("cells", ["A,0.86,", "A,,0.86"])

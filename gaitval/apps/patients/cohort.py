@@ -4,17 +4,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-
-from gaitval._internal.io.artefacts import write_json, write_text
+from gaitval._internal.io.artefacts import write_text
 from gaitval._internal.io.text_tables import csv_text
 from gaitval._internal.text.plain_numbers import plain_float
-from gaitval.apps.patients.passive_foot import expected_ankles
-from gaitval.apps.patients.people import PersonRow, own_rows, read_people
-from gaitval.apps.patients.records import Patient, patient
+from gaitval.apps.patients.people import PersonRow, read_people
+from gaitval.apps.patients.records import Patient, patient, two_sided
 from gaitval.apps.patients.strides import read_strides
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ConfigurationError, RecordError
 
 
@@ -33,14 +29,12 @@ def found_patients(
     SubjectError or ConfigurationError if a table or an option cannot be used.
     """
     known: dict[str, PersonRow] = {}
-    tables = []
     for table in people:
-        tables.append(read_people(table))
-        for who, person in tables[-1].items():
+        for who, person in read_people(table).items():
             if known.setdefault(who, person) != person:
                 raise RecordError(
                     f"{table}: {who} is in an earlier --people table with other values. Give the "
-                    "tables of groups with the same numbers one at a time, with --only."
+                    "tables of groups with the same names one at a time, with --only."
                 )
     everybody = read_strides(strides)
     groups = sorted({each.group for each in everybody})
@@ -51,12 +45,10 @@ def found_patients(
             raise ConfigurationError(
                 f"{who}: no such group or person in {strides}. Groups: {', '.join(groups)}."
             )
-    # Of all, for a name is read beside the others, whoever is chosen.
-    rows = own_rows([each.subject for each in everybody], tables)
     found = [
         patient(
             each,
-            rows[each.subject],
+            known,
             speed=given.get(each.subject, given.get(each.group)),
             healthy=each.group in healthy,
             **about,
@@ -77,25 +69,13 @@ def found_patients(
 
 
 def written(found: Sequence[Patient], out: Path) -> Path:
-    """Write subjects, what was estimated of them (of amputees the ankles' moments, too) and whose
-    row it rests on, and the table of the cohort; returns its path.
-    """
+    """Write the subjects, and the table of the cohort; returns its path."""
     rows = [["name", "subject", "record.use", "scaling.symmetric"]]
     for each in found:
         name = each.subject.identifier
         write_text(out / "subjects" / f"{name}.toml", each.subject.to_toml())
-        person = each.person
-        row = {"table": person.table, "name": person.identifier} if person.table else None
-        not_known = [what for what in ("sex", "age") if getattr(person, what) is None]
-        about = each.known_of() | {"row": row, "not_known": not_known}
-        if person.amputation is not None:
-            about["expected_ankle_moment_nm_kg"] = {
-                side: curve(np.linspace(0.0, 1.0, 101)).round(4).tolist()
-                for side, curve in expected_ankles(each, builtin_subjects()).items()
-            }
-        write_json(out / "subjects" / f"{name}.json", about)
-        two = person.amputation is not None or person.legs is not None
-        rows.append([name, f"subjects/{name}.toml", "kinematics", str(not two).lower()])
+        symmetric = str(not two_sided(each.person)).lower()
+        rows.append([name, f"subjects/{name}.toml", "kinematics", symmetric])
     write_text(out / "table.csv", csv_text(rows))
     return out / "table.csv"
 

@@ -71,8 +71,8 @@ def patients(
 
     Speed, stride time, stance and leg length that are not known are estimated, with intervals.
     Nothing is mirrored: a side that lacks an angle is refused. Writes OUT/subjects/NAME.toml,
-    OUT/table.csv for `gaitval cohort`, and OUT/pages/NAME.html with norms and asymmetry; with
-    --walk also OUT/walks/NAME.json. The same command continues where it was interrupted.
+    OUT/table.csv for `gaitval cohort`, and OUT/pages/NAME/ with scores and norms as page, JSON and
+    CSV; with --walk also OUT/walks/NAME.json. The same command continues where it was interrupted.
     """
     from gaitval._internal.io.folder_lock import locked
     from gaitval.apps.patients.cohort import found_patients, written
@@ -106,8 +106,8 @@ def patients(
 
 
 def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:
-    """Who has no row, or one found by a number, and what was estimated: a line for all."""
-    from gaitval.apps.patients.strides import POSITIVE, turned
+    """Who has no row, what may be wrong with the strides, and what was estimated."""
+    from gaitval.apps.patients.strides import doubts
     from gaitval.datasets.plausible import unusual_build
 
     def say(text: str) -> None:
@@ -115,33 +115,17 @@ def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:
 
     nobody = [each.strides.subject for each in found if not each.person.table]
     if nobody and people:
-        say(
-            f"{', '.join(nobody)}: no row in the tables of people; body estimated. A row is "
-            "found by the whole name; by a number only in a table of numbers, and only if a single "
-            "prefix (the WBDS of WBDS05) can be meant. Write the whole names into the table."
-        )
-    numbered = [
-        f"{each.strides.subject} is {each.person.identifier} of {each.person.table}"
-        for each in found
-        if not each.strides.subject.startswith(each.person.identifier)
-    ]
-    if numbered:
-        more = f" and {len(numbered) - 3} more" if len(numbered) > 3 else ""
-        say(f"By number: {', '.join(numbered[:3])}{more}; each page says whose row it used.")
+        say(f"{', '.join(nobody)}: no row in the tables of people; body estimated.")
     for each in found:
         who = each.subject
         for warning in unusual_build(who.mass_kg, who.height_m, who.age_years):
             say(f"{each.strides.subject}: {warning.message}.")
-    # Of more people `read_strides` has refused it.
-    if odd := turned(tuple(each.strides for each in found)):
-        say(
-            f"{', '.join(odd)}: nearer to healthy people's with the sign changed. So few people "
-            f"may walk like that; look whether it is so. {POSITIVE}."
-        )
+    for doubt in doubts([each.strides for each in found]):
+        say(f"Warning: {doubt}.")
     names = dict.fromkeys(
         name.replace("_", " ")
         for each in found
         for name, estimate in each.estimates.items()
         if estimate.sd > 0.0
     )
-    say(f"Estimated of some or all, with intervals in OUT/subjects/NAME.json: {', '.join(names)}.")
+    say(f"Estimated of some or all, with intervals on the pages: {', '.join(names)}.")

@@ -47,17 +47,6 @@ class EstimatedValue(NamedTuple):
         """90 %."""
         return self.value - NINETY * self.sd, self.value + NINETY * self.sd
 
-    def as_dict(self) -> dict[str, float | str | bool]:
-        """For JSON."""
-        low, high = self.interval()
-        return {
-            "value": self.value,
-            "low": low,
-            "high": high,
-            "recorded": self.sd == 0.0,
-            "how": self.how,
-        }
-
 
 def leg_length(height: EstimatedValue, measured: float | None) -> EstimatedValue:
     """Hip to floor, m, as `measured` or by the stature `height`, m."""

@@ -19,9 +19,8 @@ from gaitval.apps.patients.estimates import EstimatedValue
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike, smoothed
 from gaitval.apps.patients.people import PersonRow, person_of
 from gaitval.apps.patients.rolling_foot import STANCE_BIAS, RolledFeet, feet
-from gaitval.apps.patients.sound_side import expected_of, later_of_prosthesis
 from gaitval.apps.patients.strides import PersonStrides
-from gaitval.coordinates import SIDES, Side, opposite
+from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.identity import identity
 from gaitval.datasets.stored_gait import Gait, StanceFraction
 from gaitval.datasets.subject import Subject, make_subject
@@ -78,27 +77,6 @@ class Patient:
     smoothing: Mapping[str, Smoothed]
     mismatch: float
     affected: Side | None
-
-    def known_of(self) -> dict[str, Any]:
-        """For JSON: what is estimated, how far the record is from the strides, who it is."""
-        return {
-            "group": self.strides.group,
-            "state": self.state,
-            "trials": dict(self.strides.trials),
-            "affected": self.affected,
-            "estimates": {name: each.as_dict() for name, each in self.estimates.items()},
-            "expected": [f"{name}_{side[0]}" for name in EXPECTED for side in SIDES],
-            "smoothing_deg": {
-                name: {
-                    "harmonics": len(each.curve.cosine),
-                    "rms": float(np.degrees(each.rms)),
-                    "largest": float(np.degrees(each.curve.residual)),
-                    "ends_differ": float(np.degrees(each.closure)),
-                }
-                for name, each in self.smoothing.items()
-            },
-            "pelvis_mismatch_deg": float(np.degrees(self.mismatch)),
-        }
 
 
 def patient(
@@ -159,7 +137,12 @@ def patient(
     model = scale_subject(draft, symmetric=not two_sided(person)).model
     on_ground = feet(angles, strike.phase, model)
     found |= _way(on_ground, leg, person, speed, healthy=healthy)
-    found |= _stances(on_ground.stance, values["identifier"], person.amputation)
+    found |= {
+        f"stance_{side}": EstimatedValue(
+            on_ground.stance[side], STANCE_BIAS.sd, "the ball of the foot furthest back"
+        )
+        for side in SIDES
+    }
     values |= {
         "walking_speed_m_s": found["speed"].value,
         "stride_time_s": found["stride_time"].value,
@@ -251,28 +234,6 @@ def _known(value: float | None, mean: float, sd: float, how: str) -> EstimatedVa
     return (
         EstimatedValue(mean, sd, how) if value is None else EstimatedValue(value, 0.0, "recorded")
     )
-
-
-def _stances(
-    seen: Mapping[Side, float], identifier: str, amputation: Side | None
-) -> dict[str, EstimatedValue]:
-    """Stance of each side, of its own cycle, from what is `seen` of the ball of its foot."""
-    how = "the ball of the foot furthest back"
-    found = {f"stance_{side}": EstimatedValue(seen[side], STANCE_BIAS.sd, how) for side in SIDES}
-    if amputation is not None:
-        sound, usual = opposite(amputation), expected_of(identifier)
-        found[f"stance_{sound}"] = EstimatedValue(
-            seen[sound] + usual.later,
-            float(np.hypot(STANCE_BIAS.sd, usual.later_sd)),
-            f"{how}, and how much later sound sides of amputees leave the ground",
-        )
-        later, sd = later_of_prosthesis(identifier)
-        found[f"stance_{amputation}"] = EstimatedValue(
-            seen[amputation] + later,
-            float(np.hypot(STANCE_BIAS.sd, sd)),
-            f"{how}, and how much later prosthetic feet leave the ground",
-        )
-    return found
 
 
 def _who(strides: PersonStrides, person: PersonRow, laboratory: str | None) -> dict[str, Any]:
