@@ -25,7 +25,6 @@ from gaitval.apps.patients.strides import read_strides
 from gaitval.configuration import load_configuration
 from gaitval.datasets.curve_files import read_mean_curves
 from gaitval.datasets.subject_file import load_subject
-from gaitval.datasets.wbds import read_angles
 from gaitval.errors import ArtefactError, GaitvalError, RecordError
 from gaitval.importing.batch_imports import read_batch
 from gaitval.importing.program_folders import opencap_sessions
@@ -55,7 +54,7 @@ READERS = {
     "f.toml": lambda path: read_toml(path, RecordError),
     "a.csv": read_table,
     "b.csv": lambda path: read_mean_curves([path]),
-    "ang.txt": read_angles,
+    "ang.txt": lambda path: read_mean_curves([path]),
     "d.csv": read_strides,
     "e.csv": read_people,
     "curves.csv": lambda path: read_mean_curves([path]),

@@ -128,8 +128,8 @@ class Judged:
             )
         if not self.explained:
             return (
-                f"these are no walker's curves: not even if {self.verdict}. Look at each curve, and "
-                "whether the rows are one cycle of walking."
+                f"these are no walker's curves: not even if {self.verdict}. Look at each curve, "
+                "and whether the rows are one cycle of walking."
             )
         remedy = self.verdict.remedy
         advice = f" {remedy[0].upper()}{remedy[1:]}." if remedy else ""

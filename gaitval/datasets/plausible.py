@@ -47,11 +47,11 @@ STEP_LIKE: Final = 2.3
 """Stride time over sqrt(leg length / g): a fast walker's is 2.7, a runner's 2.3."""
 LEAST_WITH_AID: Final = 0.1
 """Body weights on the feet of a person whose aid carries the rest."""
-LARGEST: Final[Mapping[str, tuple[float, str, str]]] = {
-    "angles": (3.0, "rad", "this looks like degrees; multiply by pi/180"),
-    "moments": (5.0, "Nm/kg", "this looks like Nm; divide by the body mass"),
+LARGEST: Final[Mapping[str, tuple[float, str]]] = {
+    "angles": (3.0, "rad"),
+    "moments": (5.0, "Nm/kg"),
 }
-"""Of curves in a file of a subject: what nobody reaches, and what it looks like."""
+"""Of curves in a file of a subject: what nobody reaches."""
 
 
 _STATURES: Final = {
@@ -101,112 +101,44 @@ def _within(value: float, limits: tuple[float, float]) -> bool:
 
 
 def mass_and_height_problems(mass: float, height: float) -> list[str]:
-    """What is wrong with a body `mass` (kg) and a stature `height` (m), one sentence each; wrong
-    units and swapped values are named.
-    """
-    if _is_body(mass, height, BUILD["fattest"]):
-        return []
-    readings = [
-        (m, h)
-        for m in BODY_MASS.units
-        for h in STATURE.units
-        if _is_body(mass * m.factor, height * h.factor, BUILD["obese"])
+    """What is wrong with a body `mass` (kg) and a stature `height` (m), one sentence each."""
+    given = {"mass_kg": mass, "height_m": height}
+    problems = [
+        *_range_problem(given, "mass_kg", BODY_MASS),
+        *_range_problem(given, "height_m", STATURE),
     ]
-    (kilograms, *_), (metres, *_) = BODY_MASS.units, STATURE.units
-    swapped = [
-        (height * of_mass, mass * of_height)
-        for of_height in (1.0, 0.01)
-        for of_mass in (1.0, 100.0)
-        if _is_body(height * of_mass, mass * of_height, BUILD["obese"])
-    ]
-    metric = any(m is kilograms and h.name == "centimetres" for m, h in readings)
-    if swapped and not metric:
-        american = [
-            f" If these are pounds and inches, give mass_kg = {mass * m.factor:.1f} and height_m = "
-            f"{height * h.factor:.3f}."
-            for m, h in readings
-            if (m.name, h.name) == ("pounds", "inches")
-        ]
-        return [
-            f"mass_kg = {mass:g} and height_m = {height:g}: the columns look swapped. Give mass_kg "
-            f"= {swapped[0][0]:g} and height_m = {swapped[0][1]:g}.{''.join(american)}"
-        ]
-    for m, h in readings:
-        if h is metres:
-            return [
-                f"mass_kg = {mass:g}: this looks like {m.name}. Give kilograms: mass_kg = "
-                f"{mass * m.factor:.1f}."
-            ]
-        if m is kilograms:
-            digits = "g" if h.name == "centimetres" else ".3f"
-            return [
-                f"height_m = {height:g}: this looks like {h.name}. Give metres: height_m = "
-                f"{height * h.factor:{digits}}."
-            ]
-    outside = [
-        f"{name} = {value:g}: outside {of.low:g}-{of.high:g} {unit}. Check value and unit."
-        for name, value, of, unit in (
-            ("mass_kg", mass, BODY_MASS, "kg"),
-            ("height_m", height, STATURE, "m"),
-        )
-        if not of.fits(value)
-    ]
-    return outside or [
-        f"mass_kg = {mass:g} and height_m = {height:g}: the body mass index is "
-        f"{mass / height**2:.1f} kg/m², outside {BUILD['thinnest']:g}-{BUILD['obese']:g}. Check "
-        "both values and their units."
-    ]
-
-
-def _is_body(mass: float, height: float, fattest: float) -> bool:
-    index = mass / height**2 if height else np.inf
-    thin = BUILD["thinnest"]
-    return BODY_MASS.fits(mass) and STATURE.fits(height) and thin <= index <= fattest
+    if problems:
+        return problems
+    index, thin, fat = mass / height**2, BUILD["thinnest"], BUILD["fattest"]
+    return [] if thin <= index <= fat else [
+        f"mass_kg = {mass:g} and height_m = {height:g}: the body mass index is {index:.1f} kg/m², "
+        f"outside {thin:g}-{fat:g}. Check both values and their units."
+    ]  # fmt: skip
 
 
 def unusual_build(mass: float, height: float, age: float | None) -> Iterator[QualityFlag]:
     """What may be a mistake, though people are so, of a body of this `mass` (kg), `height` (m) and
-    `age` (years).
+    `age` (years): a body mass index or a stature that is rare at this age.
     """
     index = mass / height**2
     child = age is not None and age <= OLDEST_CHILD
-    if BUILD["obese child"] < index <= BUILD["obese"] and child:
-        yield QualityFlag(
-            "build", "the person", index, BUILD["obese child"], "kg/m²",
-            f"{mass:g} kg at {height:g} m and {age:g} years is a body mass index of {index:.0f} "
-            f"kg/m², an adult's: hardly a child has over {BUILD['obese child']:.0f}. Check mass, "
-            "stature and age",
-        )  # fmt: skip
-    if index < BUILD["thin"] and (age is None or age >= ADULT) and height >= BUILD["small"]:
-        age_text = "no age was given" if age is None else f"{age:g} years old"
-        yield QualityFlag(
-            "build", "the person", index, BUILD["thin"], "kg/m²",
-            f"{mass:g} kg at {height:g} m, and {age_text}: a body mass index of {index:.1f} kg/m² "
-            "is a child's, and the masses of the segments are those of an adult. Check the mass, "
-            "and give the age in years, if this is a child",
-        )  # fmt: skip
-    if index > BUILD["obese"]:
-        yield QualityFlag(
-            "build", "the person", index, BUILD["obese"], "kg/m²",
-            f"{mass:g} kg at {height:g} m is a body mass index of {index:.0f} kg/m². If the mass "
-            f"is in pounds, give {mass * 0.45359237:.1f}",
-        )  # fmt: skip
-    if (age is None or age >= ADULT) and height < BUILD["small"]:
-        age_text = "no age was given" if age is None else f"{age:g} years old"
-        yield QualityFlag(
-            "build", "the person", height, BUILD["small"], "m",
-            f"{height:g} m tall, and {age_text}: the masses of the segments are those of an adult. "
-            "Give the age in years, if this is a child",
-        )  # fmt: skip
+    years = "no age was given" if age is None else f"{age:g} years old"
+    thin, fat = BUILD["thinnest"], BUILD["obese child" if child else "obese"]
+    low, high = BUILD["small"], STATURE.high
     if age is not None and age < ADULT:
-        low, high = statures_at(age)
-        tall = f"{low:.2f} to {high:.2f} m" if child else f"at least {low:.2f} m"
-        if height < low or (child and height > high):
+        low, high = statures_at(age)[0], statures_at(age)[1] if child else STATURE.high
+    elif height >= low:
+        thin = BUILD["thin"]
+    for value, limits, unit, what in (
+        (index, (thin, fat), "kg/m²", f"a body mass index of {index:.0f} kg/m²"),
+        (height, (low, high), "m", f"{height:g} m"),
+    ):
+        if not _within(value, limits):
             yield QualityFlag(
-                "build", "the person", height, high if height > high else low, "m",
-                f"{height:g} m at {age:g} years: nearly all people of this age are {tall} tall, "
-                "and the masses of the segments are those of this age. Check the age and the "
-                "stature",
+                "build", "the person", value, limits[0] if value < limits[0] else limits[1], unit,
+                f"{mass:g} kg at {height:g} m, and {years}: {what} is hardly anybody's of this age "
+                f"({limits[0]:.3g} to {limits[1]:.3g} {unit}). Check mass, stature and age, and "
+                "their units",
             )  # fmt: skip
 
 
@@ -249,23 +181,20 @@ def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
             f"middle of the person (the first is {far[0]} at {positions[far[0]].tolist()}). "
             f"Correct their places, or the unit{looks_like(2.0 * float(np.median(away)))}."
         ]
-    problems = []
-    for side in "RL":
-        hip, knee = positions.get(f"{side}.ASIS"), positions.get(f"{side}.Knee")
-        if hip is not None and knee is not None and hip[2] <= knee[2]:
-            problems.append(
-                f"markers: {side}.ASIS (z = {hip[2]:g} m) is not above {side}.Knee "
-                f"(z = {knee[2]:g} m). Axes must be x forward, y left, z up; ISB axes (y up, "
-                "z right) convert as x, -z, y."
-            )
-    right, left = positions.get("R.ASIS"), positions.get("L.ASIS")
-    if not problems and right is not None and left is not None and left[1] <= right[1]:
-        problems.append(
-            f"markers: L.ASIS (y = {left[1]:g} m) is not to the left of R.ASIS "
-            f"(y = {right[1]:g} m). The person must face +x with y to the left; check that the "
-            "sides are not exchanged."
-        )
-    return problems
+    hips, knees = ([positions.get(f"{side}.{name}") for side in "RL"] for name in ("ASIS", "Knee"))
+    wrong = [
+        f"{side}.ASIS is not above {side}.Knee"
+        for side, hip, knee in zip("RL", hips, knees, strict=True)
+        if hip is not None and knee is not None and hip[2] <= knee[2]
+    ]
+    right, left = hips
+    if right is not None and left is not None and left[1] <= right[1]:
+        wrong.append("L.ASIS is not to the left of R.ASIS")
+    return [
+        f"markers: {each}. Axes must be x forward, y left, z up, and the sides the person's own; "
+        "ISB axes (y up, z right) convert as x, -z, y."
+        for each in wrong[:1]
+    ]
 
 
 def _curve_values(curve: Any, until: float = 1.0) -> np.ndarray[Any, np.dtype[np.float64]] | None:
@@ -279,13 +208,14 @@ def _curve_values(curve: Any, until: float = 1.0) -> np.ndarray[Any, np.dtype[np
 
 def _curve_problems(gait: Mapping[str, Any], stance: Mapping[str, Any]) -> list[str]:
     problems = []
-    for group, (largest, unit, fix) in LARGEST.items():
+    for group, (largest, unit) in LARGEST.items():
         curves = gait.get(group)
         for name, curve in curves.items() if isinstance(curves, Mapping) else ():
             values = _curve_values(curve)
             if values is not None and np.abs(values).max() > largest:
                 problems.append(
-                    f"gait.{group}.{name}: reaches {np.abs(values).max():.3g} {unit}; {fix}."
+                    f"gait.{group}.{name}: reaches {np.abs(values).max():.3g} {unit}, more than "
+                    f"anybody's {largest:g}. Check the unit."
                 )
     forces = gait.get("forces")
     for side in SIDES:
@@ -295,15 +225,10 @@ def _curve_problems(gait: Mapping[str, Any], stance: Mapping[str, Any]) -> list[
         values = None if until is None or up is None else _curve_values(up, until)
         if values is None:
             continue
-        if np.abs(values).max() > VERTICAL_FORCE.high:
+        if np.abs(values).max() > VERTICAL_FORCE.high or values.mean() <= 0:
             problems.append(
-                f"gait.forces.{side}.up: reaches {np.abs(values).max():.3g} body weights; this "
-                f"looks like N or N/kg. Divide N/kg by {STANDARD_GRAVITY}."
-            )
-        elif values.mean() <= 0:
-            problems.append(
-                f"gait.forces.{side}.up: its mean in stance is {values.mean():.3g} body weights; "
-                "the ground pushes up. Change its sign."
+                f"gait.forces.{side}.up: goes from {values.min():.3g} to {values.max():.3g} body "
+                f"weights in stance, where the ground pushes up. Check sign and unit."
             )
     return problems
 
@@ -318,17 +243,11 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
     problems = []
     if mass is not None and height is not None:
         problems += mass_and_height_problems(mass, height)
-    if leg is not None and height is not None and STATURE.fits(height):
-        if _within(leg / 100 / height, LEG_RATIO):
-            problems.append(
-                f"leg_length_m = {leg:g}: this looks like centimetres. "
-                f"Give metres: leg_length_m = {leg / 100:g}."
-            )
-        elif not _within(leg / height, LEG_RATIO):
-            problems.append(
-                f"leg_length_m = {leg:g}: {leg / height:.2f} of height_m = {height:g}, outside "
-                f"{LEG_RATIO[0]:g}-{LEG_RATIO[1]:g}. Leg length is from hip to floor, in metres."
-            )
+    if leg and height and STATURE.fits(height) and not _within(leg / height, LEG_RATIO):
+        problems.append(
+            f"leg_length_m = {leg:g}: {leg / height:.2f} of height_m = {height:g}, outside "
+            f"{LEG_RATIO[0]:g}-{LEG_RATIO[1]:g}. Leg length is from hip to floor, in metres."
+        )
     problems += age_problems(_number(values, "age_years"))
     problems += _range_problem(values, "walking_speed_m_s", WALKING_SPEED)
     problems += _range_problem(values, "stride_time_s", STRIDE_TIME)

@@ -135,20 +135,18 @@ def test_only_an_aid_explains_a_missing_weight():
 @pytest.mark.parametrize(
     ("values", "hints"),
     [
-        ({"mass_kg": 1.53, "height_m": 64.95}, ["columns look swapped"]),
-        ({"mass_kg": 153, "height_m": 0.64}, ["swapped", "mass_kg = 64 and height_m = 1.53"]),
-        ({"mass_kg": 153, "height_m": 64.95}, ["columns look swapped", "height_m = 1.53"]),
+        ({"mass_kg": 1.53, "height_m": 64.95}, ["mass_kg = 1.53: outside", "height_m = 64.95"]),
+        ({"mass_kg": 153, "height_m": 0.64}, ["height_m = 0.64: outside the plausible 0.8-2.3"]),
         ({"height_m": 153}, ["height_m = 153: this looks like centimetres", "height_m = 1.53"]),
-        ({"mass_kg": 165, "height_m": 1.42}, ["mass_kg = 165", "pounds", "mass_kg = 74.8"]),
+        ({"mass_kg": 165, "height_m": 1.42}, ["the body mass index is 81.8", "their units"]),
         ({"height_m": 5.02}, ["height_m = 5.02: this looks like feet", "1.530"]),
-        ({"height_m": 60.24}, ["height_m = 60.24: this looks like inches", "1.530"]),
-        ({"height_m": 1530}, ["height_m = 1530: this looks like millimetres", "1.530"]),
-        ({"mass_kg": 637}, ["mass_kg = 637: this looks like newtons", "mass_kg = 65.0"]),
-        ({"mass_kg": 143.2, "height_m": 60.24}, ["swapped", "pounds and inches", "65.0", "1.530"]),
-        ({"mass_kg": 20}, ["body mass index is 8.5", "outside 10-45"]),
-        ({"mass_kg": -64.95}, ["mass_kg = -64.95: outside 10-200 kg"]),
+        ({"height_m": 60.24}, ["height_m = 60.24: this looks like inches", "1.53"]),
+        ({"height_m": 1530}, ["height_m = 1530: this looks like millimetres", "1.53"]),
+        ({"mass_kg": 637}, ["mass_kg = 637: this looks like newtons", "mass_kg = 64.9"]),
+        ({"mass_kg": 20}, ["body mass index is 8.5", "outside 10-80"]),
+        ({"mass_kg": -64.95}, ["mass_kg = -64.95: outside the plausible 10-200 kg"]),
         ({"mass_kg": 0, "height_m": 0}, ["mass_kg = 0: outside", "height_m = 0: outside"]),
-        ({"leg_length_m": 80}, ["leg_length_m = 80: this looks like centimetres"]),
+        ({"leg_length_m": 80}, ["leg_length_m = 80: 52.29 of height_m", "in metres"]),
         ({"leg_length_m": 1.2}, ["0.78 of height_m = 1.53, outside 0.38-0.6"]),
         ({"age_years": 372}, ["age_years = 372: this looks like months", "age_years = 31"]),
         ({"age_years": 1.5}, ["age_years = 1.5: outside the plausible 2-105 years"]),
@@ -230,13 +228,13 @@ def scaled(curve, factor):
         (in_millimetres, "28 of 28 .*looks like millimetres"),
         (lambda t: t["markers"].update({"R.Heel": [30.0, 0.0, 0.0]}), r"1 of 28 .*or the unit\.$"),
         (in_isb_axes, "ISB axes"),
-        (with_sides_exchanged, "L.ASIS .* is not to the left of R.ASIS"),
+        (with_sides_exchanged, "L.ASIS is not to the left of R.ASIS"),
         (lambda t: t["markers"].update({"R.ASSI": [0, 0, 0]}), "R.ASSI.*did you mean R.ASIS"),
         (lambda t: t["markers"].update({"R.ASIS": [0, 0]}), r"markers.R.ASIS.2: missing"),
-        (lambda t: scaled(t["gait"]["angles"]["knee_angle_r"], 57.3), "looks like degrees"),
-        (lambda t: scaled(t["gait"]["moments"]["ankle_angle_l"], 65), "looks like Nm"),
-        (lambda t: scaled(t["gait"]["forces"]["right"]["up"], 9.8), "looks like N or N/kg"),
-        (lambda t: scaled(t["gait"]["forces"]["left"]["up"], -1), "Change its sign"),
+        (lambda t: scaled(t["gait"]["angles"]["knee_angle_r"], 57.3), "Check the unit"),
+        (lambda t: scaled(t["gait"]["moments"]["ankle_angle_l"], 65), "Check the unit"),
+        (lambda t: scaled(t["gait"]["forces"]["right"]["up"], 9.8), "Check sign and unit"),
+        (lambda t: scaled(t["gait"]["forces"]["left"]["up"], -1), "Check sign and unit"),
         (lambda t: t["gait"]["angles"].pop("knee_angle_r"), "gait.angles: missing: knee_angle_r"),
         (lambda t: t["gait"]["moments"].pop("knee_angle_r"), "gait.moments: missing: knee_angle_r"),
         (
@@ -262,7 +260,7 @@ def test_a_person_may_stand_far_from_the_laboratorys_origin():
 
 
 def test_construction_in_python_is_checked_too():
-    with pytest.raises(ValidationError, match="columns look swapped"):
+    with pytest.raises(ValidationError, match=r"height_m = 0\.64: outside"):
         Subject.model_validate(changed(mass_kg=153, height_m=0.64))
 
 
@@ -318,19 +316,19 @@ def test_lengths_by_tape_measure_scale_a_subject_without_markers(tmp_path):
 @pytest.mark.parametrize(
     ("body", "words"),
     [
-        ((130.0, 1.60, 40.0), ["body mass index of 51", "pounds, give 59.0"]),
+        ((130.0, 1.60, 40.0), ["body mass index of 51"]),
         ((15.5, 0.95, None), ["no age was given"]),
-        ((22.0, 1.10, 72.0), ["72 years old", "age in years"]),  # months
+        ((22.0, 1.10, 72.0), ["72 years old", "age"]),  # months
         ((15.5, 0.95, 4.0), []),
-        ((64.0, 1.53, 6.0), ["1.53 m at 6 years", "1.00 to 1.31 m"]),
+        ((64.0, 1.53, 6.0), ["6 years old", "1 to 1.31 m"]),
         ((45.0, 1.53, 10.0), []),
         ((75.0, 1.50, 10.0), []),  # 33 kg/m²
-        ((70.0, 1.30, 8.0), ["index of 41", "an adult's", "mass, stature and age"]),
+        ((70.0, 1.30, 8.0), ["index of 41", "mass, stature and age"]),
         ((70.0, 1.30, 14.0), []),
-        ((30.0, 1.20, 15.0), ["1.2 m at 15 years", "at least 1.28 m"]),
+        ((30.0, 1.20, 15.0), ["15 years old", "1.28 to 2.3 m"]),
         ((90.0, 1.95, 15.0), []),
-        ((27.0, 1.42, 30.0), ["30 years old", "13.4 kg/m² is a child's"]),
-        ((27.0, 1.42, None), ["no age was given", "give the age"]),
+        ((27.0, 1.42, 30.0), ["30 years old", "index of 13"]),
+        ((27.0, 1.42, None), ["no age was given"]),
         ((27.0, 1.42, 11.0), []),
         ((45.0, 1.70, 30.0), []),
         ((75.0, 1.75, None), []),

@@ -681,7 +681,7 @@ def gaitval(request: Request, out: Path, *more: str, **person: str) -> Any:
 @pytest.mark.parametrize(
     ("person", "words"),
     [
-        ({"mass": "1.725", "height": "74.3"}, "look swapped"),
+        ({"mass": "1.725", "height": "74.3"}, "--mass 1.725: outside the plausible"),
         ({"mass": "nan"}, "--mass = nan: input should be a finite number"),
     ],
     ids=["swapped", "nan"],
