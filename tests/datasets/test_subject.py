@@ -144,7 +144,7 @@ def test_only_an_aid_explains_a_missing_weight():
         ({"height_m": 1530}, ["height_m = 1530: this looks like millimetres", "1.53"]),
         ({"mass_kg": 637}, ["mass_kg = 637: this looks like newtons", "mass_kg = 64.9"]),
         ({"mass_kg": 20}, ["body mass index is 8.5", "outside 10-80"]),
-        ({"mass_kg": -64.95}, ["mass_kg = -64.95: outside the plausible 10-200 kg"]),
+        ({"mass_kg": -64.95}, ["mass_kg = -64.95: outside the plausible 10-200"]),
         ({"mass_kg": 0, "height_m": 0}, ["mass_kg = 0: outside", "height_m = 0: outside"]),
         ({"leg_length_m": 80}, ["leg_length_m = 80: 52.29 of height_m", "in metres"]),
         ({"leg_length_m": 1.2}, ["0.78 of height_m = 1.53, outside 0.38-0.6"]),
