@@ -292,14 +292,14 @@ def _right(known: Skeleton) -> Array:
     return np.asarray(across / np.linalg.norm(across))
 
 
-def odd_curves(angles: Mapping[str, Array], moments: Mapping[str, Array], mass: float) -> list[str]:
+def odd_curves(angles: Mapping[str, Array], moments: Mapping[str, Array]) -> list[str]:
     """A sentence if mean `angles` (101,) rad and `moments` Nm/kg by our names cannot be of one
-    walker of this `mass`, kg, with the mistake that explains them.
+    walker, with the mistake that explains them.
     """
     curves = {f"angle_{name}": np.degrees(values) for name, values in angles.items()}
     # Those across the midline hang on step width and model.
     curves |= {f"moment_{name}": m for name, m in moments.items() if name[:-2] in LEGS}
-    judged = judge_curves({n: c for n, c in curves.items() if mirrored(n) in curves}, mass=mass)
+    judged = judge_curves({n: c for n, c in curves.items() if mirrored(n) in curves})
     return [f"Curves: {judged.words}"] if judged.words else []
 
 

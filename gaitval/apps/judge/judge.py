@@ -174,7 +174,7 @@ def _judged(request: JudgeRequest) -> Judgement:
     _walk(found)
     _dynamics(found)
     moments = {} if any("not low-passed" in each for each in found.undecided) else found.moments
-    found.doubted(odd_curves(_means(found.angles), _means(moments), model.mass))
+    found.doubted(odd_curves(_means(found.angles), _means(moments)))
     _undecided(found)
     return found
 
