@@ -75,7 +75,8 @@ def read_columns(path: Path, angle_unit: AngleUnit) -> CurveColumns:
     ]
     while rows and not any(rows[-1].values()):
         rows.pop()
-    headers = list(rows[0]) if rows else []
+    order = {name: place for place, name in enumerate(COLUMNS)}
+    headers = sorted(rows[0] if rows else [], key=lambda name: order.get(name.strip(), -1))
     read, others, notes = dict[str, Array](), list[str](), list[str]()
     place, seam = None, tuple[int, ...]()
     for header in headers:
