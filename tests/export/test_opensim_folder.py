@@ -10,6 +10,7 @@ from opensim_motion import read_motion
 from opensim_peer import inverse_dynamics_tool, read_table, run
 
 from gaitval.apps.export import opensim_folder
+from gaitval.apps.export.mujoco_folder import muscle_xml
 from gaitval.apps.export.opensim_folder import FILES, LOADED_N, foot_forces, write_opensim
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.coordinates import ACTUATED
@@ -159,3 +160,9 @@ def test_muscles_of_a_laden_walk_are_the_persons(
         numbers(theirs, "max_isometric_force"), numbers(own, "max_isometric_force")
     )
     assert sum(numbers(theirs, "mass")) == pytest.approx(1.2 * sum(numbers(own, "mass")))
+    of_actuators = []
+    for one in (walked, laden):
+        actuators = [*ElementTree.fromstring(muscle_xml(one)).findall("actuator/*")]
+        assert len(actuators) == 80
+        of_actuators.append([[*map(float, each.attrib["gainprm"].split())] for each in actuators])
+    np.testing.assert_allclose(of_actuators[1], of_actuators[0], rtol=1e-9)

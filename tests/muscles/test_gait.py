@@ -1,11 +1,11 @@
 """Muscles of whole gaits: pooled cycles, bands, lost joints, devices, files that others open."""
 
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from known_walk import HEIGHT, loaded_walk
-from scipy.stats import qmc
 
 from gaitval.apps.muscles.write import reserves
 from gaitval.configuration import ContactSettings
@@ -23,9 +23,11 @@ from gaitval.musculature.gait import CONTACTS, muscles_of, part_of
 from gaitval.musculature.mapping import leg_loads, published_angles, sizes
 from gaitval.musculature.own_coordinates import own_lengths, plain_paths
 from gaitval.musculature.paths import COORDINATES, table
+from gaitval.musculature.strands import gait_poses, own_tendons
 from gaitval.opensim.muscle_motion import write_storages
 from gaitval.opensim.osim import write_osim
 from gaitval.session.loaded import known_spans
+from gaitval.simulation.mujoco_muscles import muscle_mjcf
 
 
 @pytest.fixture(scope="module")
@@ -35,17 +37,6 @@ def motion():
     middle = (start + end) / 2
     cycles = {"right": [(start, middle), (middle, end)], "left": [(start, end)]}
     return replace(walk, cycles=cycles)
-
-
-def gait_poses():
-    """(N, 6) rad over gait: 20 degrees inside the range of the table."""
-    low, high = table().ranges.T
-    inward = np.minimum(np.radians(20.0), 0.3 * (high - low))
-    unit = qmc.Sobol(6, seed=5).random(64)
-    found = low + inward + (high - low - 2.0 * inward) * unit
-    found[:, 0] -= table().skeleton.hip_zero
-    found[:, COORDINATES.index("knee_angle")] -= table().skeleton.knee_zero
-    return found
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +203,7 @@ def test_slopes_in_our_coordinates_are_those_of_the_lengths():
 
 def test_plain_polynomials_have_our_lengths(motion):
     factors = sizes(motion.model, "r").factors
-    angles = gait_poses()
+    angles = gait_poses()[::2]
     lengths, _ = own_lengths(angles, factors)
     for number, path in enumerate(plain_paths(factors)):
         x = angles[:, [COORDINATES.index(name) for name in path.coordinates]]
@@ -244,6 +235,37 @@ def test_opensim_opens_the_model_and_has_our_lengths_and_arms(motion, tmp_path):
                 coordinate = model.getCoordinateSet().get(f"{COORDINATES[c]}_r")
                 arm = path.computeMomentArm(state, coordinate)
                 assert arm == pytest.approx(-slopes[k, i, c], abs=4e-3)
+
+
+@pytest.mark.slow
+def test_tendons_of_mujoco_are_as_long_as_our_muscles(motion):
+    """1 mm over gait, in 95 % of poses and muscles."""
+    mujoco = pytest.importorskip("mujoco")
+    text = ElementTree.tostring(muscle_mjcf(motion.model, height=HEIGHT), encoding="unicode")
+    model = mujoco.MjModel.from_xml_string(text)
+    assert model.nu == 80
+    data, names = mujoco.MjData(model), table().names
+    angles = gait_poses()[::4]
+    for side in "rl":
+        lengths, _ = own_lengths(angles, sizes(motion.model, side).factors)
+        off = []
+        for k, pose in enumerate(angles):
+            for name, value in zip(COORDINATES, pose, strict=True):
+                data.qpos[model.joint(f"{name}_{side}").qposadr[0]] = value
+            mujoco.mj_fwdPosition(model, data)
+            made = [data.ten_length[model.tendon(f"{name}_{side}").id] for name in names]
+            off.append(np.array(made) - lengths[k])
+        assert np.quantile(np.abs(off), 0.95) < 1e-3
+        assert np.abs(off).max() < 5e-3
+    own = own_tendons(sizes(motion.model, "r").factors)["soleus"]
+    assert own.error < 1e-3
+    mujoco.mj_resetData(model, data)
+    data.ctrl[:] = 0.3
+    for _ in range(100):
+        mujoco.mj_step(model, data)
+    assert np.isfinite(data.qpos).all()
+    assert data.actuator_force.min() < -100.0
+    assert data.actuator_force.max() <= 0.0
 
 
 def test_storage_files_are_read_again(found, tmp_path):

@@ -37,6 +37,7 @@ OWN: Final = {
     "gaitval/apps/export/formats.py:write_training": "a script of the package",
     "gaitval/apps/export/walk.py:__init__": "runs without gaitval, on the folder beside it",
     "gaitval/musculature/paths.py:table": "paths.npz without pickles, passive.json",
+    "gaitval/musculature/strands.py:tendons": "sites.json of the package",
     "gaitval/scaling/markers/names.py:meanings": "names.toml of the package",
     "gaitval/_internal/io/artefacts.py:_check_headers": "a file that `read_arrays` has seen",
     "gaitval/_internal/io/artefacts.py:parse_toml": "the reader of TOML",

@@ -15,23 +15,31 @@ from gaitval.arrays import Array
 from gaitval.contact import cubic, hunt_crossley
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import PolicyError
+from gaitval.metrics.walk_muscles import lost_joints
 from gaitval.model.body import PARENTS, BodyModel
 from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS
 from gaitval.policy.storage import save_policy
 from gaitval.reference.motion import END_EFFECTORS
 from gaitval.simulation.mujoco_body import mjcf
+from gaitval.simulation.mujoco_muscles import muscle_mjcf
 from gaitval.simulation.tables import read_row
 
 FILES = (
     *("person.xml", "walker.json", "reference.safetensors"),
     *("policy.safetensors", "policy.json", "walk.py"),
+    "person_with_muscles.xml",
 )
 _ABOUT = """
   Written by gaitval. SI units; x forward, y left, z up. Joint angles: flexion, adduction, internal
   rotation positive on both sides. An actuator's ctrl is the joint's target, rad. Damping has the
   time step times the stiffness added, which makes the joints' springs implicit (see walk.py).
   The contact here is MuJoCo's own; walk.py replaces it by the law the person was validated with.
+"""
+_MUSCLES = """
+  Written by gaitval. SI units; x forward, y left, z up. Muscles of Rajagopal et al. (2016) with the
+  changes of Lai et al. (2017) and Uhlrich et al. (2022), of this person's size and strength. Over
+  gait, tendons are as long as gaitval's muscles to about a millimetre.
 """
 _LIMB = {"torso": 0.08, "thigh": 0.065, "shank": 0.045, "foot": 0.03, "upper_arm": 0.04}
 """m, radius of a limb as drawn; convention."""
@@ -58,6 +66,7 @@ def write_mujoco(folder: Path, walked: ExportedWalk) -> list[Path]:
             "which walk.py of the MuJoCo folder does not do. Export another run."
         )
     write_text(folder / "person.xml", person_xml(walked))
+    write_text(folder / "person_with_muscles.xml", muscle_xml(walked))
     write_json(folder / "walker.json", _numbers(walked))
     targets, walker = walked.environment.yardstick.targets, walked.environment.walker
     tables = {
@@ -110,6 +119,22 @@ def person_xml(walked: ExportedWalk) -> str:
     for name, stiffness in zip(ACTUATED, body.stiffness.tolist(), strict=True):
         ElementTree.SubElement(actuators, "general", name=name, joint=name, gainprm=repr(stiffness))
     _keyframe(root, walked)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def muscle_xml(walked: ExportedWalk) -> str:
+    """The same person with the muscles of the legs in the servos' place, as MJCF: 80 tendons and
+    muscle actuators, whose ctrl is excitation, 0 to 1. Trunk, arms and toes are limp.
+    """
+    subject = walked.stored.subject
+    person, _ = walked.person
+    root = muscle_mjcf(
+        walked.body, height=subject.height_m, lost=lost_joints(subject), person=person
+    )
+    root.set("model", f"{subject.identifier} with muscles")
+    root.insert(0, ElementTree.Comment(_MUSCLES))
+    _limbs(root, walked.body)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
