@@ -192,13 +192,32 @@ class StoredPushes(Result):
     """Of pushes to the side; none in folders of earlier versions."""
 
 
+PARTS: Final = ("feed_forward", "servo", "policy", "passive")
+"""Of the moment at a coordinate."""
+
+
+class MomentShare(Result):
+    """A part of the moment at a coordinate, see gaitval/metrics/torque_shares.py."""
+
+    rms: Size
+    """Nm/kg."""
+    r_squared: Number | None
+    """Share of the moment's variance that the part alone explains: 1 − residual over variance,
+    below 0 where the part alone is worse than the mean; null for a constant moment."""
+
+
+_PART, _PARTS = named(PARTS)
+TorqueShares = dict[str, Annotated[dict[Annotated[str, _PART], MomentShare], *_PARTS]]
+"""By actuated coordinate and part."""
+
+
 class StoredStarts(Result):
     """How far the corrected walker got from every start phase, see `rollouts.walked_far`."""
 
     starts: list[Endurance]
 
 
-class StoredWalks(OpenResult):
+class StoredWalks(Result):
     """How far the rollout from each start phase went: `rollouts/walks.json`, with all digits."""
 
     nominal: list[Endurance]
@@ -207,6 +226,8 @@ class StoredWalks(OpenResult):
     """In the second physics engine."""
     centring: Size | None = None
     """Share of the policy's action bias that was taken away, if not the configured one."""
+    torque_shares: TorqueShares | None = None
+    """Of the walk that is validated."""
 
 
 class Summary(Result):
@@ -580,6 +601,8 @@ class Metrics(Displayed, Result):
     known_to: list[KnownTo]
     """What the error of each group of curves is known to."""
     push_recovery: PushRecovery | None
+    torque_shares: TorqueShares | None = None
+    """Of the final walk."""
     second_engine: SecondEngineResult | None = None
     curve_statistics: WalkStatistics | None = None
     """Of the final walk; null with fewer than two gait cycles."""

@@ -75,6 +75,7 @@ from gaitval.metrics.results import (
     Spatiotemporal,
     SpatiotemporalResult,
     SubjectResult,
+    TorqueShares,
     WalkedCurves,
     WalkResult,
     WalkResults,
@@ -139,7 +140,8 @@ class StageResults:
 
     Attributes
     ----------
-    identification, correction, training : stored unchanged.
+    identification, correction, training, torque_shares : stored unchanged; the shares are of the
+        validated rollout.
     pushes : of the validated body.
     second_engine : the compared rollout of that body in the second engine.
     again : what was measured of repeated walks (`repeats.repeated_walks`).
@@ -152,6 +154,7 @@ class StageResults:
     correction: CorrectionResult | None = None
     training: LearningGain | None = None
     pushes: PushRecovery | None = None
+    torque_shares: TorqueShares | None = None
     second_engine: Rollouts | None = None
     again: Sequence[Repeat] = ()
     centring: float | None = None
@@ -554,6 +557,7 @@ def validate(
             lights=found.lights,
             known_to=found.known_to,
             push_recovery=by.pushes,
+            torque_shares=by.torque_shares,
             curve_statistics=walk_statistics(
                 compared.curves,
                 foot_progression(last.compared, compared.cycles, of.model),

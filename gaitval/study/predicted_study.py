@@ -166,8 +166,10 @@ def predicted_walk_stage(run: Run) -> Stage:
     """Reference, correction and policy of `run` → walks from every start phase."""
 
     def walk() -> None:
+        from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.results import StoredStarts, StoredWalks
         from gaitval.metrics.rollouts import roll_out_from
+        from gaitval.metrics.torque_shares import torque_shares
         from gaitval.policy.rollouts import RolloutPool
 
         task, mu = predicted_task(run)
@@ -176,9 +178,12 @@ def predicted_walk_stage(run: Run) -> Stage:
         with RolloutPool(task, workers=1) as pool:
             walks = roll_out_from(pool, policy, mu, starts)
         walks.compared.save(run.folder / ROLLOUTS["nominal"])
+        cycles = run.configuration.validation.cycles
+        found = find_cycles(walks.compared, run.configuration).first(cycles)
         result = StoredWalks(
             centring=task.configuration.environment.centring,
             nominal=list(walks.starts),
+            torque_shares=torque_shares(walks.compared, found, task),
         )
         write_json(run.folder / WALKS, result.as_dict())
 

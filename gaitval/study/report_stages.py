@@ -71,6 +71,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
             correction=stored(run, "correction.json", CorrectionResult),
             training=stored(run, f"policy/{GAIN}", LearningGain),
             pushes=pushes,
+            torque_shares=walks.torque_shares,
             second_engine=rollouts(
                 SECOND_ENGINE, [walks.second_engine] if walks.second_engine else None
             ),

@@ -83,7 +83,9 @@ def simulate_stage(run: Run, *, second_engine: bool = True) -> Stage:
     validation = run.configuration.validation
 
     def simulate() -> None:
+        from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.rollouts import roll_out_from, started_walk
+        from gaitval.metrics.torque_shares import torque_shares
         from gaitval.policy.rollouts import RolloutPool
 
         policy = stored_policy(run, run.folder / "policy")
@@ -103,10 +105,12 @@ def simulate_stage(run: Run, *, second_engine: bool = True) -> Stage:
             went, rollout = before()
         rollout.save(run.folder / ROLLOUTS["nominal"])
         walks.compared.save(run.folder / ROLLOUTS["identified"])
+        found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
         result = StoredWalks(
             nominal=[went],
             identified=list(walks.starts),
             second_engine=second,
+            torque_shares=torque_shares(walks.compared, found, task),
         )
         write_json(run.folder / WALKS, result.as_dict())
 
