@@ -4,15 +4,20 @@ that ends. Loaded where there is more than one process.
 
 import multiprocessing as mp
 import os
+import shutil
 import signal
 import sys
+import tempfile
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
+from multiprocessing import resource_tracker, util
 from multiprocessing.context import ForkServerContext, SpawnContext
+from pathlib import Path
 from typing import Final
+
+from gaitval._internal.io.partial_files import OF_SOCKETS, hold, remove_abandoned
 
 
 def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
@@ -33,9 +38,10 @@ def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
     # Not a plain fork: this process may have threads, of torch or BLAS, whose locks a forked child
     # would inherit locked.
     context = mp.get_context("forkserver")
-    loaded = ("rollouts", "rollout_buffer")
+    loaded = ("server_watch", "rollouts", "rollout_buffer")
     context.set_forkserver_preload([*(f"gaitval.policy.{name}" for name in loaded), *also])
     try:
+        _place_of_sockets()
         with fresh_processes(), _deaf_to_interrupts():
             forkserver.ensure_running()
     except OSError:  # its socket is a file, whose path may not be longer than some hundred bytes
@@ -54,6 +60,21 @@ def _deaf_to_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _place_of_sockets() -> None:
+    """Make the folder of the server's socket, which is removed when this process ends, and if it
+    was killed by the next one. The one that `multiprocessing` makes stays then, and ends a process
+    with a traceback where the disk has become read-only.
+    """
+    known = mp.current_process()._config  # type: ignore[attr-defined]
+    if known.get("tempdir") is None:
+        where = Path(tempfile.gettempdir())
+        remove_abandoned(where, OF_SOCKETS, "")
+        known["tempdir"] = folder = tempfile.mkdtemp(dir=where, prefix=OF_SOCKETS)
+        hold(folder)
+        # After the sockets, like that of `multiprocessing`; True: without a word if it cannot be.
+        util.Finalize(None, shutil.rmtree, args=(folder, True), exitpriority=-100)
 
 
 def begin_as_worker() -> None:

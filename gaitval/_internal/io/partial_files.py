@@ -1,8 +1,10 @@
 """What is still being written, and what killed processes have left of it."""
 
+import atexit
 import glob
 import os
 import shutil
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -13,6 +15,8 @@ from typing import Final
 PARTIAL: Final = ".partial-"
 """First letters of the name of a file that is still being written (`artefacts.replacing`), or of a
 temporary folder (`artefacts.scratch`)."""
+OF_SOCKETS: Final = "gaitval-workers-"
+"""Of the folder, among the system's temporary files, of the socket of the server of workers."""
 _LEVELS: Final = 3
 """Levels of folders that gaitval makes below a run folder."""
 
@@ -94,3 +98,22 @@ def _remove(left: Path) -> None:
         shutil.rmtree(left)
     else:
         left.unlink(missing_ok=True)
+
+
+def hold(folder: str) -> None:
+    """Lock `folder` until this process ends, so that no other takes it for abandoned."""
+    with suppress(ImportError, OSError):
+        import fcntl
+
+        fcntl.flock(os.open(folder, os.O_RDONLY), fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+@atexit.register
+def _remove_socket() -> None:
+    """The folder of the socket of the server of workers: `multiprocessing` removes it in the parent
+    alone, which may have been killed; the server ends after it, and both come here.
+    """
+    server = getattr(sys.modules.get("multiprocessing.forkserver"), "_forkserver", None)
+    address = getattr(server, "_forkserver_address", None)
+    if isinstance(address, str) and (folder := Path(address).parent).name.startswith(OF_SOCKETS):
+        shutil.rmtree(folder, ignore_errors=True)
