@@ -12,16 +12,16 @@ from opensim_motion import read_motion
 from opensim_peer import inverse_dynamics_tool, read_table, run
 
 from gaitval.configuration import ContactSettings
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.kinetics.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage
-from gaitval.opensim.coordinates import TO_OPENSIM
-from gaitval.opensim.motion import (
+from gaitval.session.opensim.coordinates import TO_OPENSIM
+from gaitval.session.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
     write_moments,
     write_motion,
 )
-from gaitval.opensim.osim import write_osim
+from gaitval.session.opensim.osim import write_osim
 
 
 class Dynamics(Trial):

@@ -10,11 +10,11 @@ from against_opensim import AgainstOpenSim, Trial
 from opensim_peer import inverse_kinematics_tool, run
 
 from gaitval.configuration import ContactSettings
-from gaitval.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.kinetics.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.mocap.trc import read_trc
-from gaitval.opensim.coordinates import TO_OPENSIM
-from gaitval.opensim.motion import write_markers, write_motion
-from gaitval.opensim.osim import write_osim
+from gaitval.session.opensim.coordinates import TO_OPENSIM
+from gaitval.session.opensim.motion import write_markers, write_motion
+from gaitval.session.opensim.osim import write_osim
 
 SHIPPED_ACCURACY = 1e-5
 

@@ -27,13 +27,13 @@ from gaitval._internal.numba.compiled import njit
 from gaitval._internal.numba.lanes import WIDTH
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED
-from gaitval.datasets.subject_file import load_subject
 from gaitval.model.urdf import write_urdf
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.mujoco_body import MujocoBody
-from gaitval.simulation.side_by_side import SideBySide, advance_lanes
-from gaitval.simulation.skeleton import HumanSkeleton
-from gaitval.simulation.walker import Walker, WalkingTask
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.simulation.mujoco_body import MujocoBody
+from gaitval.walk.simulation.side_by_side import SideBySide, advance_lanes
+from gaitval.walk.simulation.skeleton import HumanSkeleton
+from gaitval.walk.simulation.walker import Walker, WalkingTask
 
 ACTIONS = 10
 STEPS = ACTIONS * Configuration().environment.steps_per_action

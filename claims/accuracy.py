@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 import claims
 from claims import ROOT, Claim
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.metrics.baselines import GROUPS, group_rows
 from gaitval.metrics.results import metrics_from, read_metrics
-from gaitval.prediction.speed_line import dimensionless_speed
+from gaitval.subjects.prediction.speed_line import dimensionless_speed
+from gaitval.subjects.subject_file import builtin_subjects
 
 FORCES = ("vertical", "forward", "medial")
 MOMENTS = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}

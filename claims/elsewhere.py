@@ -23,15 +23,18 @@ from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings, load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import GaitvalError
 from gaitval.gait.events import force_events, marker_events
 from gaitval.gait.foot_forces import assign_forces
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.record import GaitRecord
-from gaitval.importing.importing import request_of, work_out
-from gaitval.prediction.deviations import (
+from gaitval.scaling.scaling import scale_subject
+from gaitval.session.importing.importing import request_of, work_out
+from gaitval.session.read import read_session
+from gaitval.session.request import ImportOptions, Request, checked
+from gaitval.session.subject import subject_of
+from gaitval.study.estimate_stage import Elsewhere, of_known, with_kinetics
+from gaitval.subjects.prediction.deviations import (
     KINETICS,
     SAGITTAL,
     kinetics_of,
@@ -39,8 +42,8 @@ from gaitval.prediction.deviations import (
     trial_of,
     units,
 )
-from gaitval.prediction.estimate import OFFSETS, WIDER_WITH_TOTAL, estimate
-from gaitval.prediction.force_split import (
+from gaitval.subjects.prediction.estimate import OFFSETS, WIDER_WITH_TOTAL, estimate
+from gaitval.subjects.prediction.force_split import (
     CORNER_HZ,
     NOISE,
     SPLIT,
@@ -48,23 +51,20 @@ from gaitval.prediction.force_split import (
     difference,
     together,
 )
-from gaitval.prediction.known import known_record
-from gaitval.prediction.laboratories import Laboratories
-from gaitval.prediction.laboratories import pooled as laboratories_of
-from gaitval.prediction.normal_form import SAMPLES, normal_form
-from gaitval.prediction.population import (
+from gaitval.subjects.prediction.known import known_record
+from gaitval.subjects.prediction.laboratories import Laboratories
+from gaitval.subjects.prediction.laboratories import pooled as laboratories_of
+from gaitval.subjects.prediction.normal_form import SAMPLES, normal_form
+from gaitval.subjects.prediction.population import (
     expected_record,
     on_the_line,
     other_people,
     with_others_kinetics,
 )
-from gaitval.prediction.seen import PHASES
-from gaitval.prediction.speed_line import dimensionless_speed
-from gaitval.scaling.scaling import scale_subject
-from gaitval.session.read import read_session
-from gaitval.session.request import ImportOptions, Request, checked
-from gaitval.session.subject import subject_of
-from gaitval.study.estimate_stage import Elsewhere, of_known, with_kinetics
+from gaitval.subjects.prediction.seen import PHASES
+from gaitval.subjects.prediction.speed_line import dimensionless_speed
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import builtin_subjects
 
 ARNOLD: Final = "stanfordnmbl+balance-exo-sim/results/experiments"
 GAIT2354: Final = "opensim-org+opensim-models/Pipelines/Gait2354_Simbody/subject01"

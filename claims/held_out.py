@@ -15,13 +15,13 @@ from claims import ROOT, Claim
 from claims.marked_table import with_table
 from gaitval._internal.io.artefacts import write_text
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics import baselines, other_trials, verdict_rows
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.curve_results import CURVE_UNITS, by_kind
-from gaitval.prediction.known import known_record
+from gaitval.subjects.prediction.known import known_record
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 STORE = ROOT / "reports" / "held_out"
 JOINTS = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
-from gaitval.musculature.forces import LegForces
-from gaitval.musculature.gait import GROUPS, LegGait
-from gaitval.musculature.paths import table
+from gaitval.kinetics.musculature.forces import LegForces
+from gaitval.kinetics.musculature.gait import GROUPS, LegGait
+from gaitval.kinetics.musculature.paths import table
 
 DELAY: Final = 4
 """% of the cycle from an electromyogram to what a muscle without dynamics would have to do."""

@@ -17,7 +17,7 @@ from claims.muscle_measures import (
 )
 
 if TYPE_CHECKING:
-    from gaitval.musculature.gait import LoadedMotion, MuscleGait
+    from gaitval.kinetics.musculature.gait import LoadedMotion, MuscleGait
 
 PATIENTS_WALK: Final = 1.1
 """m/s: four people with implants carried 2.38 body weights at 4 km/h (Bergmann et al. 2001, J
@@ -44,7 +44,7 @@ def _walks() -> list[Any]:
 @claims.measured("data")
 def hips(given: Given) -> list[Claim]:
     """Hip and knee contact, reserves, timing and time, of the ten people's walks."""
-    from gaitval.musculature.gait import muscles_of
+    from gaitval.kinetics.musculature.gait import muscles_of
 
     taken, gaits, implants = [], [], []
     motions = _walks()

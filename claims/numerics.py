@@ -11,11 +11,11 @@ from gaitval._internal.io.text_tables import shipped_table
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
-from gaitval.contact.forces import ground_forces
-from gaitval.datasets.subject_file import load_subject
 from gaitval.model.tree import Tree, empty_frames, forward, velocities
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.walker import Trajectory, Walker, WalkingTask
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.contact.forces import ground_forces
+from gaitval.walk.simulation.walker import Trajectory, Walker, WalkingTask
 
 FINEST, STEPS = 0.125e-3, (1e-3, 2e-3)
 """s; what the others are compared with, and these."""

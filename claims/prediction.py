@@ -11,13 +11,12 @@ from claims.held_out import mean, stored
 from claims.skill_interval import skill_interval
 from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.insoles import InsoleForces
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.curve_results import by_kind
-from gaitval.prediction.deviations import (
+from gaitval.subjects.prediction.deviations import (
     KINETICS,
     kinetics_of,
     kinetics_of_curves,
@@ -26,11 +25,12 @@ from gaitval.prediction.deviations import (
     trial_of,
     units,
 )
-from gaitval.prediction.estimate import Estimate, estimate
-from gaitval.prediction.insoles import with_insoles
-from gaitval.prediction.known import known_record
-from gaitval.prediction.normal_form import normal_form
-from gaitval.simulation.servo import closed_cycle
+from gaitval.subjects.prediction.estimate import Estimate, estimate
+from gaitval.subjects.prediction.insoles import with_insoles
+from gaitval.subjects.prediction.known import known_record
+from gaitval.subjects.prediction.normal_form import normal_form
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
+from gaitval.walk.simulation.servo import closed_cycle
 
 WORN_ERROR = 0.05
 TIMES_WORN = 5

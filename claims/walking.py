@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
     from gaitval.arrays import Array
-    from gaitval.datasets.subject import Subject
     from gaitval.policy.storage import Policy
-    from gaitval.simulation.walker import WalkingTask
+    from gaitval.subjects.subject import Subject
+    from gaitval.walk.simulation.walker import WalkingTask
 
 PEOPLE: Final = tuple(f"S{number:02d}" for number in range(1, 11))
 SPEEDS: Final = (0.3, 0.4, 0.6, 0.9, 1.25, 1.6, 1.8)
@@ -58,7 +58,7 @@ years; median of stature, cm, and coefficient of variation; L, M and S of body m
 @claims.measured()
 def speeds(_: claims.Given) -> list[Claim]:
     """Speeds at which the ten walk with the general policy, from every start."""
-    from gaitval.datasets.subject_file import load_subject
+    from gaitval.subjects.subject_file import load_subject
 
     shares = []
     for speed in SPEEDS:
@@ -174,8 +174,8 @@ def _stranger(row: Mapping[str, str], gait: str) -> "Subject":
     """Somebody of the body of a `row` of ANSUR II (mm, hectograms) who walks as one of the ten does
     at the same dimensionless speed; only stature, leg and mass are known of the body.
     """
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.identification.virtual_person import on_legs
+    from gaitval.subjects.subject_file import load_subject
 
     leg, person = float(row["trochanterionheight"]) / 1000.0, load_subject(gait).by_stature()
     return on_legs(person, leg, leg / person.leg_length_m).model_copy(
@@ -193,10 +193,10 @@ def _stranger(row: Mapping[str, str], gait: str) -> "Subject":
 def task_of(person: "Subject", speed: float | None = None) -> "WalkingTask":
     """What a person is to walk at a speed, m/s, or as recorded, with the default settings."""
     from gaitval.configuration import Configuration
-    from gaitval.datasets.subject_file import builtin_subjects
-    from gaitval.prediction.known import known_record
     from gaitval.scaling.scaling import scale_subject
-    from gaitval.simulation.walker import WalkingTask
+    from gaitval.subjects.prediction.known import known_record
+    from gaitval.subjects.subject_file import builtin_subjects
+    from gaitval.walk.simulation.walker import WalkingTask
 
     configuration = Configuration()
     known = known_record(person, configuration.record, builtin_subjects(), speed=speed, forced=True)

@@ -1,4 +1,4 @@
-"""Shipped: writes `gaitval/prediction/ankles.json`, what right ankles of 33 people do.
+"""Shipped: writes `gaitval/subjects/prediction/ankles.json`, what right ankles of 33 people do.
 
     python -m experiments.ankle_scores ../shared/data          # the file
     python -m experiments.ankle_scores ../shared/data --check  # fails if it is another
@@ -16,17 +16,17 @@ from pathlib import Path
 
 import numpy as np
 
-import gaitval.prediction
+import gaitval.subjects.prediction
 from experiments.shipped import parser_of, ship
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY, STANDARD_GRAVITY
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.plate_correction import LOADED, SHIFT_SIGNS
-from gaitval.prediction.ankles import STORE, UNIT
-from gaitval.prediction.population import expected, gaits_of
+from gaitval.subjects.prediction.ankles import STORE, UNIT
+from gaitval.subjects.prediction.population import expected, gaits_of
+from gaitval.subjects.subject_file import builtin_subjects
 
-FILE = Path(gaitval.prediction.__file__).parent / STORE
+FILE = Path(gaitval.subjects.prediction.__file__).parent / STORE
 COMPONENTS = {"angle": 12, "moment": 8}
 """With 4, 6, 8 and 12 of the angle, moments of people who are left out are 0.0885, 0.087, 0.085 and
 0.083 Nm/kg off; with 6 or 8 of the moment they are the same."""

@@ -1,11 +1,11 @@
 """What the scripts of bodies share: a person's fit."""
 
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject import Subject
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.prior import prior_sd
-from gaitval.reference.dynamic_fit import Solution, consistent_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject import Subject
+from gaitval.walk.reference.dynamic_fit import Solution, consistent_reference
 
 
 def fit_of(subject: Subject) -> BodyFit:

@@ -33,14 +33,14 @@ from experiments.general_policy import TARGET as GENERAL
 from gaitval._internal.io.artefacts import value_hash, write_json
 from gaitval._internal.numba.lanes import WIDTH
 from gaitval.configuration import EnvironmentSettings, load_configuration
-from gaitval.datasets.subject_file import BUILTIN
 from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS, OBSERVED, is_mirrored
 from gaitval.policy.senses import windows
 from gaitval.policy.storage import NETWORK, Policy, description, load_start, save_policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.stored_policy import DELAYED
+from gaitval.subjects.subject_file import BUILTIN
+from gaitval.walk.simulation.walker import WalkingTask
 
 TARGET: Final = GENERAL / DELAYED
 SETTINGS: Final = (

@@ -1,9 +1,10 @@
-"""Fit every trial of the built-in people as if their forces were unknown, for `gaitval.prediction`.
+"""Fit every trial of the built-in people as if their forces were unknown, for
+`gaitval.subjects.prediction`.
 
     python -m experiments.estimate_fits
 
-Writes `gaitval/prediction/fits.json`: by person and trial, how the kinetics of the dynamic fit
-differ from the expected ones that it began from, in units of `UNIT`. About a minute.
+Writes `gaitval/subjects/prediction/fits.json`: by person and trial, how the kinetics of the dynamic
+fit differ from the expected ones that it began from, in units of `UNIT`. About a minute.
 """
 
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
@@ -11,18 +12,18 @@ from pathlib import Path
 
 import numpy as np
 
-import gaitval.prediction
+import gaitval.subjects.prediction
 from gaitval._internal.io.artefacts import write_text
 from gaitval.configuration import ContactSettings, RecordSettings
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.metrics.reference_curves import reference_curves
-from gaitval.prediction.deviations import UNIT, fit_of
-from gaitval.prediction.known import known_record
-from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.prediction.deviations import UNIT, fit_of
+from gaitval.subjects.prediction.known import known_record
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import builtin_subjects
+from gaitval.walk.reference.dynamic_fit import consistent_reference
 
-STORE = Path(gaitval.prediction.__file__).parent / "fits.json"
+STORE = Path(gaitval.subjects.prediction.__file__).parent / "fits.json"
 
 
 def whole_numbers(subject: Subject) -> list[list[list[int]]]:

@@ -1,4 +1,4 @@
-"""Shipped: writes `forces_elsewhere.json` and `laboratories.json` of `gaitval/prediction`.
+"""Shipped: writes `forces_elsewhere.json` and `laboratories.json` of `gaitval/subjects/prediction`.
 
     python -m experiments.forces_elsewhere ../public          # the files
     python -m experiments.forces_elsewhere ../public --check  # fails if they are others
@@ -8,7 +8,7 @@ have one expect, each at the own contacts; and angles, moments and forces of the
 regression. Reads the recordings of `claims.elsewhere`, with plates. Of all together, every
 laboratory as heavy as another, the second moment of the first is kept in its `COMPONENTS` largest
 directions, and gaits are turned onto their principal directions
-(`gaitval.prediction.laboratories`): no person's own curve.
+(`gaitval.subjects.prediction.laboratories`): no person's own curve.
 """
 
 from functools import cache
@@ -17,13 +17,13 @@ from pathlib import Path
 
 import numpy as np
 
-import gaitval.prediction
+import gaitval.subjects.prediction
 from claims.elsewhere import ImportedElsewhere, apart, imported, pooled, regressed_from
 from experiments.shipped import parser_of, ship
-from gaitval.prediction import laboratories
-from gaitval.prediction.force_split import SPLIT, STORE
+from gaitval.subjects.prediction import laboratories
+from gaitval.subjects.prediction.force_split import SPLIT, STORE
 
-FILE = Path(gaitval.prediction.__file__).parent / STORE
+FILE = Path(gaitval.subjects.prediction.__file__).parent / STORE
 ALL = FILE.with_name(laboratories.STORE)
 COMPONENTS = 20
 """Of 68. What is left out is less than the roughness that is added."""

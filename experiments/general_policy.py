@@ -29,18 +29,18 @@ import numpy as np
 from gaitval._internal.io.artefacts import value_hash, write_json
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration, load_configuration
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.virtual_person import drawn_parameters, of_another_size
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import TrainingProgress, policy_of, run_training
-from gaitval.prediction.known import known_record
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.stored_policy import GENERAL
+from gaitval.subjects.prediction.known import known_record
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import BUILTIN, builtin_subjects, load_subject
+from gaitval.walk.simulation.walker import WalkingTask
 
 TARGET: Final = Path(__file__).parent.parent / "reports" / GENERAL
 

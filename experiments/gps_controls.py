@@ -17,11 +17,11 @@ import pandas as pd
 from experiments.shipped import parser_of, ship
 from gaitval._internal.io.text_tables import csv_text
 from gaitval.apps.patients.strides import AXES
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.record import HARMONICS, periodic_through
 from gaitval.metrics.curve_results import GaitProfile
 from gaitval.metrics.gait_profile import gait_profile
+from gaitval.subjects.subject_file import builtin_subjects
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "gait" / "gps_controls.csv"
 

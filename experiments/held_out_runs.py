@@ -16,18 +16,15 @@ import numpy as np
 
 from claims import commit
 from gaitval._internal.io.artefacts import read_json, write_json
+from gaitval.cli.terminal.display import live_view
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.importing.importing import import_files
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.curve_results import by_kind
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.model.urdf import read_urdf
-from gaitval.prediction.known import known_record
-from gaitval.reference.motion import ReferenceMotion
+from gaitval.session.importing.importing import import_files
 from gaitval.session.request import Halves, ImportOptions
 from gaitval.study.identification_stages import choose_stage, evaluate_stage, identify_stage
 from gaitval.study.learning_stages import hand_on_stage, need_stage, train_stage
@@ -37,7 +34,10 @@ from gaitval.study.run import choose_start
 from gaitval.study.scaling_stages import reference_stage, scale_stage
 from gaitval.study.stage import Run, Stage, open_run, run_stage
 from gaitval.study.walking_stages import correct_stage, simulate_stage
-from gaitval.terminal.display import live_view
+from gaitval.subjects.prediction.known import known_record
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import BUILTIN, builtin_subjects, load_subject
+from gaitval.walk.reference.motion import ReferenceMotion
 
 STORE = Path(__file__).resolve().parent.parent / "reports" / "held_out"
 

@@ -22,8 +22,6 @@ import numpy as np
 from experiments.bodies import as_scaled, fit_of
 from gaitval._internal.io.artefacts import read_json, versions, write_json
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.identification import shared_errors
 from gaitval.identification.offsets import offset_of
@@ -36,7 +34,9 @@ from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy, load_start
 from gaitval.policy.training import train
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.walker import WalkingTask
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.simulation.walker import WalkingTask
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "ablation.json"

@@ -18,8 +18,8 @@ import numpy as np
 from scipy.optimize import nnls
 
 from gaitval.arrays import Array
+from gaitval.kinetics.musculature.metabolics import METABOLISM
 from gaitval.metrics.comparison import rms
-from gaitval.musculature.metabolics import METABOLISM
 from gaitval.quantities.metabolic_rate import EFFICIENCY, expected_rate
 
 CONCENTRIC, ECCENTRIC = EFFICIENCY.values()

@@ -27,7 +27,6 @@ from gaitval._internal.io.artefacts import copy_files, read_json, write_json, wr
 from gaitval.apps.regression.baseline import walking_stages
 from gaitval.apps.regression.regression import LONG_MEASURES
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.metrics.results import (
     CorrectionResult,
     IdentificationResult,
@@ -38,7 +37,6 @@ from gaitval.metrics.rollouts import Rollouts, started_walk
 from gaitval.metrics.validation import StageResults, validate
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.rollouts import RolloutPool
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import (
     STORED_FILES,
     body_parameters,
@@ -48,6 +46,8 @@ from gaitval.study.inputs import (
     walking_task,
 )
 from gaitval.study.stage import Observer, Run, open_run, run_stage
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
+from gaitval.walk.simulation.walker import WalkingTask
 
 ROOT = Path(__file__).parent.parent
 SCATTER = ROOT / "benchmarks" / "margins.json"

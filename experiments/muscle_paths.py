@@ -1,6 +1,6 @@
 """Compute the muscle paths that gaitval ships, from a published model, with OpenSim.
 
-    python experiments/muscle_paths.py MODEL.osim gaitval/musculature/paths.npz
+    python experiments/muscle_paths.py MODEL.osim gaitval/kinetics/musculature/paths.npz
 
 MODEL is Rajagopal et al. (2016) IEEE Trans Biomed Eng 63:2068-2079 with the changes of Lai et al.
 (2017) Ann Biomed Eng 45:2762-2774 and Uhlrich et al. (2022) Sci Rep 12:9842
@@ -35,7 +35,7 @@ import opensim as osim
 from scipy.linalg import solve
 from scipy.stats import qmc
 
-from gaitval.musculature.paths import COORDINATES, KNEE
+from gaitval.kinetics.musculature.paths import COORDINATES, KNEE
 from gaitval.scaling.hip_regressions import hip_joint_centre
 
 RANGES = np.radians([[-45, 70], [-32, 32], [-35, 35], [-15, 95], [-45, 40], [-35, 35]])
@@ -241,7 +241,7 @@ def knee_motion(leg: Leg) -> dict[str, np.ndarray]:
 
 
 def bones(leg: Leg) -> dict[str, np.ndarray]:
-    """Joints, axes and zero of the model: see `gaitval.musculature.paths.MuscleSkeleton`."""
+    """Joints, axes and zero: see `gaitval.kinetics.musculature.paths.MuscleSkeleton`."""
     leg.pose(np.zeros(6))
     bodies = leg.model.getBodySet()
 

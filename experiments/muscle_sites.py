@@ -1,6 +1,6 @@
 """Compute the sites that tendons of MuJoCo run through, so that they are as long as our muscles.
 
-    python -m experiments.muscle_sites gaitval/musculature/sites.json
+    python -m experiments.muscle_sites gaitval/kinetics/musculature/sites.json
 
 MuJoCo knows tendons along straight lines between sites, and no polynomial. For each of the 40
 muscles of a leg of the published size, sites on the segments of our body are found with which the
@@ -21,9 +21,9 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from experiments.muscle_paths import GAIT
-from gaitval.musculature.own_coordinates import own_lengths
-from gaitval.musculature.paths import table
-from gaitval.musculature.strands import SEGMENTS, strand_lengths
+from gaitval.kinetics.musculature.own_coordinates import own_lengths
+from gaitval.kinetics.musculature.paths import table
+from gaitval.kinetics.musculature.strands import SEGMENTS, strand_lengths
 
 GOOD = 0.5e-3
 """m, 95 % of poses: more strands are tried until it is kept."""

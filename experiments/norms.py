@@ -24,11 +24,11 @@ from experiments.shipped import parser_of, ship
 from gaitval._internal.io.text_tables import csv_text
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.prediction.speed_line import dimensionless_speed
 from gaitval.quantities.joint_power import JOINTS, joint_power
+from gaitval.subjects.prediction.speed_line import dimensionless_speed
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import load_subject
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / "norms.csv"
 SPEED, AGE = 0.4, 40.0

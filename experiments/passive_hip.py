@@ -16,7 +16,7 @@ So the strains of the muscles that cross the hip are fitted again, within wider 
 et al. had, for those left Silder's moments unmet: to Silder's hip moments over gait's range, to the
 published model's passive knee moment, and to no moment of adduction and of rotation in neutral.
 Strains that are not needed stay near the published ones. No walking person and no implant is looked
-at. `gaitval/musculature/passive.json` has the result. Seconds.
+at. `gaitval/kinetics/musculature/passive.json` has the result. Seconds.
 """
 
 import argparse
@@ -29,13 +29,13 @@ from scipy.io import loadmat
 from scipy.optimize import least_squares
 
 from gaitval.arrays import Array
-from gaitval.musculature.curves import passive_length
-from gaitval.musculature.forces import capacity
-from gaitval.musculature.mapping import BoneSizes
-from gaitval.musculature.paths import KNEE, geometry, table
-from gaitval.musculature.person import leg_muscles
+from gaitval.kinetics.musculature.curves import passive_length
+from gaitval.kinetics.musculature.forces import capacity
+from gaitval.kinetics.musculature.mapping import BoneSizes
+from gaitval.kinetics.musculature.paths import KNEE, geometry, table
+from gaitval.kinetics.musculature.person import leg_muscles
 
-FOLDER = files("gaitval.musculature")
+FOLDER = files("gaitval.kinetics.musculature")
 
 HIP_RANGE = (-15.0, 40.0)
 KNEES = (15.0, 60.0)

@@ -42,7 +42,6 @@ from gaitval.arrays import Array
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, SIDES
-from gaitval.datasets.subject_file import BUILTIN
 from gaitval.metrics.balance_walk import OUTWARD
 from gaitval.metrics.push_recovery import Push
 from gaitval.metrics.pushed_steps import forces_of
@@ -52,10 +51,11 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import ACTION_ORDER, ACTION_SIGNS, OBSERVED, is_mirrored
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.servo import closed_cycle
-from gaitval.simulation.tables import read_row
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
+from gaitval.subjects.subject_file import BUILTIN
+from gaitval.walk.simulation.servo import closed_cycle
+from gaitval.walk.simulation.tables import read_row
+from gaitval.walk.simulation.walker import WalkingTask
 
 ACTIONS: Final = 1200
 """Of each of eight walkers of a task, in all rounds together."""

@@ -1,10 +1,10 @@
-"""Shipped: writes what is wrong with the force plates into gaitval/datasets/builtin.
+"""Shipped: writes what is wrong with the force plates into gaitval/subjects/builtin.
 
     python -m experiments.plate_corrections
 
 Fits the motion of every record with the shifts of the two plates as unknowns, pools them, because
 all ten people walked on the same plates, and writes the section `[plates]` of
-`gaitval/datasets/builtin/*.toml`. It also prints the shifts, and with `--effects`, which fits
+`gaitval/subjects/builtin/*.toml`. It also prints the shifts, and with `--effects`, which fits
 nothing, writes the table of docs/paper.md: what the stored corrections change.
 
 The scale follows from each record's mean vertical force. Where each plate's centre of pressure must
@@ -29,18 +29,18 @@ from gaitval._internal.io.artefacts import write_text
 from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
 from gaitval.quantities.joint_power import joint_power
-from gaitval.reference.dynamic_fit import INFERENCE, solve
-from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import BUILTIN, load_subject
+from gaitval.walk.reference.dynamic_fit import INFERENCE, solve
+from gaitval.walk.reference.motion import build_reference
 
 ROOT = Path(__file__).resolve().parent.parent
-FILES = ROOT / "gaitval" / "datasets" / "builtin"
+FILES = ROOT / "gaitval" / "subjects" / "builtin"
 EFFECTS = ROOT / "docs" / "paper.md"
 
 

@@ -1,4 +1,4 @@
-"""Shipped: gaitval/learning_control/shared_slopes.safetensors, with which corrections begin.
+"""Shipped: gaitval/correction/shared_slopes.safetensors, with which corrections begin.
 
 It says how walks of the general policy answer to changes of their reference (`slopes.py` there). It
 is measured on adults of ANSUR II and children of the WHO's growth reference, drawn as those of
@@ -34,24 +34,24 @@ from gaitval._internal.io.artefacts import (
 )
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
-from gaitval.gait.sampling import SAMPLES
-from gaitval.learning_control import slopes as rules
-from gaitval.learning_control.correct import (
+from gaitval.correction import slopes as rules
+from gaitval.correction.correct import (
     CorrectedWalk,
     beside_reference,
     correction_of,
     prior_sd,
 )
-from gaitval.learning_control.search import search
-from gaitval.learning_control.slopes import SLOPES, STORED, Slopes
-from gaitval.learning_control.walked import ACCURACY, Walked, fitted
+from gaitval.correction.search import search
+from gaitval.correction.slopes import SLOPES, STORED, Slopes
+from gaitval.correction.walked import ACCURACY, Walked, fitted
+from gaitval.gait.sampling import SAMPLES
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import in_groups
-from gaitval.reference.adjustment import JOINTS
 from gaitval.study.stored_policy import general_walker
+from gaitval.walk.reference.adjustment import JOINTS
 
-TARGET: Final = ROOT / "gaitval" / "learning_control" / STORED
+TARGET: Final = ROOT / "gaitval" / "correction" / STORED
 ABOUT: Final = ROOT / "reports" / "general" / "shared_slopes.json"
 SEED: Final = 20261126
 SPEEDS: Final = (0.3, 1.8)

@@ -1,6 +1,7 @@
-"""How joint angles change with the slope of the ground: the table of `gaitval.prediction.slopes`.
+"""How joint angles change with the slope of the ground: the table of
+`gaitval.subjects.prediction.slopes`.
 
-    python -m experiments.slope_angles FOLDER gaitval/prediction/slope_angles.csv
+    python -m experiments.slope_angles FOLDER gaitval/subjects/prediction/slope_angles.csv
 
 FOLDER has the coefficients `Psi_globalThighAngles`, `Psi_kneeAngles`, `Psi_ankleAngles` of
 github.com/twhsu-stanley/Robotic_prosthetics_state_estimation (commit c543633, folder Psi; its

@@ -24,16 +24,16 @@ from experiments.general_policy import TARGET as GENERAL
 from experiments.general_policy import printed, train_general
 from gaitval._internal.io.artefacts import value_hash, write_json
 from gaitval.configuration import Configuration, load_configuration
-from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.gait.dimensionless import speed_unit, time_unit
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.virtual_person import drawn_parameters, of_another_size
 from gaitval.policy.storage import Policy, load_start, save_policy
-from gaitval.prediction.known import known_record
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.stored_policy import SLOW
+from gaitval.subjects.prediction.known import known_record
+from gaitval.subjects.subject_file import BUILTIN, builtin_subjects, load_subject
+from gaitval.walk.simulation.walker import WalkingTask
 
 TARGET: Final = GENERAL / SLOW
 SAMPLES: Final = 20_000_000

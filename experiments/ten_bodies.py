@@ -18,12 +18,12 @@ import numpy as np
 from experiments.bodies import as_scaled, fit_of
 from gaitval._internal.io.artefacts import read_json, versions, write_json
 from gaitval.arrays import Array
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.identification.body_words import sentences
 from gaitval.identification.offsets import MOVED, OFFSETS, estimated
 from gaitval.identification.shared_errors import identified
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import builtin_subjects
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "ten_shared.json"

@@ -1,4 +1,4 @@
-"""Shipped: the ten built-in subjects, gaitval/datasets/builtin/S01.toml to S10.toml.
+"""Shipped: the ten built-in subjects, gaitval/subjects/builtin/S01.toml to S10.toml.
 
     python -m experiments.ten_subjects ../shared/data/wbds [--check]
 
@@ -19,13 +19,13 @@ from scipy.optimize import minimize_scalar
 from experiments.shipped import parser_of, ship
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.curve_files import read_mean_curves
-from gaitval.datasets.gait_values import gait_values
-from gaitval.datasets.identity import WBDS
-from gaitval.datasets.subject import MARKERS, Printed, Subject, make_subject
-from gaitval.datasets.subject_file import BUILTIN, load_subject
+from gaitval.subjects.curve_files import read_mean_curves
+from gaitval.subjects.gait_values import gait_values
+from gaitval.subjects.identity import WBDS
+from gaitval.subjects.subject import MARKERS, Printed, Subject, make_subject
+from gaitval.subjects.subject_file import BUILTIN, load_subject
 
-FILES: Final = Path(__file__).resolve().parent.parent / "gaitval" / "datasets" / "builtin"
+FILES: Final = Path(__file__).resolve().parent.parent / "gaitval" / "subjects" / "builtin"
 
 CITATION: Final = (
     "Fukuchi CA, Fukuchi RK, Duarte M (2018) A public dataset of overground and treadmill walking "

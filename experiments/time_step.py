@@ -20,8 +20,8 @@ import numpy as np
 from experiments.held_out_runs import walked
 from gaitval._internal.io.artefacts import write_text
 from gaitval._internal.io.text_tables import csv_text
+from gaitval.cli.terminal.display import live_view
 from gaitval.configuration import Configuration, load_configuration
-from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.metrics.baselines import GROUPS
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.curve_results import CURVE_UNITS
@@ -29,7 +29,7 @@ from gaitval.metrics.results import WalkResult
 from gaitval.metrics.typed import array, sided
 from gaitval.study.report_stages import metrics_of
 from gaitval.study.stage import Run, open_run
-from gaitval.terminal.display import live_view
+from gaitval.subjects.subject_file import BUILTIN, load_subject
 
 ROOT = Path(__file__).resolve().parent.parent
 FILE = ROOT / "gaitval" / "metrics" / "time_step.csv"

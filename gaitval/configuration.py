@@ -149,7 +149,7 @@ class ScalingSettings(Section):
 
 
 class ContactSettings(Section):
-    """Contact of the foot spheres with the ground (`gaitval.contact`).
+    """Contact of the foot spheres with the ground (`gaitval.walk.contact`).
 
     Hunt-Crossley: friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5), but with
     less slip than its 0.2 m/s, with which a loaded foot crept at 10 cm/s (with 0.085 none of ten

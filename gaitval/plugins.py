@@ -7,7 +7,7 @@ from typing import Any, Final
 from gaitval.errors import ConfigurationError
 
 COMMANDS: Final = "gaitval.commands"
-"""Group of commands: each a `gaitval.terminal.app.Added`, by the name of the command."""
+"""Group of commands: each a `gaitval.cli.terminal.app.Added`, by the name of the command."""
 RECORDINGS: Final = "gaitval.recordings"
 """Group of readers of trials by the ending of a file: from its path to a `Recording`."""
 FORCES: Final = "gaitval.forces"

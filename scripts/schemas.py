@@ -18,7 +18,6 @@ from gaitval.apps.devices.results import DeviceResult
 from gaitval.apps.judge.results import JudgeResult
 from gaitval.apps.muscles.write import MuscleResult
 from gaitval.apps.patients.results import PatientResult
-from gaitval.importing.results import IMPORT_VERSION, ImportResult
 from gaitval.metrics.results import (
     IDENTIFICATION_VERSION,
     SCHEMA_VERSION,
@@ -27,6 +26,7 @@ from gaitval.metrics.results import (
 )
 from gaitval.metrics.typed import schema
 from gaitval.reporting.written import Written
+from gaitval.session.importing.results import IMPORT_VERSION, ImportResult
 
 WRITTEN: dict[str, type[Written]] = {
     "balance": PerturbResult,
@@ -50,7 +50,7 @@ def schemas() -> dict[Path, dict[str, Any]]:
         PACKAGE / "identification/identification.schema.json": schema(
             IdentificationResult, name="identification", version=IDENTIFICATION_VERSION
         ),
-        PACKAGE / "importing/import.schema.json": schema(
+        PACKAGE / "session/importing/import.schema.json": schema(
             ImportResult, name="import", version=IMPORT_VERSION
         ),
         **{

@@ -16,7 +16,7 @@ from _pytest.assertion.rewrite import AssertionRewritingHook
 if TYPE_CHECKING:
     from simulation_fixtures import DartPeer
 
-    from gaitval.simulation.walker import WalkingTask
+    from gaitval.walk.simulation.walker import WalkingTask
 
 NO_DATA = "no raw data at"
 """How the reason of every skip for want of data begins."""

@@ -8,10 +8,10 @@ from gaitval._internal.text.any_case import as_known, literals_of
 from gaitval.apps.export.formats import writer_of
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import ConfigurationError
-from gaitval.measurement.correct import wanted
+from gaitval.kinetics.musculature.forces import criterion_of
 from gaitval.model.devices.device import load_devices
-from gaitval.musculature.forces import criterion_of
 from gaitval.scaling.marker_sets import load_marker_set
+from gaitval.session.measurement.correct import wanted
 from gaitval.session.request import ImportOptions, checked
 
 

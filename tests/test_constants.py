@@ -11,12 +11,9 @@ import scipy.stats
 from gaitval.apps.patients import estimates
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY, POUND, STANDARD_GRAVITY
-from gaitval.contact import hunt_crossley
-from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.findings.markers import DIFFERENCES, DIFFERENCES_NOISE, MEDIAN_TO_SD
 from gaitval.findings.motion import LEG_SHARE
 from gaitval.identification import legs
-from gaitval.measurement import sources
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
 from gaitval.model.parameters import NOMINAL_DAMPING, NOMINAL_FRICTION
 from gaitval.quantities.joint_power import BURSTS
@@ -39,6 +36,9 @@ from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import measurements_of, scale_subject
 from gaitval.scaling.segments import SPHERES
 from gaitval.scaling.stature import FOOT, MEAN_BODY
+from gaitval.session.measurement import sources
+from gaitval.subjects.subject_file import BUILTIN, load_subject
+from gaitval.walk.contact import hunt_crossley
 
 
 def test_weight_is_that_of_both_engines_and_measured_weight_that_of_the_kilogram_force() -> None:

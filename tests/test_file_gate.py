@@ -23,12 +23,8 @@ from gaitval.apps.cohort.table import read_table
 from gaitval.apps.patients.people import read_people
 from gaitval.apps.patients.strides import read_strides
 from gaitval.configuration import load_configuration
-from gaitval.datasets.curve_files import read_mean_curves
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, GaitvalError, RecordError
-from gaitval.importing.batch_imports import read_batch
-from gaitval.importing.program_folders import opencap_sessions
-from gaitval.inverse.scaled_markers import MarkedBody, load_markers
+from gaitval.kinetics.inverse.scaled_markers import MarkedBody, load_markers
 from gaitval.mocap.kistler_text import read_kistler_text
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.motion_analysis import read_motion_analysis_forces
@@ -37,10 +33,14 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.storage import load_policy
-from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.scaling.opensim.fields import read_document
-from gaitval.simulation.rollout import Rollout
+from gaitval.session.importing.batch_imports import read_batch
+from gaitval.session.importing.program_folders import opencap_sessions
+from gaitval.subjects.curve_files import read_mean_curves
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.motion import ReferenceMotion
+from gaitval.walk.simulation.rollout import Rollout
 
 ROOT = Path(__file__).parents[1]
 NOBODY = Recording("nobody", "laboratory", ("a",), np.zeros((1, 1, 3)), 100.0)

@@ -14,8 +14,8 @@ from typer.main import get_command
 
 from gaitval import plugins
 from gaitval.cli.commands import TABLE
+from gaitval.cli.terminal.app import app
 from gaitval.errors import ConfigurationError
-from gaitval.terminal.app import app
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -77,7 +77,7 @@ def test_another_distribution_adds_a_command_and_a_reader(tmp_path: Path) -> Non
     )
     (tmp_path / "other.py").write_text(
         "from gaitval.errors import RecordError\n"
-        "from gaitval.terminal.app import added_command\n"
+        "from gaitval.cli.terminal.app import added_command\n"
         "@added_command('gaitval hello', after='report')\n"
         "def hello() -> None:\n    'Say hello.'\n    print('hello of another')\n"
         "def read(path):\n    raise RecordError(f'{path}: read by another')\n"
@@ -106,7 +106,7 @@ def test_another_distribution_adds_a_command_and_a_reader(tmp_path: Path) -> Non
 def test_a_command_whose_libraries_are_missing_breaks_no_other(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setitem(sys.modules, "gaitval.apps.judge.command", None)
+    monkeypatch.setitem(sys.modules, "gaitval.cli.judge", None)
     root = get_command(app)
     assert {"subject", "compare"} <= set(root.commands)
 

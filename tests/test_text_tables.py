@@ -8,8 +8,8 @@ import pytest
 
 from gaitval._internal.io.text_tables import csv_text, shown, text_table, with_unit, without_unit
 from gaitval.gait.cycles import GaitCycle
-from gaitval.importing.write import cycle_table
 from gaitval.reporting.page import _html
+from gaitval.session.importing.write import cycle_table
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t"])

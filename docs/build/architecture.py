@@ -24,10 +24,11 @@ PACKAGE = ROOT / "gaitval"
 CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
     "importlinter"
 ]["contracts"]
-FOLDERS = tuple(CONTRACTS[0]["layers"][:-3])
-"""The folders of the package; each imports only from those that follow, and from the ground:
-modules at the top of the package, which import from no folder. The order is import-linter's.
+LAYERS = tuple(tuple(layer.split(" | ")) for layer in CONTRACTS[0]["layers"][:-3])
+"""The layers of the package, in import-linter's order. A folder imports only from layers that
+follow, and from the ground: modules at the top of the package, which import from no folder.
 """
+FOLDERS = tuple(folder for layer in LAYERS for folder in layer)
 
 WIDTH, BOX, ROW = 1180, (196, 62), 104
 """Pixels: width of the picture, size of a box, and distance between rows."""

@@ -20,7 +20,7 @@ COUNTERPARTS = {
     **{file: page for page, file in BORROWED.items()},
     **{f"gaitval/{folder}": f"reference/{folder}.md" for folder in FOLDERS},
     "README.md": "index.md",
-    "gaitval/terminal/app.py": "reference/commands.md",
+    "gaitval/cli/terminal/app.py": "reference/commands.md",
     "gaitval/configuration.py": "reference/configuration.md",
     "gaitval/metrics/tolerances.toml": "reference/limits.md",
 }

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from claims.__main__ import STORE, read
-from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.subjects.subject_file import builtin_subjects
 
 ROOT = Path(__file__).parents[2]
 _FED: Final = re.compile(r"<!-- claim: (?P<what>.+?) :: (?P<format>\S+) -->.*?<!-- end -->")

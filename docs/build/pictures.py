@@ -321,7 +321,7 @@ def softened(folder: Path) -> None:
     copy = folder / "changed"
     shutil.copytree(ROOT / "gaitval", copy / "gaitval", ignore=shutil.ignore_patterns("*.nb[ci]"))
     shutil.copytree(ROOT / "models", copy / "models")
-    law = copy / "gaitval/contact/hunt_crossley.py"
+    law = copy / "gaitval/walk/contact/hunt_crossley.py"
     text = law.read_text(encoding="utf-8")
     if text.count(DISSIPATION) != 1:
         raise SystemExit(f"{law}: {DISSIPATION!r} is not there once.")

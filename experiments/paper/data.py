@@ -17,10 +17,10 @@ from gaitval.metrics.push_recovery import Push, Trace, trace_of, trials, without
 from gaitval.metrics.results import PlacedFoot
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval.reference.adjustment import adjusted
-from gaitval.reference.motion import ReferenceMotion
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.stored_policy import StoredPolicy
+from gaitval.walk.reference.adjustment import adjusted
+from gaitval.walk.reference.motion import ReferenceMotion
+from gaitval.walk.simulation.walker import WalkingTask
 
 ROOT = Path(__file__).resolve().parents[2]
 REPORTS = ROOT / "reports"

@@ -1,8 +1,8 @@
-"""The `gaitval` command: its root, and the table of its commands."""
+"""The `gaitval` command: its root, its commands, and what they share (`terminal`)."""
 
 from gaitval.cli import recording, study
 from gaitval.cli.commands import TABLE
-from gaitval.terminal.app import LATER, app, main
+from gaitval.cli.terminal.app import LATER, app, main
 
 LATER.update(TABLE)
 

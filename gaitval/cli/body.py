@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from gaitval.terminal import display
-from gaitval.terminal.app import ConfigOption, SetOption, SubjectArgument, added_command
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import ConfigOption, SetOption, SubjectArgument, added_command
 
 
 @added_command(
@@ -32,12 +32,12 @@ def body(
     """
     from gaitval._internal.io.artefacts import write_json
     from gaitval.configuration import load_configuration
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.identification.body_of_record import body_of_record
     from gaitval.identification.body_words import sentences
     from gaitval.identification.plausible import implausible
     from gaitval.reporting.body_page import as_dict, tables, write_body_page
     from gaitval.scaling.scaling import scale_subject
+    from gaitval.subjects.subject_file import load_subject
 
     configuration = load_configuration(config, settings=settings or ())
     person = load_subject(subject)

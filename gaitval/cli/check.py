@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitval.terminal import display
-from gaitval.terminal.app import added_command
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import added_command
 
 if TYPE_CHECKING:
     from gaitval.apps.regression.regression import Row
@@ -53,10 +53,10 @@ def check(
     stored; otherwise 0. Measures that are newer than the baseline are named and fail nothing.
     """
     from gaitval.apps.regression.baseline import changed_inputs, stored_metrics, walk_again
-    from gaitval.apps.regression.moved import judge_moved
     from gaitval.apps.regression.regression import LONG_MEASURES, compare
     from gaitval.apps.regression.seal import inputs_in_words
     from gaitval.apps.regression.stored_baselines import find_baseline
+    from gaitval.cli.moved import judge_moved
     from gaitval.study.inputs import METRICS
 
     _prepare(junit, json)

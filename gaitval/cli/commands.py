@@ -3,7 +3,7 @@
 from functools import partial
 from typing import Final
 
-from gaitval.terminal.app import Added
+from gaitval.cli.terminal.app import Added
 
 _NAMES: Final = (
     *("body", "change", "check", "cohort", "compare", "curves", "data", "device", "estimate"),
@@ -16,11 +16,11 @@ def _load(name: str) -> Added:
         case "body":
             from gaitval.cli.body import body as found
         case "change":
-            from gaitval.apps.changes.command import change as found
+            from gaitval.cli.change import change as found
         case "check":
             from gaitval.cli.check import check as found
         case "cohort":
-            from gaitval.apps.cohort.command import cohort as found
+            from gaitval.cli.cohort import cohort as found
         case "compare":
             from gaitval.cli.compare import compare as found
         case "curves":
@@ -28,21 +28,21 @@ def _load(name: str) -> Added:
         case "data":
             from gaitval.cli.data import data as found
         case "device":
-            from gaitval.apps.devices.command import device as found
+            from gaitval.cli.device import device as found
         case "estimate":
             from gaitval.cli.estimate import estimate as found
         case "export":
-            from gaitval.apps.export.command import export as found
+            from gaitval.cli.export import export as found
         case "judge":
-            from gaitval.apps.judge.command import judge as found
+            from gaitval.cli.judge import judge as found
         case "markers":
             from gaitval.cli.markers import markers as found
         case "muscles":
-            from gaitval.apps.muscles.command import muscles as found
+            from gaitval.cli.muscles import muscles as found
         case "patients":
-            from gaitval.apps.patients.command import patients as found
+            from gaitval.cli.patients import patients as found
         case "perturb":
-            from gaitval.apps.balance.command import perturb as found
+            from gaitval.cli.perturb import perturb as found
         case "predict":
             from gaitval.cli.predict import predict as found
         case _:

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import added_command
 from gaitval.errors import ConfigurationError, ToleranceError
-from gaitval.terminal import display
-from gaitval.terminal.app import added_command
 
 
 @added_command(
@@ -52,8 +52,8 @@ def compare(
     """
     from gaitval.apps.regression.collect import collect, collect_versions
     from gaitval.apps.regression.comparison_page import write_comparison
-    from gaitval.apps.regression.moved import print_moved
     from gaitval.apps.regression.versions import matched
+    from gaitval.cli.moved import print_moved
 
     if strict and not before:
         raise ConfigurationError("--strict needs an earlier version: add --before FOLDER.")

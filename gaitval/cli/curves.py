@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import CommandFunction, added_command
 from gaitval.errors import ConfigurationError
-from gaitval.terminal import display
-from gaitval.terminal.app import CommandFunction, added_command
 
 CurveFilesArgument = Annotated[
     list[Path] | None,
@@ -71,8 +71,8 @@ StanceOption = Annotated[
 
 
 def _with_person_options(function: CommandFunction) -> CommandFunction:
+    from gaitval.cli.terminal.model_options import with_fields
     from gaitval.session.request import ImportOptions
-    from gaitval.terminal.model_options import with_fields
 
     about = ("person", "laboratory", "age", "citation", "licence")
     return with_fields(function, ImportOptions, *about)
@@ -114,7 +114,7 @@ def curves(
     angle; forces of the ground on the foot forward, left, up. docs/how-to/own-subject.md has all
     names. Signs, units and sides are checked. Without moments and forces the walk predicts them.
     """
-    from gaitval.datasets.curve_subject import PersonDetails, add_trial, new_subject
+    from gaitval.subjects.curve_subject import PersonDetails, add_trial, new_subject
 
     if template:
         _write_template(files or [])
@@ -147,8 +147,8 @@ def curves(
 def _write_template(files: Sequence[Path]) -> None:
     """Write the table to fill in, and print the next step."""
     from gaitval._internal.io.artefacts import write_text
-    from gaitval.datasets.curve_template import curve_template
-    from gaitval.datasets.subject_file import load_subject
+    from gaitval.subjects.curve_template import curve_template
+    from gaitval.subjects.subject_file import load_subject
 
     if len(files) > 1:
         raise ConfigurationError("--template writes one FILE.")

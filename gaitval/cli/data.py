@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from gaitval.terminal import display
-from gaitval.terminal.app import Added, Command, Group
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import Added, Command, Group
 
 data_app = typer.Typer(
     cls=Group,
@@ -33,7 +33,7 @@ FolderOption = Annotated[
 )
 def data_list(folder: FolderOption = None) -> None:
     """List the data sets."""
-    from gaitval.datasets.archive import default_folder, missing, registry
+    from gaitval.subjects.archive import default_folder, missing, registry
 
     folder = folder or default_folder()
     for dataset in registry().values():
@@ -57,7 +57,7 @@ def data_fetch(
     folder: FolderOption = None,
 ) -> None:
     """Download a data set."""
-    from gaitval.datasets.archive import fetch
+    from gaitval.subjects.archive import fetch
 
     with display.messages.status(f"Downloading {name}, verifying and unpacking it"):
         files = fetch(name, folder)
@@ -80,7 +80,7 @@ def data_sample(
 ) -> None:
     """Copy the samples."""
     from gaitval._internal.io.artefacts import read_json
-    from gaitval.datasets.sample import copy_sample, import_line, patients_line
+    from gaitval.subjects.sample import copy_sample, import_line, patients_line
 
     files = copy_sample(folder)
     size = sum(file.stat().st_size for file in files)

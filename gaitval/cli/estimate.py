@@ -5,9 +5,9 @@ from typing import Annotated, Final
 
 import typer
 
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import added_command
 from gaitval.errors import ConfigurationError
-from gaitval.terminal import display
-from gaitval.terminal.app import added_command
 
 INSOLE_ERROR: Final = 5.0
 """% of body weight. Peaks by one make of insoles were up to 4 % and impulses 4 to 6 % off in eleven
@@ -54,10 +54,10 @@ def estimate(
     Writes RUN/estimate/estimate.csv and estimate.html.
     """
     from gaitval.configuration import load_configuration
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.gait.insoles import read_insoles
     from gaitval.study.estimate_stage import PAGE, check, keep_insoles, stage
     from gaitval.study.stage import open_run, run_stage
+    from gaitval.subjects.subject_file import load_subject
 
     if insoles is None and (insole_columns, insole_error) != (INSOLE_COLUMNS, INSOLE_ERROR):
         raise ConfigurationError(

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import added_command
 from gaitval.errors import RecordError
-from gaitval.terminal import display
-from gaitval.terminal.app import added_command
 
 
 @added_command(

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from gaitval.errors import ConfigurationError
-from gaitval.terminal import display
-from gaitval.terminal.app import (
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import (
     ConfigOption,
     OutOption,
     SetOption,
@@ -16,6 +15,7 @@ from gaitval.terminal.app import (
     UseOption,
     added_command,
 )
+from gaitval.errors import ConfigurationError
 
 AS_WALKED: Final = 0.005
 """m/s, from a trial's speed within which a speed is that of the trial."""
@@ -29,8 +29,8 @@ _UNCERTAIN: Final = (
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration, RecordSettings
-    from gaitval.datasets.subject import Subject
     from gaitval.metrics.results import Metrics
+    from gaitval.subjects.subject import Subject
 
 
 SpeedOption = Annotated[
@@ -98,11 +98,11 @@ def predict(
     to the level record, and Newton's law on that ground does the rest.
     """
     from gaitval.configuration import load_configuration
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.results import read_metrics
-    from gaitval.prediction.slopes import is_changed
     from gaitval.study.predicted_study import run_prediction
     from gaitval.study.stage import open_run
+    from gaitval.subjects.prediction.slopes import is_changed
+    from gaitval.subjects.subject_file import load_subject
 
     person = load_subject(subject)
     if holdout is not None and holdout.endswith(".toml"):
@@ -143,10 +143,10 @@ def _check(person: "Subject", configuration: "Configuration", force: bool) -> No
     """Refuse what cannot be predicted, and what was recorded. Raises SubjectError or
     ConfigurationError.
     """
-    from gaitval.datasets.subject_file import builtin_subjects
     from gaitval.model.devices.loads import trunk_load
-    from gaitval.prediction.known import known_record
-    from gaitval.prediction.slopes import check_ground, is_changed
+    from gaitval.subjects.prediction.known import known_record
+    from gaitval.subjects.prediction.slopes import check_ground, is_changed
+    from gaitval.subjects.subject_file import builtin_subjects
 
     record = configuration.record
     if person.slope_percent:

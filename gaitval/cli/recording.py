@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import CommandFunction, ConfigOption, SetOption, command
 from gaitval.coordinates import SIDES
-from gaitval.terminal import display
-from gaitval.terminal.app import CommandFunction, ConfigOption, SetOption, command
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
-    from gaitval.importing.importing import Imported
+    from gaitval.session.importing.importing import Imported
 
 
 @command("gaitval subjects")
 def subjects() -> None:
     """List the built-in subjects."""
-    from gaitval.datasets.subject_file import builtin_subjects
+    from gaitval.subjects.subject_file import builtin_subjects
 
     table = Table(
         *("subject", "person, trial", "sex", "age", "mass kg", "height m", "speed m/s"),
@@ -39,8 +39,8 @@ def subjects() -> None:
 
 
 def _with_import_options(function: CommandFunction) -> CommandFunction:
+    from gaitval.cli.terminal.model_options import with_fields
     from gaitval.session.request import ImportOptions
-    from gaitval.terminal.model_options import with_fields
 
     return with_fields(function, ImportOptions, may_lack=True)
 
@@ -87,11 +87,11 @@ def import_command(
     Paths are relative to the file. One that is refused does not stop the others: a table at the
     end, and OUT/batch.csv, say what became of each. The exit code is 2 if any was refused.
     """
+    from gaitval.cli.terminal.model_options import flag_of
     from gaitval.configuration import load_configuration
     from gaitval.errors import ToleranceError, TrialOnlyError
-    from gaitval.importing.importing import import_files
+    from gaitval.session.importing.importing import import_files
     from gaitval.session.request import ImportOptions, checked
-    from gaitval.terminal.model_options import flag_of
 
     if sessions:
         _refuse_recordings(sessions, options)
@@ -111,7 +111,7 @@ def import_command(
         display.plain(f"Made: {only}")
         return
     say_what_was_made(imported, out)
-    from gaitval.importing.summary import not_judged
+    from gaitval.session.importing.summary import not_judged
 
     if reason := not_judged(imported.found):
         raise ToleranceError(
@@ -123,9 +123,9 @@ def import_command(
 
 def _refuse_recordings(sessions: list[Path], options: dict[str, Any]) -> None:
     """Refuse a recording among session files, or what is given of one beside them."""
+    from gaitval.cli.terminal.model_options import flag_of
     from gaitval.errors import ConfigurationError
     from gaitval.session.request import ImportOptions
-    from gaitval.terminal.model_options import flag_of
 
     strays = [path for path in sessions if path.suffix.lower() != ".toml" and not path.is_dir()]
     if strays:
@@ -155,7 +155,7 @@ def _import_sessions(sessions: list[Path], out: Path, configuration: "Configurat
     Raises typer.Exit if one was refused, ToleranceError if forces of one were not judged.
     """
     from gaitval.errors import ToleranceError
-    from gaitval.importing.batch_imports import TABLE, import_batch, read_batch
+    from gaitval.session.importing.batch_imports import TABLE, import_batch, read_batch
 
     people = read_batch(sessions, lambda _, text: display.plain(text))
     with display.live_view() as live:
@@ -177,7 +177,7 @@ def _import_sessions(sessions: list[Path], out: Path, configuration: "Configurat
 
 def say_what_was_made(imported: "Imported", out: Path) -> None:
     """Print tables, files, next steps, warnings and failures of `imported`, made into `out`."""
-    from gaitval.importing.files import FOLDER
+    from gaitval.session.importing.files import FOLDER
 
     display.print_import(imported.found)
     page = out / FOLDER / "recording.html"

@@ -9,9 +9,8 @@ import typer
 
 from gaitval._internal.io.artefacts import read_json
 from gaitval._internal.text.missing_extras import need
-from gaitval.errors import ArtefactError, ConfigurationError, ToleranceError
-from gaitval.terminal import display
-from gaitval.terminal.app import (
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import (
     ConfigOption,
     ForceOption,
     OutOption,
@@ -26,6 +25,7 @@ from gaitval.terminal.app import (
     command,
     with_paper,
 )
+from gaitval.errors import ArtefactError, ConfigurationError, ToleranceError
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
@@ -49,8 +49,8 @@ def _opened(
 ) -> Iterator["Run"]:
     """The run of a `subject`; a single stage keeps the settings of its folder."""
     from gaitval.configuration import load_configuration
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.study.stage import open_run
+    from gaitval.subjects.subject_file import load_subject
 
     person = load_subject(subject)
     if devices:
@@ -209,7 +209,7 @@ def report(
 
 def _folder_of(run: str) -> Path:
     """The folder that a `run` is in, given by itself or by its subject."""
-    from gaitval.datasets.subject_file import builtin_name, load_subject
+    from gaitval.subjects.subject_file import builtin_name, load_subject
 
     if Path(run).is_dir():
         return Path(run)
@@ -262,8 +262,8 @@ def subject_command(
     Exit code 1 if angles, moments or forces were recorded on neither side, so not judged.
     """
     from gaitval.apps.devices.of_subject import afterwards
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.study.run import run_subject
+    from gaitval.subjects.subject_file import load_subject
 
     settings = with_paper(settings, paper)
     if train:
@@ -309,7 +309,7 @@ def baseline(
     from which `check` knows whether it is as it was stored.
     """
     from gaitval.apps.regression import baseline as stored
-    from gaitval.datasets.subject_file import load_subject
+    from gaitval.subjects.subject_file import load_subject
 
     identifier = load_subject(subject).identifier
     folder = out or Path("reports") / identifier

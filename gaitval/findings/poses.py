@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitval.coordinates import COORDINATES, ROOT, split_side
 from gaitval.findings.finding import Finding, Seen
-from gaitval.inverse.inverse_kinematics import InverseKinematics
+from gaitval.kinetics.inverse.inverse_kinematics import InverseKinematics
 from gaitval.model.markers import ModelMarker
 
 

@@ -12,7 +12,7 @@ from gaitval.findings.plates import Plates
 from gaitval.findings.stances import stances_of
 from gaitval.gait.plate_contacts import OUTSIDE
 from gaitval.gait.sampling import interpolated
-from gaitval.inverse.inverse_dynamics import InverseDynamics
+from gaitval.kinetics.inverse.inverse_dynamics import InverseDynamics
 from gaitval.mocap.activities import FEET
 from gaitval.mocap.foot_markers import pelvis_markers
 from gaitval.mocap.recording import Event, FootForces, Recording

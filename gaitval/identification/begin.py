@@ -5,8 +5,8 @@ from gaitval.configuration import Configuration, NoiseSettings
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.model.body import BodyModel
-from gaitval.reference.dynamic_fit import Solution
-from gaitval.reference.motion import ReferenceMotion
+from gaitval.walk.reference.dynamic_fit import Solution
+from gaitval.walk.reference.motion import ReferenceMotion
 
 FirstFit = tuple[BodyFit, Solution]
 """The fit to a record, and its solution with the body as scaled."""
@@ -18,7 +18,7 @@ def noise_of(configuration: Configuration, kinetics_known: bool) -> NoiseSetting
     """
     if kinetics_known:
         return configuration.noise
-    from gaitval.prediction.population import noise_of_expected
+    from gaitval.subjects.prediction.population import noise_of_expected
 
     return noise_of_expected(configuration.noise)
 

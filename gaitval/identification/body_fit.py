@@ -21,14 +21,14 @@ from gaitval._internal.numba.one_thread import one_thread
 from gaitval.arrays import Array, Flags
 from gaitval.configuration import ContactSettings, NoiseSettings
 from gaitval.constants import GRAVITY
-from gaitval.contact.law import ContactLaw, contact_law
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.gait.plate_correction import SHIFT_SIGNS
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
-from gaitval.reference.dynamic_fit import (
+from gaitval.walk.contact.law import ContactLaw, contact_law
+from gaitval.walk.reference.dynamic_fit import (
     DYNAMIC_FIT,
     INFERENCE,
     Problem,
@@ -37,8 +37,8 @@ from gaitval.reference.dynamic_fit import (
     solve_problem,
     with_softer_friction,
 )
-from gaitval.reference.motion import FEED_FORWARD, MOTION, ReferenceMotion, build_reference
-from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
+from gaitval.walk.reference.motion import FEED_FORWARD, MOTION, ReferenceMotion, build_reference
+from gaitval.walk.reference.walking_laws import FOOT, FOOT_NUMBERS
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,13 @@ No policy has a part in it; errors of the record are estimated with the body (`s
 
 from gaitval._internal.numba.one_thread import one_thread
 from gaitval.configuration import Configuration
-from gaitval.datasets.subject import Subject
 from gaitval.identification.begin import begin
 from gaitval.identification.offsets import offset_of
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.shared_errors import Shared, identified
 from gaitval.model.body import BodyModel
-from gaitval.reference.dynamic_fit import consistent_reference
+from gaitval.subjects.subject import Subject
+from gaitval.walk.reference.dynamic_fit import consistent_reference
 
 
 def body_of_record(person: Subject, model: BodyModel, configuration: Configuration) -> Shared:

@@ -15,7 +15,6 @@ from typing import Final
 import numpy as np
 
 from gaitval.configuration import Configuration
-from gaitval.datasets.subject import Subject
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.body_report import in_words
@@ -29,7 +28,8 @@ from gaitval.metrics.results import FoundParameters
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import nominal_parameters
-from gaitval.reference.dynamic_fit import Solution
+from gaitval.subjects.subject import Subject
+from gaitval.walk.reference.dynamic_fit import Solution
 
 WORDS: Final = "words"
 """What the report of a study says of the body (`bars.in_words`), in `identification.json`."""

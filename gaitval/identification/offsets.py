@@ -23,9 +23,9 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.datasets.subject import Subject
 from gaitval.identification.shared_errors import SOLE_ENDS
 from gaitval.model.parameters import PARAMETERS
+from gaitval.subjects.subject import Subject
 
 OFFSETS: Final = (*PARAMETERS, *SOLE_ENDS)
 """Order of an offset."""

@@ -7,15 +7,15 @@ import numpy as np
 
 from gaitval.configuration import Configuration, ContactSettings
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
-from gaitval.prediction.known import quantities_known
-from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.stature import mean_lengths
+from gaitval.subjects.prediction.known import quantities_known
+from gaitval.subjects.subject import Subject
+from gaitval.walk.reference.motion import build_reference
 
 
 @dataclass(frozen=True)

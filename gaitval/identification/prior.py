@@ -23,8 +23,8 @@ from typing import Final, Literal
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.datasets.subject import Subject
 from gaitval.model.parameters import PARAMETERS
+from gaitval.subjects.subject import Subject
 
 _MeasuredBy = Literal["markers", "tape", "stature"]
 

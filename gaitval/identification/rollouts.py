@@ -31,7 +31,7 @@ from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.simulation.walker import WalkingTask
 
 FALLEN: Final = 10.0
 """Epsilon of a walk that ends on the ground or has too few cycles; a walk's is below 1."""

@@ -47,14 +47,14 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_triangular
 
 from gaitval._internal.numba.one_thread import one_thread
 from gaitval.arrays import Array
-from gaitval.contact.law import ContactLaw
 from gaitval.coordinates import COORDINATES
 from gaitval.identification.body_fit import BodyFit, BodyPosterior
 from gaitval.identification.legs import LegDifference, causes
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import COORDINATE_COUNT, Tree
-from gaitval.reference.dynamic_fit import (
+from gaitval.walk.contact.law import ContactLaw
+from gaitval.walk.reference.dynamic_fit import (
     Linearised,
     Problem,
     Solution,

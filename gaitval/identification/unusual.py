@@ -17,11 +17,11 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
-from gaitval.datasets.plausible import unusual_build
-from gaitval.datasets.subject import Subject
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, GaitRecord
 from gaitval.identification.plausible import implausible
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.plausible import unusual_build
+from gaitval.subjects.subject import Subject
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.datasets.subject import Subject
 from gaitval.gait.record import FittedCurve
 from gaitval.model.parameters import nominal_parameters
+from gaitval.subjects.subject import Subject
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,11 @@
 """The body model from Python."""
 
-from gaitval.datasets.subject import Subject
 from gaitval.errors import RecordError
 from gaitval.interface.arguments import expect
-from gaitval.inverse.scaled_markers import MarkedBody
+from gaitval.kinetics.inverse.scaled_markers import MarkedBody
 from gaitval.scaling.marker_sets import recognise
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject import Subject
 
 
 def scale(subject: Subject, *, symmetric: bool = True) -> MarkedBody:

@@ -6,11 +6,11 @@ import numpy as np
 
 from gaitval.apps.changes.change import Change, change_between
 from gaitval.apps.changes.visits import read_visit
-from gaitval.datasets.subject import Subject
 from gaitval.errors import RecordError
-from gaitval.importing.stored import Session
 from gaitval.interface.arguments import as_path, expect
 from gaitval.metrics.single_case import CaseResult, compare_with_group
+from gaitval.session.importing.stored import Session
+from gaitval.subjects.subject import Subject
 
 
 def change(

@@ -4,13 +4,13 @@ from pathlib import Path
 
 from gaitval.configuration import Configuration
 from gaitval.errors import RecordError
-from gaitval.importing.stored import Session
 from gaitval.interface.muscle_forces import motions_of
-from gaitval.musculature.gait import muscles_of
+from gaitval.kinetics.musculature.gait import muscles_of
 from gaitval.quantities.metabolic_cost import MetabolicCost
 from gaitval.quantities.metabolic_cost import metabolic_cost as cost_of
-from gaitval.simulation.simulated_walk import SimulatedWalk
+from gaitval.session.importing.stored import Session
 from gaitval.study.stored_policy import StoredPolicy
+from gaitval.walk.simulation.simulated_walk import SimulatedWalk
 
 
 def metabolic_cost(

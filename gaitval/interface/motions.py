@@ -11,10 +11,10 @@ from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError, ScalingError
 from gaitval.gait.foot_forces import of_weight
 from gaitval.interface.arguments import expect
-from gaitval.inverse import inverse_dynamics as dynamics
-from gaitval.inverse.inverse_dynamics import InverseDynamics
-from gaitval.inverse.inverse_kinematics import InverseKinematics
-from gaitval.inverse.scaled_markers import MarkedBody
+from gaitval.kinetics.inverse import inverse_dynamics as dynamics
+from gaitval.kinetics.inverse.inverse_dynamics import InverseDynamics
+from gaitval.kinetics.inverse.inverse_kinematics import InverseKinematics
+from gaitval.kinetics.inverse.scaled_markers import MarkedBody
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import load_marker_set
@@ -61,9 +61,9 @@ def inverse_kinematics(
 
     >>> import numpy as np
     >>> import gaitval as gv
-    >>> from gaitval.inverse.marked_body import marker_positions
+    >>> from gaitval.kinetics.inverse.marked_body import marker_positions
     >>> from gaitval.mocap.recording import Recording
-    >>> from gaitval.reference.motion import build_reference
+    >>> from gaitval.walk.reference.motion import build_reference
     >>> subject = gv.load_subject(5)
     >>> body = gv.scale(subject)
     >>> known = build_reference(subject.record(), body.model)
@@ -127,9 +127,9 @@ def inverse_dynamics(
 
     >>> import numpy as np
     >>> import gaitval as gv
-    >>> from gaitval.inverse.marked_body import marker_positions
+    >>> from gaitval.kinetics.inverse.marked_body import marker_positions
     >>> from gaitval.mocap.recording import Plate, Recording
-    >>> from gaitval.reference.motion import build_reference
+    >>> from gaitval.walk.reference.motion import build_reference
     >>> subject = gv.load_subject(5)
     >>> body = gv.scale(subject)
     >>> known = build_reference(subject.record(), body.model)

@@ -8,13 +8,13 @@ from gaitval.apps.muscles.sources import motions_in
 from gaitval.configuration import Configuration
 from gaitval.coordinates import Side
 from gaitval.errors import ConfigurationError
-from gaitval.importing.stored import Session
 from gaitval.interface.arguments import expect
+from gaitval.kinetics.musculature.gait import DEFAULT, LoadedMotion, MuscleGait
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.walk_muscles import lost_joints, person_and_laden, walk_motion
-from gaitval.musculature.gait import DEFAULT, LoadedMotion, MuscleGait
-from gaitval.simulation.simulated_walk import SimulatedWalk
+from gaitval.session.importing.stored import Session
 from gaitval.study.stored_policy import StoredPolicy
+from gaitval.walk.simulation.simulated_walk import SimulatedWalk
 
 
 def muscles(

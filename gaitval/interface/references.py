@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 from gaitval._internal.numba.one_thread import one_thread
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject import Subject
 from gaitval.interface.arguments import expect
-from gaitval.reference.dynamic_fit import consistent_reference
-from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject import Subject
+from gaitval.walk.reference.dynamic_fit import consistent_reference
+from gaitval.walk.reference.motion import ReferenceMotion
 
 
 def reference_motion(subject: Subject, *, settings: Sequence[str] = ()) -> ReferenceMotion:
@@ -39,7 +39,7 @@ def reference_motion(subject: Subject, *, settings: Sequence[str] = ()) -> Refer
     References
     ----------
     Winter (2009), Biomechanics and Motor Control of Human Movement, chapter 5: the equations of
-    motion; `gaitval.reference` says what is derived and what is a convention.
+    motion; `gaitval.walk.reference` says what is derived and what is a convention.
 
     Examples
     --------

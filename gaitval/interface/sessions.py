@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from gaitval.configuration import load_configuration
-from gaitval.importing.importing import import_files
-from gaitval.importing.stored import Session
 from gaitval.interface.arguments import as_path
+from gaitval.session.importing.importing import import_files
+from gaitval.session.importing.stored import Session
 from gaitval.session.request import ImportOptions, Notify, checked, silent
 
 

@@ -11,8 +11,6 @@ import numpy as np
 from gaitval._internal.io.folder_lock import locked
 from gaitval.apps.devices.of_subject import afterwards
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.interface.arguments import as_path
 from gaitval.metrics.results import METRICS, Metrics, read_metrics
@@ -20,6 +18,8 @@ from gaitval.reporting import report
 from gaitval.study.one_stage import run_one
 from gaitval.study.run import run_subject
 from gaitval.study.stage import RECORDS, Observer, open_run
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import load_subject
 
 FOLDER = "the path of a run folder"
 

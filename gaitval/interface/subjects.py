@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from gaitval.datasets import subject_file
-from gaitval.datasets.subject import Subject
+from gaitval.subjects import subject_file
+from gaitval.subjects.subject import Subject
 
 
 def load_subject(name_or_path: str | int | Path) -> Subject:

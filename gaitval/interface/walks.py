@@ -10,8 +10,6 @@ from gaitval._internal.numba.one_thread import one_thread
 from gaitval._internal.text.frames import NamedCurve
 from gaitval.configuration import Configuration, RecordSettings
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import builtin_name, load_subject
 from gaitval.errors import ConfigurationError, PolicyError, RecordError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import LowPass, Origin
@@ -22,8 +20,10 @@ from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.walk_comparison import Comparison
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.study.stored_policy import StoredPolicy, stored_baseline
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import builtin_name, load_subject
+from gaitval.walk.simulation.simulated_walk import SimulatedWalk
 
 _WhichBody = Literal["nominal", "identified"]
 

@@ -14,7 +14,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.metrics.cycles import foot_events
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.simulation.rollout import Rollout
 
 OUTWARD: Final = (-1.0, 1.0)
 """Sign of y that points outward of the right and the left foot."""

@@ -13,7 +13,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject import Subject
 from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES, Curves, recorded_curves
 from gaitval.gait.record import GaitRecord, Origin
 from gaitval.gait.sampling import SAMPLES
@@ -23,7 +22,8 @@ from gaitval.metrics.origin import Origins, curve_origin, furthest, measure_orig
 from gaitval.metrics.recorded import step_lengths
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.typed import array, number, sided
-from gaitval.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed, line_weights
+from gaitval.subjects.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed, line_weights
+from gaitval.subjects.subject import Subject
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def anybody(subject: Subject, others: Sequence[Subject]) -> Prediction | None:
     """The moments and forces that a walk told angles alone is given: those expected of anybody at
     the speed of `subject` from `others`; None with fewer than `FEWEST_PEOPLE`.
     """
-    from gaitval.prediction.population import with_others_kinetics
+    from gaitval.subjects.prediction.population import with_others_kinetics
 
     learned = [other for other in others if not subject.is_person_of(other)]
     if len(learned) < FEWEST_PEOPLE:

@@ -17,11 +17,11 @@ from gaitval.metrics.other_trials import repeats
 from gaitval.metrics.recorded import recorded_part
 from gaitval.metrics.walk_muscles import lost_joints
 from gaitval.model.body import BodyModel
-from gaitval.prediction.known import is_predicted
-from gaitval.prediction.slopes import body_without
+from gaitval.subjects.prediction.known import is_predicted
+from gaitval.subjects.prediction.slopes import body_without
 
 if TYPE_CHECKING:
-    from gaitval.datasets.subject import Subject
+    from gaitval.subjects.subject import Subject
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from gaitval.metrics.typed import number
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import foot_angles, pelvis_angles
 from gaitval.model.tree import segment_frames
-from gaitval.reference.hip_moments import HIP_SIGNS, about_model, about_record
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.reference.hip_moments import HIP_SIGNS, about_model, about_record
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.walker import WalkingTask
 
 
 def rmse_of(error: CurveError | None) -> float | None:

@@ -29,8 +29,8 @@ from gaitval.metrics.typed import (
     named,
     sided,
 )
-from gaitval.prediction.known import QUANTITIES, RecordedQuantity
 from gaitval.quantities.joint_power import BURSTS, JOINTS
+from gaitval.subjects.prediction.known import QUANTITIES, RecordedQuantity
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ from gaitval.gait.events import on_ground
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.gait.record import LowPass
 from gaitval.gait.sampling import SAMPLES, interpolated
-from gaitval.simulation.rollout import Rollout, Travel
+from gaitval.walk.simulation.rollout import Rollout, Travel
 
 SCUFF_SECONDS = 0.15
 """A foot on the ground for less than this has scuffed or dragged; no stance phase of walking is

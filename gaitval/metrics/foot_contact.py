@@ -18,7 +18,7 @@ from gaitval.metrics.typed import number
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.tree import segment_frames
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.simulation.rollout import Rollout
 
 FLAT = 0.3
 """Fraction of stance at which the foot is flat: after loading, before the heel rises."""

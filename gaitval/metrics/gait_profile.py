@@ -17,8 +17,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.datasets.identity import WBDS
-from gaitval.datasets.subject import Subject
 from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.record import GaitRecord
@@ -26,6 +24,8 @@ from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.curve_results import GaitProfile, GaitProfiles, WalkStatistics, by_kind
 from gaitval.metrics.origin import Origins
+from gaitval.subjects.identity import WBDS
+from gaitval.subjects.subject import Subject
 
 SMALLEST_DIFFERENCE: Final = 1.6
 """Degrees: minimal clinically important difference of the score (Baker et al. 2012)."""

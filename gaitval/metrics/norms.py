@@ -14,12 +14,12 @@ import numpy as np
 from gaitval._internal.io.text_tables import shipped_table
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
-from gaitval.datasets.plausible import ADULT
-from gaitval.datasets.subject import Subject
 from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.curve_results import KINDS, Kind
 from gaitval.metrics.unrecorded import STEP_WIDTH
+from gaitval.subjects.plausible import ADULT
+from gaitval.subjects.subject import Subject
 
 MIDDLE: Final[Mapping[str, float]] = {"speed": 0.4, "age": 40.0}
 """At which the means of the file stand: dimensionless, and years. An adult whose age is not known

@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from gaitval.configuration import Configuration, RecordSettings
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.subject import Subject
 from gaitval.gait.record import Origin
 from gaitval.metrics.side_measures import SIDE_MEASURES
-from gaitval.prediction.known import (
+from gaitval.quantities import QUANTITIES as QUANTITY_TABLE
+from gaitval.subjects.prediction.known import (
     QUANTITIES,
     RecordedQuantity,
     is_unrecorded,
     quantities_known,
     quantities_recorded,
 )
-from gaitval.quantities import QUANTITIES as QUANTITY_TABLE
+from gaitval.subjects.subject import Subject
 
 if TYPE_CHECKING:
-    from gaitval.datasets.subject import Subject
+    from gaitval.subjects.subject import Subject
 
 ORIGINS: Final[tuple[Origin, ...]] = ("recorded", "mirrored", "expected", "predicted")
 """Each is further from a record than the one before."""

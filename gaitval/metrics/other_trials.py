@@ -19,7 +19,6 @@ from scipy.special import stdtrit
 
 from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject import Subject, Trial
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.dimensionless import speed_unit
@@ -51,8 +50,9 @@ from gaitval.metrics.results import (
 )
 from gaitval.metrics.typed import array, number, numbers, rounded, sided
 from gaitval.metrics.verdict_rows import CONFIDENCE
-from gaitval.prediction.known import known_record
-from gaitval.prediction.speed import trials_known
+from gaitval.subjects.prediction.known import known_record
+from gaitval.subjects.prediction.speed import trials_known
+from gaitval.subjects.subject import Subject, Trial
 
 SAME_SPEED: Final = 0.03
 """Relative difference of speed up to which two trials are repetitions of one another."""
@@ -148,12 +148,12 @@ def prediction_errors(
     trial can be held out from as far as the speed of `settings` is from what is known.
 
     Every trial of `subject` is predicted from the same person's trials at other speeds and from how
-    other people change with speed (`gaitval.prediction.speed.at_speed`; no walker has a part in
-    it). Errors that say the same count once: two speeds are one difference, whichever of them is
-    predicted from the other, and so are trials at one speed. With fewer than `FEWEST_TRIALS` such
-    errors of the person, those of all `others` are taken. The predictions know the same quantities
-    as the run (`use` of `settings`). For a speed beyond the person's trials only trials beyond the
-    others of theirs count, at least as far.
+    other people change with speed (`gaitval.subjects.prediction.speed.at_speed`; no walker has a
+    part in it). Errors that say the same count once: two speeds are one difference, whichever of
+    them is predicted from the other, and so are trials at one speed. With fewer than
+    `FEWEST_TRIALS` such errors of the person, those of all `others` are taken. The predictions know
+    the same quantities as the run (`use` of `settings`). For a speed beyond the person's trials
+    only trials beyond the others of theirs count, at least as far.
     """
     known = [each.walking_speed_m_s for each in trials_known(subject, settings.holdout or None)]
     least = beyond(settings.speed, known) if settings.speed else 0.0

@@ -27,7 +27,7 @@ from gaitval.metrics.tolerances import push_limit
 from gaitval.metrics.typed import array
 from gaitval.policy.rollouts import RolloutPool, in_groups
 from gaitval.policy.storage import Policy
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.simulation.walker import WalkingTask
 
 DIRECTIONS: Final = 24
 """Of the pushes, all around: four phases make 96 of them, so that one is a hundredth."""

@@ -39,8 +39,8 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.walker import WalkingTask
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from gaitval.model.parameters import apply_parameters
 from gaitval.policy.rollouts import in_groups, record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.simulation.walker import WalkingTask
 
 FORCES: Final = (200.0, 100.0)
 """N, of who weighs as much as an adult (`PushSettings.of_mass`)."""

@@ -33,7 +33,7 @@ from gaitval.metrics.whole_body import record_centre_of_mass
 from gaitval.model.ground import LEVEL, Ground
 
 if TYPE_CHECKING:
-    from gaitval.datasets.subject import Subject
+    from gaitval.subjects.subject import Subject
 
 
 def recorded_part(

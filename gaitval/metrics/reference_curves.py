@@ -18,9 +18,9 @@ from gaitval.gait.cycle_curves import (
 )
 from gaitval.metrics.epsilon import epsilon
 from gaitval.model.rotations import pelvis_angles
-from gaitval.reference.hip_moments import about_record
-from gaitval.reference.motion import ReferenceMotion
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.reference.hip_moments import about_record
+from gaitval.walk.reference.motion import ReferenceMotion
+from gaitval.walk.simulation.walker import WalkingTask
 
 _PERCENT: Final = np.linspace(0.0, 1.0, 101)
 

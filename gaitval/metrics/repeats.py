@@ -20,7 +20,7 @@ from gaitval.metrics.verdict_rows import ENDURANCE
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.simulation.walker import WalkingTask
 
 
 @dataclass(frozen=True)

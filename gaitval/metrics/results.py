@@ -51,8 +51,8 @@ from gaitval.metrics.typed import (
     same_version,
 )
 from gaitval.model.parameters import PARAMETERS
-from gaitval.prediction.known import QUANTITIES, RecordedQuantity
-from gaitval.reference.adjustment import JOINTS
+from gaitval.subjects.prediction.known import QUANTITIES, RecordedQuantity
+from gaitval.walk.reference.adjustment import JOINTS
 
 if TYPE_CHECKING:
     import pandas as pd

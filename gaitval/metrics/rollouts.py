@@ -25,8 +25,8 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.rollout import SHAPES, Rollout, Travel
-from gaitval.simulation.walker import Engine
+from gaitval.walk.simulation.rollout import SHAPES, Rollout, Travel
+from gaitval.walk.simulation.walker import Engine
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from gaitval.coordinates import SIDES, Side
 
 if TYPE_CHECKING:
     from gaitval.gait.cycle_curves import Curves
-    from gaitval.prediction.known import RecordedQuantity
+    from gaitval.subjects.prediction.known import RecordedQuantity
 
 LOADING: Final = slice(0, 31)
 """% of a side's cycle in which its vertical force has its first peak."""

@@ -1,7 +1,7 @@
 """Where the joint moments of a walk come from: feed-forward, servo, policy, passive damping.
 
-The servo's law (`gaitval.simulation.walker`) is a sum, so the moment that acted at each instant is
-split without remainder:
+The servo's law (`gaitval.walk.simulation.walker`) is a sum, so the moment that acted at each
+instant is split without remainder:
 
     τ = τ_ff(φ)                             feed-forward: the reference's moment
       + k (q̂(φ) − q⁺) + d (p q̂̇(φ) − q̇⁺)    servo: spring and damper about the reference
@@ -20,9 +20,9 @@ from gaitval.metrics.cycles import GaitCycles, step_of
 from gaitval.metrics.results import PARTS, MomentShare, TorqueShares
 from gaitval.metrics.typed import number
 from gaitval.model.parameters import PARAMETERS
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.servo import reference_tables, servo_stiffness
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.servo import reference_tables, servo_stiffness
+from gaitval.walk.simulation.walker import WalkingTask
 
 
 def moment_parts(rollout: Rollout, task: WalkingTask) -> dict[str, Array]:

@@ -14,7 +14,6 @@ import numpy as np
 from gaitval._internal.numba.compiled import njit
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
-from gaitval.contact.hunt_crossley import smooth_share
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, RANGES, SIDES, split_side
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.metrics.cycles import GaitCycles, step_of
@@ -32,7 +31,8 @@ from gaitval.model.tree import (
     tree_arrays,
     velocities,
 )
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.contact.hunt_crossley import smooth_share
+from gaitval.walk.simulation.rollout import Rollout
 
 PERCENTILES: Final[Mapping[str, float]] = {"torque_rate": 99.9, "foot_creep": 95.0}
 """Of the rows of whole cycles, %, that stand for the largest value of a measure: convention."""

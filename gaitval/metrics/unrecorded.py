@@ -16,7 +16,7 @@ from gaitval.metrics.cycles import GaitCycles, cut, step_of
 from gaitval.metrics.tolerances import Measure, measured
 from gaitval.model.ground import LEVEL, Ground
 from gaitval.model.rotations import pelvis_angles
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.simulation.rollout import Rollout
 
 RINGING_HZ = (12.0, 25.0)
 """Above what walking itself puts into the ground reaction (99 % of it is below 10 to 15 Hz:

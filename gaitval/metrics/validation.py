@@ -18,6 +18,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.record import GaitRecord
+from gaitval.kinetics.musculature.gait import MuscleGait, muscles_of
 from gaitval.metrics.acceptance import (
     accepted,
     against_guesses,
@@ -105,12 +106,11 @@ from gaitval.metrics.walk_quantities import (
 from gaitval.metrics.whole_body import centre_of_mass_measures, walked_centre_of_mass
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
-from gaitval.musculature.gait import MuscleGait, muscles_of
-from gaitval.prediction.known import is_predicted, is_unrecorded, quantities_recorded
-from gaitval.simulation.rollout import Rollout
+from gaitval.subjects.prediction.known import is_predicted, is_unrecorded, quantities_recorded
+from gaitval.walk.simulation.rollout import Rollout
 
 if TYPE_CHECKING:
-    from gaitval.datasets.subject import Subject
+    from gaitval.subjects.subject import Subject
 
 EXTERNAL_LOAD = (
     "no external force is applied to the body, by construction; checked in "

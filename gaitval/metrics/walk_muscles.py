@@ -9,16 +9,16 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.subject import Subject
 from gaitval.gait.filters import low_pass_simulated
-from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
+from gaitval.kinetics.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
+from gaitval.kinetics.musculature.gait import SAMPLED, LoadedMotion
+from gaitval.kinetics.musculature.paths import COORDINATES
 from gaitval.metrics.cycles import GaitCycles, step_of, walking_speed
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
-from gaitval.musculature.gait import SAMPLED, LoadedMotion
-from gaitval.musculature.paths import COORDINATES
-from gaitval.prediction.slopes import body_without
-from gaitval.simulation.rollout import Rollout
+from gaitval.subjects.prediction.slopes import body_without
+from gaitval.subjects.subject import Subject
+from gaitval.walk.simulation.rollout import Rollout
 
 CUTOFF: Final = 10.0
 """Hz, of the zero-lag filter on motion and forces: the same on both, or impacts would show."""

@@ -11,6 +11,7 @@ from typing import Protocol
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.gait.cycle_curves import Curves
+from gaitval.kinetics.musculature.gait import MuscleGait
 from gaitval.metrics.curve_results import (
     JointPower,
     Kinds,
@@ -21,11 +22,10 @@ from gaitval.metrics.curve_results import (
 )
 from gaitval.metrics.tolerances import Measure, measured
 from gaitval.metrics.typed import array, number, numbers
-from gaitval.musculature.gait import MuscleGait
 from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.quantities.joint_power import JOINT_POWER
 from gaitval.quantities.quantity import StrideTimes
-from gaitval.reference.hip_moments import about_model
+from gaitval.walk.reference.hip_moments import about_model
 
 
 class WithQuantities(Protocol):

@@ -15,7 +15,7 @@ from gaitval.metrics.comparison import rms
 from gaitval.metrics.cycles import GaitCycles, cut
 from gaitval.metrics.tolerances import Measure, measured
 from gaitval.model.ground import LEVEL, Ground
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.simulation.rollout import Rollout
 
 AXES: Final = ("forward", "left", "up")
 

@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,25 +10,23 @@ import numpy as np
 
 from gaitval import plugins
 from gaitval.errors import RecordError, RecordWarning
+from gaitval.mocap.kistler_text import read_kistler_text
+from gaitval.mocap.mot import read_device_torques, read_ground_reaction
+from gaitval.mocap.motion_analysis import read_motion_analysis_forces
+from gaitval.mocap.qualisys_tsv import read_qualisys_forces, read_qualisys_tsv
 from gaitval.mocap.recording import DeviceTorque, Recording
 from gaitval.mocap.separate_forces import during, with_plates
+from gaitval.mocap.trc import read_trc
+from gaitval.mocap.vicon_csv import read_vicon_csv
+from gaitval.mocap.wbds_text import read_wbds_markers
 
-READERS: Final[Mapping[str, str]] = {
-    ".trc": "trc.read_trc",
-    ".csv": "vicon_csv.read_vicon_csv",
-    ".tsv": "qualisys_tsv.read_qualisys_tsv",
-    ".txt": "wbds_text.read_wbds_markers",
+READERS: Final[Mapping[str, Callable[[Path], Recording]]] = {
+    ".trc": read_trc,
+    ".csv": read_vicon_csv,
+    ".tsv": read_qualisys_tsv,
+    ".txt": read_wbds_markers,
 }
-"""Module and function by the ending: each is loaded when a file of its kind is read."""
-
-
-def _loaded(name: str | None) -> Callable[..., Any] | None:
-    """The reader of this `name` in `READERS` or `FORCE_READERS`."""
-    if name is None:
-        return None
-    module, _, function = name.partition(".")
-    found: Callable[..., Any] = getattr(import_module(f"gaitval.mocap.{module}"), function)
-    return found
+"""Reader by the ending of a file."""
 
 
 def read_other(path: Path) -> Recording:
@@ -37,7 +34,7 @@ def read_other(path: Path) -> Recording:
     does, and if there is none for the ending of `path`.
     """
     kind = path.suffix.lower()
-    reader = _loaded(READERS.get(kind)) or plugins.of_ending(plugins.RECORDINGS, path)
+    reader = READERS.get(kind) or plugins.of_ending(plugins.RECORDINGS, path)
     if reader is not None:
         found: Recording = reader(path)
         return found
@@ -58,12 +55,12 @@ def further(readers: Iterable[str], group: str) -> str:
     return "".join(f", {each}" for each in endings if each != ".txt")
 
 
-FORCE_READERS: Final[Mapping[str, str]] = {
-    ".mot": "mot.read_ground_reaction",
-    ".sto": "mot.read_ground_reaction",
-    ".forces": "motion_analysis.read_motion_analysis_forces",
-    ".tsv": "qualisys_tsv.read_qualisys_forces",
-    ".txt": "kistler_text.read_kistler_text",
+FORCE_READERS: Final[Mapping[str, Callable[..., Any]]] = {
+    ".mot": read_ground_reaction,
+    ".sto": read_ground_reaction,
+    ".forces": read_motion_analysis_forces,
+    ".tsv": read_qualisys_forces,
+    ".txt": read_kistler_text,
 }
 """Likewise; each gives the rate, Hz, the first time, s, and the plates."""
 
@@ -76,7 +73,7 @@ def with_forces(
     another kind of file, and if the recording has plates itself.
     """
     kind = path.suffix.lower()
-    reader = _loaded(FORCE_READERS.get(kind)) or plugins.of_ending(plugins.FORCES, path)
+    reader = FORCE_READERS.get(kind) or plugins.of_ending(plugins.FORCES, path)
     if reader is None:
         endings = further(FORCE_READERS, plugins.FORCES).removeprefix(", ")
         raise RecordError(
@@ -100,8 +97,6 @@ def with_forces(
 
 def _with_devices(recording: Recording, path: Path) -> Recording:
     """The recording with the torques of devices in the file of its forces, at its own times."""
-    from gaitval.mocap.mot import read_device_torques
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RecordWarning)  # said when the plates were read
         time, torques = read_device_torques(path)

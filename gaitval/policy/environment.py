@@ -30,8 +30,8 @@ from gaitval.policy.observation import (
 )
 from gaitval.policy.reward import ERRORS, REWARD_TERMS, reward_numbers
 from gaitval.policy.senses import Senses, observation_size
-from gaitval.simulation.tables import read_row
-from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
+from gaitval.walk.simulation.tables import read_row
+from gaitval.walk.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
 
 Act = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 """A policy: observation to action, or many in rows."""

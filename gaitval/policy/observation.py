@@ -43,9 +43,9 @@ from gaitval.model.tree import (
     velocities,
 )
 from gaitval.policy import reward
-from gaitval.reference.motion import END_EFFECTORS, ReferenceMotion
-from gaitval.simulation.servo import closed_cycle
-from gaitval.simulation.tables import read_table
+from gaitval.walk.reference.motion import END_EFFECTORS, ReferenceMotion
+from gaitval.walk.simulation.servo import closed_cycle
+from gaitval.walk.simulation.tables import read_table
 
 OBSERVATION_CLIP = 10.0
 """Normalised observations are clipped at this, during and after training."""

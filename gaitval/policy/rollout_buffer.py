@@ -24,7 +24,7 @@ from gaitval.policy.senses import observation_size
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.policy.workers import begin_as_worker, fresh_processes, ready_to_start
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.simulation.walker import WalkingTask
 
 _Shapes = dict[str, tuple[tuple[int, ...], type]]
 _Memory = ctypes.Array[ctypes.c_byte]

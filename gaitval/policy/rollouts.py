@@ -24,8 +24,8 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.processes import kept_workers
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.walker import Engine, Steps, Trajectory, Walker, WalkingTask
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.walker import Engine, Steps, Trajectory, Walker, WalkingTask
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")

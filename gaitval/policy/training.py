@@ -25,7 +25,7 @@ from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer, WalkingWorkers
 from gaitval.policy.storage import Policy, description, of_body
 from gaitval.policy.training_log import write_log
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.simulation.walker import WalkingTask
 
 TrainingProgress = Callable[[dict[str, float]], None]
 

@@ -10,9 +10,9 @@ from gaitval.model.tree import COORDINATE_COUNT, centres_of_mass
 from gaitval.policy.rollouts import times_of, walks_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.physics_steps import Account
-from gaitval.simulation.rollout import Travel
-from gaitval.simulation.walker import Walker, put_rows
+from gaitval.walk.simulation.physics_steps import Account
+from gaitval.walk.simulation.rollout import Travel
+from gaitval.walk.simulation.walker import Walker, put_rows
 
 _PART = 200
 """Actions of `travel_together` after which what is not needed of them is forgotten."""

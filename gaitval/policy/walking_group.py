@@ -33,10 +33,10 @@ from gaitval.policy.observation import (
     is_mirrored,
     measure_workspace,
 )
-from gaitval.simulation.physics_steps import Account, WalkerBody, Workspace
-from gaitval.simulation.side_by_side import LaneArrays, SideBySide, advance_lanes
-from gaitval.simulation.tables import LaneTables
-from gaitval.simulation.walker import WalkerArrays, WalkingTask, walker_arrays
+from gaitval.walk.simulation.physics_steps import Account, WalkerBody, Workspace
+from gaitval.walk.simulation.side_by_side import LaneArrays, SideBySide, advance_lanes
+from gaitval.walk.simulation.tables import LaneTables
+from gaitval.walk.simulation.walker import WalkerArrays, WalkingTask, walker_arrays
 
 Pairs = tuple[tuple[Array, Array], ...]
 

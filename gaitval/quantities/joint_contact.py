@@ -1,12 +1,12 @@
 """Contact forces of hip, knee, patella and ankle over the gait cycle, body weights.
 
-See `gaitval.musculature`: they follow from what muscles pull with, so they are worked out while the
-motion and its loads are at hand, and stored.
+See `gaitval.kinetics.musculature`: they follow from what muscles pull with, so they are worked out
+while the motion and its loads are at hand, and stored.
 """
 
 from typing import Final
 
-from gaitval.musculature.gait import CONTACTS, MuscleGait
+from gaitval.kinetics.musculature.gait import CONTACTS, MuscleGait
 from gaitval.quantities.quantity import FigureTable, Found, Quantity
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from gaitval._internal.text.display import Displayed
 from gaitval.coordinates import SIDES
-from gaitval.musculature.gait import LoadedMotion, MuscleGait
-from gaitval.musculature.metabolics import METABOLISM, MODELS
+from gaitval.kinetics.musculature.gait import LoadedMotion, MuscleGait
+from gaitval.kinetics.musculature.metabolics import METABOLISM, MODELS
 from gaitval.quantities.metabolic_rate import (
     CENTRAL,
     METABOLIC_JOINTS,

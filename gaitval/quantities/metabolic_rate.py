@@ -1,10 +1,11 @@
 """What walking costs: metabolic rate, from the muscles and from the joints alone.
 
 Two models side by side, for nobody's muscles are measured. That of the muscles
-(`gaitval.musculature.metabolics`) has heat and work of forty muscles a leg; that of the joints has
-heat by the size of their moments and work by their power, as Kim and Roberts (2015) Int J Numer
-Meth Biomed Eng e02721 and Roberts et al. (2016) PLoS ONE 11:e0168070 have it, with the efficiencies
-of Margaria (1968) and two numbers of our own (`HEAT`, `RETURNED`): their tables could not be read.
+(`gaitval.kinetics.musculature.metabolics`) has heat and work of forty muscles a leg; that of the
+joints has heat by the size of their moments and work by their power, as Kim and Roberts (2015) Int
+J Numer Meth Biomed Eng e02721 and Roberts et al. (2016) PLoS ONE 11:e0168070 have it, with the
+efficiencies of Margaria (1968) and two numbers of our own (`HEAT`, `RETURNED`): their tables could
+not be read.
 
 Each side's figures are those of a person both of whose legs are like that one; the person's are the
 mean of both sides.
@@ -17,8 +18,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.gait.cycle_curves import Curves
-from gaitval.musculature.gait import MuscleGait
-from gaitval.musculature.metabolics import METABOLISM, MODELS
+from gaitval.kinetics.musculature.gait import MuscleGait
+from gaitval.kinetics.musculature.metabolics import METABOLISM, MODELS
 from gaitval.quantities.joint_power import JOINTS, joint_power
 from gaitval.quantities.quantity import (
     Figures,

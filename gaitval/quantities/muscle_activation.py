@@ -1,14 +1,14 @@
 """Activation of nine groups of muscles over the gait cycle, by sharing the moments of the joints.
 
-See `gaitval.musculature`: needs the body, its motion and its loads, so it is worked out while those
-are at hand, and stored.
+See `gaitval.kinetics.musculature`: needs the body, its motion and its loads, so it is worked out
+while those are at hand, and stored.
 """
 
 from typing import Final
 
 import numpy as np
 
-from gaitval.musculature.gait import GROUPS, MuscleGait
+from gaitval.kinetics.musculature.gait import GROUPS, MuscleGait
 from gaitval.quantities.quantity import FigureTable, Found, Quantity
 
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, SIDES
 from gaitval.gait.cycle_curves import Curves
-from gaitval.musculature.gait import MuscleGait
-from gaitval.prediction.known import RecordedQuantity
+from gaitval.kinetics.musculature.gait import MuscleGait
+from gaitval.subjects.prediction.known import RecordedQuantity
 
 StrideTimes = Mapping[str, float | None]
 """s, mean of the right and of the left side, `r` and `l`; None where not measured."""

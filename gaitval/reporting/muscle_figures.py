@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from gaitval._internal.io.text_tables import with_unit
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.musculature.gait import CONTACTS, GROUPS, USUAL_ON, MuscleGait
+from gaitval.kinetics.musculature.gait import CONTACTS, GROUPS, USUAL_ON, MuscleGait
 from gaitval.reporting.drawing import legend_above, new_figure, panels_of_one_size, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import COLOURS, PERCENT, STYLES, WALK_WIDTH

@@ -17,14 +17,13 @@ from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
 from gaitval.conventions import OWN
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.plausible import ADULT
 from gaitval.findings import Looked
 from gaitval.gait.cycle_curves import Curves
+from gaitval.kinetics.musculature.gait import MuscleGait
 from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.recording_limits import State
 from gaitval.metrics.single_case import compare_with_group
 from gaitval.metrics.walk_quantities import found_quantities
-from gaitval.musculature.gait import MuscleGait
 from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION, Found
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
@@ -35,6 +34,7 @@ from gaitval.reporting.page import Draw, counted, write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
 from gaitval.reporting.tables import tables_of
 from gaitval.scaling.segments import ScaledSegment
+from gaitval.subjects.plausible import ADULT
 
 BAR_HEADROOM: Final = 1.25
 """Length of the marker error scale / the larger of limit and largest error."""
@@ -226,7 +226,7 @@ class RecordingSummary:
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
-    measurement : what `gaitval.measurement` says, with its template and drawings; or None.
+    measurement : what `gaitval.session.measurement` says, with its template and drawings; or None.
     warnings : where data contradict physics or normal gait, a sentence each.
     looked : every finding that was looked for, with its value and limits.
     repairs : what cleaning found and did, one sentence each.

@@ -25,10 +25,10 @@ from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames
-from gaitval.reference.motion import ReferenceMotion
 from gaitval.reporting.run_files import RunFiles
 from gaitval.reporting.stick_figures import RECORDED_POINTS, pose_strip, stick_figure
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.reference.motion import ReferenceMotion
+from gaitval.walk.simulation.rollout import Rollout
 
 FRAMES: Final = 101
 """Frames of a stride, at 0, 1, … 100 % of the right gait cycle, as the curves on the page have."""

@@ -9,9 +9,8 @@ from typing import ClassVar, Final, NamedTuple
 import numpy as np
 
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject import Subject
+from gaitval.correction.walked import ACCURACY, PREDICTED, Walked
 from gaitval.gait.filters import FACTOR
-from gaitval.learning_control.walked import ACCURACY, PREDICTED, Walked
 from gaitval.metrics.curve_results import CURVE_UNITS, KINDS, PredictionResult
 from gaitval.metrics.gait_profile import is_control
 from gaitval.metrics.origin import not_recorded
@@ -30,7 +29,6 @@ from gaitval.metrics.verdicts import (
     target_text,
     unjudged_text,
 )
-from gaitval.prediction.slopes import is_changed
 from gaitval.reporting import (
     balance_figure,
     body_bars,
@@ -48,6 +46,8 @@ from gaitval.reporting.page import Draw, counted, write_page
 from gaitval.reporting.replay import SCRIPTS, Picture, walk_pictures
 from gaitval.reporting.run_files import RunFiles, read_run
 from gaitval.reporting.sheet import Sheet, sheet
+from gaitval.subjects.prediction.slopes import is_changed
+from gaitval.subjects.subject import Subject
 
 TEMPLATE: Final = "report.html.j2"
 DETAILS: Final = {"report-details": "details.html.j2"}

@@ -8,16 +8,16 @@ from typing import Any, Final, NamedTuple
 from gaitval._internal.io.artefacts import file_hash, read_json
 from gaitval._internal.io.build_info import minute_of
 from gaitval.configuration import Configuration, RecordSettings, load_configuration
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_report import Bar
 from gaitval.metrics.identified_body import identified_model
 from gaitval.metrics.results import METRICS, Metrics, StoredPushes, read_metrics
 from gaitval.model.body import BodyModel
 from gaitval.model.urdf import read_urdf
-from gaitval.reference.motion import ReferenceMotion
-from gaitval.simulation.rollout import Rollout
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.motion import ReferenceMotion
+from gaitval.walk.simulation.rollout import Rollout
 
 PROVENANCE: Final = "provenance.json"
 BODY: Final = "body.json"

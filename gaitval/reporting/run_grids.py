@@ -12,7 +12,6 @@ from gaitval.arrays import Array, sample_deviation
 from gaitval.configuration import Configuration
 from gaitval.conventions import OWN
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject import Subject
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import foot_progression, rmse_of, simulated_curves
 from gaitval.metrics.curve_results import KINDS
@@ -32,6 +31,7 @@ from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.muscle_figures import DrawnMuscles
 from gaitval.reporting.page import Draw
 from gaitval.reporting.run_files import WalkFiles, configuration_of, read_walk
+from gaitval.subjects.subject import Subject
 
 STRIDES: Final = 8
 """Drawn of each side: more are one grey area."""

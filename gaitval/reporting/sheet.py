@@ -7,7 +7,6 @@ from typing import Final, NamedTuple
 
 from gaitval._internal.text.number_text import number, rough, unit_text
 from gaitval.coordinates import SIDES, Side, split_side
-from gaitval.datasets.subject import Subject
 from gaitval.metrics.curve_results import CurveLight, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
@@ -20,6 +19,7 @@ from gaitval.metrics.verdicts import (
 )
 from gaitval.reporting.figures import NAMES
 from gaitval.reporting.tables import CURVES
+from gaitval.subjects.subject import Subject
 
 WARNINGS: Final = 2
 """Shown, the gravest first."""

@@ -31,7 +31,7 @@ class Individual(Protocol):
 
 
 class Person(Individual, Protocol):
-    """What scaling needs to know about a subject; `gaitval.datasets.subject.Subject` has it."""
+    """What scaling needs to know about a subject; `gaitval.subjects.subject.Subject` has it."""
 
     @property
     def markers(self) -> Mapping[str, Sequence[float]]:

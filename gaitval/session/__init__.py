@@ -1,1 +1,3 @@
-"""Import of a laboratory's session: from its files to body, motion, moments, subject and tables."""
+"""Import of a laboratory's session: from its files to body, motion, moments, faults of the
+measurement, and the subject's folder, with OpenSim's files.
+"""

@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import COORDINATES, SIDES, Side
-from gaitval.datasets.plausible import LEAST_WITH_AID
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import AverageCurve, GaitCycle, WalkedPart, average
 from gaitval.gait.record import RECORDED_ANGLES, REQUIRED_ANGLES
@@ -18,6 +17,7 @@ from gaitval.model.rotations import foot_angles, pelvis_angles
 from gaitval.model.tree import segment_frames
 from gaitval.session.request import Request
 from gaitval.session.trial import WalkingTrial, valid_cycles
+from gaitval.subjects.plausible import LEAST_WITH_AID
 
 MASS_TOLERANCE = 0.12
 """Fraction of the body mass by which the force plates may differ from it. Plates with a wrong

@@ -17,8 +17,8 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ModelError, RecordError, ScalingError
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.inverse.inverse_dynamics import JOINTS
-from gaitval.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.kinetics.inverse.inverse_dynamics import JOINTS
+from gaitval.kinetics.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.model.body import PARENTS, SEGMENTS
 from gaitval.model.tree import segment_frames
 from gaitval.reporting.recording_report import GivenCentreRow

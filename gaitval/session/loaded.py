@@ -9,11 +9,11 @@ from gaitval.arrays import Array, Flags, runs
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.feet_on_plates import FEET
+from gaitval.kinetics.musculature.gait import LoadedMotion
+from gaitval.kinetics.musculature.mapping import knee_aside
+from gaitval.kinetics.musculature.paths import COORDINATES
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
-from gaitval.musculature.gait import LoadedMotion
-from gaitval.musculature.mapping import knee_aside
-from gaitval.musculature.paths import COORDINATES
 from gaitval.session.trial import WalkingTrial, valid_cycles
 
 LEAST_SPAN_S: Final = 0.25

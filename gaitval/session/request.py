@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, Ty
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator
 
 from gaitval._internal.text.any_case import as_known, literals_of
-from gaitval.datasets.identity import Aid, Identity, identity, trial_name, wbds_trial
 from gaitval.errors import ConfigurationError
+from gaitval.subjects.identity import Aid, Identity, identity, trial_name, wbds_trial
 
 if TYPE_CHECKING:
     from gaitval.scaling.landmarks import Widths

@@ -15,9 +15,9 @@ from gaitval.findings import Looked, Result, look
 from gaitval.findings.standing import StandingBody
 from gaitval.gait.filters import low_pass
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.inverse.marker_labels import Exchange, find_exchanged
-from gaitval.inverse.marker_placement import MarkerPlacement, place_markers
-from gaitval.inverse.model_fit import MODEL_FIT, ModelFit, fit_model
+from gaitval.kinetics.inverse.marker_labels import Exchange, find_exchanged
+from gaitval.kinetics.inverse.marker_placement import MarkerPlacement, place_markers
+from gaitval.kinetics.inverse.model_fit import MODEL_FIT, ModelFit, fit_model
 from gaitval.mocap.exchanges import ARMS
 from gaitval.mocap.recording import Recording
 from gaitval.model.body import BodyModel

@@ -2,7 +2,7 @@
 
 What `gaitval import` does, in the order of the stages: read, name and turn the trials; clean the
 markers; scale the body and fit it to both trials; inverse kinematics; forces to feet; inverse
-dynamics; gait cycles. `gaitval.importing.write` writes the results.
+dynamics; gait cycles. `gaitval.session.importing.write` writes the results.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,7 +13,6 @@ import numpy as np
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.plausible import unusual_build
 from gaitval.errors import RecordError
 from gaitval.findings import Looked, look
 from gaitval.findings.means import MeanGait
@@ -29,6 +28,7 @@ from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import Notify, Request, silent
 from gaitval.session.scale import FittedBody, scale_body
 from gaitval.session.trial import WalkingTrial, require_cycles, work_out_trial
+from gaitval.subjects.plausible import unusual_build
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class SessionMeasurement(MeasurementPart, Protocol):
-    """What `gaitval.measurement` says of a session."""
+    """What `gaitval.session.measurement` says of a session."""
 
     @property
     def faults(self) -> Sequence["DataclassInstance"]:
@@ -74,7 +74,7 @@ class Import:
     functional : what the range-of-motion trials show of hips and knees.
     given : joint centres that came with the recording, beside ours.
     decisions : what was decided: the step, and a sentence.
-    measurement : what `gaitval.measurement.measured` found; None before it has looked.
+    measurement : what `gaitval.session.measurement.measured` found; None before it has looked.
     """
 
     request: Request
@@ -141,7 +141,8 @@ def work_out_trials(
     symmetric: bool = True,
 ) -> Import:
     """Everything from the files of `request` to the mean gait cycle, with the filters of
-    `processing`; what `gaitval.measurement` says of it comes after (`gaitval.importing`).
+    `processing`; what `gaitval.session.measurement` says of it comes after
+    (`gaitval.session.importing`).
 
     A trial that cannot be used is left out if there are others. `notify` is called with each
     decision: the step, and a sentence. `progress` receives what is found, step by step. `symmetric`

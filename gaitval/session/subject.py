@@ -9,8 +9,6 @@ from scipy.interpolate import make_interp_spline
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import COORDINATES, SIDES, Side, opposite
-from gaitval.datasets.stored_gait import Forces, Gait, StanceFraction
-from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import (
@@ -36,6 +34,8 @@ from gaitval.session.average import largest_drift, left_open
 from gaitval.session.one_side import missing_sides, refuse_without_forces
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial, valid_cycles
+from gaitval.subjects.stored_gait import Forces, Gait, StanceFraction
+from gaitval.subjects.subject import Subject, make_subject
 
 PHASE: Final = np.linspace(0.0, 1.0, 101)
 

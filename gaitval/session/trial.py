@@ -23,23 +23,23 @@ from gaitval.gait.foot_forces import assign_forces, resample_forces, settled
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import RECORDED_ANGLES
-from gaitval.inverse.foot_anchoring import AnchoredFeet, anchored
-from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
-from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
-from gaitval.inverse.motion_rates import cardan_coordinates
+from gaitval.kinetics.inverse.foot_anchoring import AnchoredFeet, anchored
+from gaitval.kinetics.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
+from gaitval.kinetics.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
+from gaitval.kinetics.inverse.motion_rates import cardan_coordinates
 from gaitval.mocap.recording import Event, FootForces, Recording
 from gaitval.mocap.repairs import Repair
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
-from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.session.read import SessionRecordings
 from gaitval.session.request import Notify, Request, silent
 from gaitval.session.scale import FittedBody
+from gaitval.walk.reference.motion import trunk_upright
 
 if TYPE_CHECKING:  # few ask for the one, and few files store events
-    from gaitval.inverse.consistent_motion import ConsistentMotion
+    from gaitval.kinetics.inverse.consistent_motion import ConsistentMotion
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def _on_plates(
     dynamics, consistent = carried.marked(inverse_dynamics(*mechanics)), None
     if request.consistent:
         notify("dynamics", "finding the smallest change that lowers the residuals")
-        from gaitval.inverse.residual_reduction import reduce_residuals
+        from gaitval.kinetics.inverse.residual_reduction import reduce_residuals
 
         consistent = reduce_residuals(*mechanics, motion.markers, known=carried.known)
         consistent = replace(consistent, dynamics=carried.marked(consistent.dynamics))

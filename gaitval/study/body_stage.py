@@ -47,8 +47,8 @@ def write(run: Run) -> None:
     from gaitval.identification.prior import prior_sd
     from gaitval.identification.shared_errors import identified
     from gaitval.model.urdf import read_urdf
-    from gaitval.prediction.known import quantities_known
-    from gaitval.reference.motion import ReferenceMotion
+    from gaitval.subjects.prediction.known import quantities_known
+    from gaitval.walk.reference.motion import ReferenceMotion
 
     model, settings = read_urdf(run.folder / "model.urdf"), run.configuration.identification
     if settings.method == "shared":  # the identification is of the same posterior

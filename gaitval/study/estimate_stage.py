@@ -17,8 +17,6 @@ from gaitval._internal.io.text_tables import csv_text
 from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
@@ -29,7 +27,11 @@ from gaitval.metrics.reference_curves import reference_curves
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import BodyModel
 from gaitval.model.urdf import read_urdf
-from gaitval.prediction.deviations import (
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.page import write_html
+from gaitval.study.stage import Run, Stage
+from gaitval.study.stage_versions import STAGE_VERSIONS
+from gaitval.subjects.prediction.deviations import (
     KINETICS,
     fit_of,
     kinetics_of,
@@ -37,7 +39,7 @@ from gaitval.prediction.deviations import (
     trial_of,
     units,
 )
-from gaitval.prediction.estimate import (
+from gaitval.subjects.prediction.estimate import (
     OFFSETS,
     WIDER_ELSEWHERE,
     WIDER_WITH_TOTAL,
@@ -45,23 +47,21 @@ from gaitval.prediction.estimate import (
     about_imported_joints,
     estimate,
 )
-from gaitval.prediction.force_split import ForcesElsewhere, with_total
-from gaitval.prediction.insoles import with_insoles
-from gaitval.prediction.known import KINEMATIC_ACCURACY, KnownRecord, is_predicted
-from gaitval.prediction.laboratories import Laboratories
-from gaitval.prediction.normal_form import normal_form, record_from
-from gaitval.prediction.seen import (
+from gaitval.subjects.prediction.force_split import ForcesElsewhere, with_total
+from gaitval.subjects.prediction.insoles import with_insoles
+from gaitval.subjects.prediction.known import KINEMATIC_ACCURACY, KnownRecord, is_predicted
+from gaitval.subjects.prediction.laboratories import Laboratories
+from gaitval.subjects.prediction.normal_form import normal_form, record_from
+from gaitval.subjects.prediction.seen import (
     at_own_contacts,
     is_of_the_laboratory,
     knows_contacts,
     knows_total,
     speeds_beyond,
 )
-from gaitval.reference.dynamic_fit import consistent_reference
-from gaitval.reporting.drawing import new_figure, svg
-from gaitval.reporting.page import write_html
-from gaitval.study.stage import Run, Stage
-from gaitval.study.stage_versions import STAGE_VERSIONS
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import builtin_subjects
+from gaitval.walk.reference.dynamic_fit import consistent_reference
 
 FOLDER: Final = "estimate"
 TABLE: Final = f"{FOLDER}/estimate.csv"

@@ -108,8 +108,8 @@ def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
     round's identification.
     """
     from gaitval.identification.begin import begin
-    from gaitval.prediction.known import quantities_known
-    from gaitval.reference.motion import ReferenceMotion
+    from gaitval.subjects.prediction.known import quantities_known
+    from gaitval.walk.reference.motion import ReferenceMotion
 
     record, model = run.known_record().record, read_urdf(run.folder / "model.urdf")
     configuration = run.configuration
@@ -132,7 +132,7 @@ def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
 def save_identified_reference(run: Run, folder: Path) -> None:
     """Write the reference of the body in `folder`/identification.json beside it, for `run`."""
     from gaitval.model.parameters import apply_parameters
-    from gaitval.reference.motion import ReferenceMotion
+    from gaitval.walk.reference.motion import ReferenceMotion
 
     mu = body_parameters(folder / "identification.json")
     if np.array_equal(mu[2:], nominal_parameters()[2:]):  # as scaled, whose reference there is

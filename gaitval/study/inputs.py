@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from gaitval.metrics.typed import Result
     from gaitval.model.body import BodyModel
     from gaitval.policy.storage import Policy
-    from gaitval.prediction.known import KnownRecord
-    from gaitval.simulation.walker import WalkingTask
+    from gaitval.subjects.prediction.known import KnownRecord
+    from gaitval.walk.simulation.walker import WalkingTask
 
 R = TypeVar("R", bound="Result")
 
@@ -129,7 +129,7 @@ def target_record(run: Run, model: "BodyModel | None" = None) -> "KnownRecord":
     """What the walk of `run` is to be: what it knew, and for kinetics that it did not know those of
     the estimate, of the scaled `model` or that of its folder.
     """
-    from gaitval.prediction.slopes import is_changed
+    from gaitval.subjects.prediction.slopes import is_changed
 
     # on a slope or with a load Newton's law says the kinetics, not an estimate of level ones
     if not run.knew_no_kinetics or is_changed(run.configuration.record):
@@ -142,8 +142,8 @@ def target_record(run: Run, model: "BodyModel | None" = None) -> "KnownRecord":
 
 def walking_task(run: Run) -> "WalkingTask":
     """The walking task of `run` that training, identification and correction share."""
-    from gaitval.reference.motion import ReferenceMotion
-    from gaitval.simulation.walker import WalkingTask
+    from gaitval.walk.reference.motion import ReferenceMotion
+    from gaitval.walk.simulation.walker import WalkingTask
 
     reference = ReferenceMotion.load(run.folder / "reference.npz")
     return WalkingTask(
@@ -162,7 +162,7 @@ def validated_task(run: Run) -> "tuple[WalkingTask, NDArray[np.float64]]":
 
 def corrected_task(run: Run, task: "WalkingTask") -> "WalkingTask":
     """The `task` with its reference as the correction of `run` changes it."""
-    from gaitval.reference.adjustment import Adjustment, adjusted
+    from gaitval.walk.reference.adjustment import Adjustment, adjusted
 
     path = run.folder / "correction.json"
     correction = Adjustment.from_dict(read_json(path), str(path))
@@ -173,7 +173,7 @@ def identified_task(run: Run, mu: NDArray[np.float64], folder: str = ".") -> "Wa
     """The task of `run` with the reference in its sub-`folder` that was made for the identified
     body, whose parameters are `mu` (14,).
     """
-    from gaitval.reference.motion import ReferenceMotion
+    from gaitval.walk.reference.motion import ReferenceMotion
 
     reference = ReferenceMotion.load(run.folder / folder / IDENTIFIED)
     task = walking_task(run)

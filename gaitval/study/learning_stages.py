@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from gaitval.arrays import Array
     from gaitval.configuration import Start
     from gaitval.policy.storage import Policy
-    from gaitval.simulation.walker import WalkingTask
+    from gaitval.walk.simulation.walker import WalkingTask
 
 LEARNING_SECTIONS = (*SIMULATION_SECTIONS, "reward", "randomisation")
 

@@ -126,9 +126,9 @@ def predicted_correction_stage(run: Run) -> Stage:
     """
 
     def correct_walk() -> None:
-        from gaitval.learning_control.centring import centred
-        from gaitval.learning_control.correct import CORRECTION, correct
-        from gaitval.learning_control.walked import PREDICTED
+        from gaitval.correction.centring import centred
+        from gaitval.correction.correct import CORRECTION, correct
+        from gaitval.correction.walked import PREDICTED
         from gaitval.model.parameters import nominal_parameters
 
         task, policy = walking_task(run), stored_policy(run, run.folder / "policy")

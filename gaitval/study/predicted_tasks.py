@@ -13,12 +13,12 @@ from gaitval.model.body import BodyModel
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.processes import side_by_side
-from gaitval.prediction.known import KnownRecord
-from gaitval.reference.motion import ReferenceMotion
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import CENTRING, corrected_task, walking_task
 from gaitval.study.stage import Run, Stage
 from gaitval.study.stage_versions import STAGE_VERSIONS
+from gaitval.subjects.prediction.known import KnownRecord
+from gaitval.walk.reference.motion import ReferenceMotion
+from gaitval.walk.simulation.walker import WalkingTask
 
 SPEEDS: Final = 6
 """Speeds that the policy of a range learns at."""
@@ -59,14 +59,14 @@ def range_stage(run: Run) -> Stage:
 
 def _fitted_one(model: BodyModel, contact: ContactSettings, known: KnownRecord) -> ReferenceMotion:
     """The reference of one speed; a worker gets it pickled."""
-    from gaitval.reference.dynamic_fit import consistent_reference
+    from gaitval.walk.reference.dynamic_fit import consistent_reference
 
     return consistent_reference(known.record, model, contact, known.accuracy)
 
 
 def speeds_of(run: Run) -> dict[str, float]:
     """The speeds that the policy of `run` learns at, m/s, by the file of the reference."""
-    from gaitval.prediction.speed import trials_known
+    from gaitval.subjects.prediction.speed import trials_known
 
     holdout = run.configuration.record.holdout or None
     speeds = range_speeds([t.walking_speed_m_s for t in trials_known(run.subject, holdout)])

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 from gaitval._internal.io import file_gate
 from gaitval._internal.io.artefacts import read_json, value_hash, write_json
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import Endurance, Repeat, StoredPushes, StoredWalks
 from gaitval.model.urdf import read_urdf
@@ -22,6 +21,7 @@ from gaitval.study.inputs import (
 )
 from gaitval.study.stage import Run, Stage
 from gaitval.study.stage_versions import STAGE_VERSIONS
+from gaitval.subjects.subject_file import builtin_subjects
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics, PushRecovery
@@ -41,9 +41,9 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     from gaitval.metrics.results import CorrectionResult, IdentificationResult
     from gaitval.metrics.rollouts import Rollouts
     from gaitval.metrics.validation import StageResults, validate
-    from gaitval.prediction.known import is_predicted, is_unrecorded
-    from gaitval.prediction.slopes import is_changed
-    from gaitval.simulation.rollout import Rollout
+    from gaitval.subjects.prediction.known import is_predicted, is_unrecorded
+    from gaitval.subjects.prediction.slopes import is_changed
+    from gaitval.walk.simulation.rollout import Rollout
 
     def rollouts(name: str, went: "Sequence[Endurance] | None") -> Rollouts | None:
         return Rollouts(Rollout.load(run.folder / name), tuple(went)) if went else None

@@ -38,7 +38,7 @@ from gaitval.study.walking_stages import correct_stage, push_stage, repeat_stage
 
 IN_WORKERS = (
     "gaitval.cli",  # a worker begins with what the main program imports
-    "gaitval.learning_control.correct",
+    "gaitval.correction.correct",
     "gaitval.metrics.epsilon",
     "gaitval.metrics.policy_comparison",
     "gaitval.metrics.push_recovery",

@@ -2,16 +2,16 @@
 
 from typing import TYPE_CHECKING
 
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.model.urdf import read_urdf
 from gaitval.study.inputs import target_record
 from gaitval.study.stage import Run, Stage
 from gaitval.study.stage_versions import STAGE_VERSIONS
+from gaitval.subjects.subject_file import builtin_subjects
 
 if TYPE_CHECKING:
     from gaitval.configuration import RecordSettings
     from gaitval.model.body import BodyModel
-    from gaitval.reference.motion import ReferenceMotion
+    from gaitval.walk.reference.motion import ReferenceMotion
 
 
 def scale_stage(run: Run) -> Stage:
@@ -19,8 +19,8 @@ def scale_stage(run: Run) -> Stage:
 
     def scale() -> None:
         from gaitval.model.urdf import write_urdf
-        from gaitval.prediction.slopes import body_on
         from gaitval.scaling.scaling import scale_subject
+        from gaitval.subjects.prediction.slopes import body_on
 
         if run.subject.guessed:
             run.observer.say(
@@ -79,7 +79,7 @@ def reference_of(
     run: Run, body: "BodyModel", near: "ReferenceMotion | None" = None
 ) -> "ReferenceMotion":
     """The motion of `body` to walk; that of a similar body is `near`."""
-    from gaitval.reference.dynamic_fit import consistent_reference
+    from gaitval.walk.reference.dynamic_fit import consistent_reference
 
     record, accuracy = target_record(run)
     return consistent_reference(record, body, run.configuration.contact, accuracy, near)

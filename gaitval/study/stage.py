@@ -28,10 +28,10 @@ from gaitval.errors import ArtefactError, ConfigurationError
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
-    from gaitval.datasets.subject import Subject
     from gaitval.gait.record import GaitRecord
-    from gaitval.prediction.known import KnownRecord
-    from gaitval.reference.motion import ReferenceMotion
+    from gaitval.subjects.prediction.known import KnownRecord
+    from gaitval.subjects.subject import Subject
+    from gaitval.walk.reference.motion import ReferenceMotion
 
 RECORDS = "stages.json"
 """What each stage of a run folder depended on and wrote."""
@@ -127,7 +127,7 @@ class Run:
         """The words of a command line that mean this run: its subject, a file if it is not built
         in, and its folder where that is not the usual one.
         """
-        from gaitval.datasets.subject_file import builtin_name
+        from gaitval.subjects.subject_file import builtin_name
 
         own = self.subject.identifier
         subject = own if builtin_name(own) else f"{own}.toml"
@@ -144,8 +144,8 @@ class Run:
 
     def known_record(self, *, speed: float | None = None) -> "KnownRecord":
         """What the run may know of the record; at `speed` m/s instead of the configured one."""
-        from gaitval.datasets.subject_file import builtin_subjects
-        from gaitval.prediction.known import known_record
+        from gaitval.subjects.prediction.known import known_record
+        from gaitval.subjects.subject_file import builtin_subjects
 
         settings = self.configuration.record
         return known_record(self.subject, settings, builtin_subjects(), speed=speed, forced=True)
@@ -158,8 +158,8 @@ class Run:
         tells.
         """
         from gaitval.model.urdf import read_urdf
-        from gaitval.prediction.slopes import is_changed
-        from gaitval.reference.fitted_record import with_fitted_kinetics
+        from gaitval.subjects.prediction.slopes import is_changed
+        from gaitval.walk.reference.fitted_record import with_fitted_kinetics
 
         record = self.known_record(speed=speed).record
         if not is_changed(self.configuration.record):
@@ -172,14 +172,14 @@ class Run:
         speed, the predicted one. Kinetics that were not recorded are expected ones, which judge
         nothing.
         """
-        from gaitval.prediction.known import is_unrecorded, with_expected_kinetics
-        from gaitval.prediction.slopes import is_changed
+        from gaitval.subjects.prediction.known import is_unrecorded, with_expected_kinetics
+        from gaitval.subjects.prediction.slopes import is_changed
 
         settings = self.configuration.record
         if is_unrecorded(settings):
             record = self.known_record().record
             if is_changed(settings):
-                from gaitval.reference.motion import ReferenceMotion
+                from gaitval.walk.reference.motion import ReferenceMotion
 
                 record = self.expected_of(ReferenceMotion.load(self.folder / "reference.npz"))
             at: dict[str, Any] = {
@@ -190,7 +190,7 @@ class Run:
                 "trials": (self.subject.as_trial(), *self.subject.trials),
             }
             return self.subject.model_copy(update=at), record
-        from gaitval.datasets.subject_file import builtin_subjects
+        from gaitval.subjects.subject_file import builtin_subjects
 
         person = self.subject.on_trial(settings.holdout) if settings.holdout else self.subject
         return person, with_expected_kinetics(person, builtin_subjects())

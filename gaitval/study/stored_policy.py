@@ -12,8 +12,6 @@ from gaitval._internal.numba.one_thread import one_thread
 from gaitval._internal.text.display import Displayed
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration, EnvironmentSettings, load_configuration
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import builtin_name, load_subject
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.identified_body import identified_model
@@ -21,10 +19,7 @@ from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.model.urdf import model_hash
 from gaitval.policy.storage import Policy, load_policy, load_start
-from gaitval.prediction.slopes import body_on
-from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import (
     CENTRING,
     POLICY_FILES,
@@ -33,12 +28,17 @@ from gaitval.study.inputs import (
     walked_files,
 )
 from gaitval.study.stage import Run
+from gaitval.subjects.prediction.slopes import body_on
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import builtin_name, load_subject
+from gaitval.walk.reference.adjustment import Adjustment, adjusted
+from gaitval.walk.simulation.walker import WalkingTask
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from gaitval.prediction.known import KnownRecord
-    from gaitval.reference.motion import ReferenceMotion
+    from gaitval.subjects.prediction.known import KnownRecord
+    from gaitval.walk.reference.motion import ReferenceMotion
 
 GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""

@@ -35,7 +35,7 @@ def given(configuration: Configuration) -> list[tuple[str, str]]:
 
 def _of_other_laws(law: str) -> set[str]:
     """Settings of `contact` that only other laws read."""
-    from gaitval.contact.law import LAWS
+    from gaitval.walk.contact.law import LAWS
 
     others = {key for each in LAWS.values() for key in each().settings}
     return others - set(LAWS[law]().settings)

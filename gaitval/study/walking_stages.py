@@ -6,7 +6,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from gaitval._internal.io.artefacts import write_json
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.metrics.results import Endurance, StoredPushes, StoredStarts, StoredWalks
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.processes import kept_workers
@@ -32,16 +31,17 @@ from gaitval.study.inputs import (
 )
 from gaitval.study.stage import Run, Stage
 from gaitval.study.stage_versions import STAGE_VERSIONS
+from gaitval.subjects.subject_file import builtin_subjects
 
 if TYPE_CHECKING:
-    from gaitval.learning_control.correct import Corrected
+    from gaitval.correction.correct import Corrected
 
 
 def correct_stage(run: Run) -> Stage:
     """Policy and mu of `run` → the change of the reference with which the walk is most like it."""
 
     def correct() -> None:
-        from gaitval.learning_control.correct import CORRECTION, correct
+        from gaitval.correction.correct import CORRECTION, correct
 
         kept_workers()  # they start while this process reads
         mu = body_parameters(run.folder / "identification.json")

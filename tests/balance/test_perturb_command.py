@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from gaitval import cli
 from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.balance.results import PerturbResult
-from gaitval.terminal import display
+from gaitval.cli.terminal import display
 
 
 def result(**changes: object) -> PerturbResult:

@@ -20,11 +20,11 @@ from gaitval._internal.io.artefacts import read_json, write_json, write_text
 from gaitval.apps.regression import regression
 from gaitval.cli import study
 from gaitval.cli.study import STAGE_NAMES
-from gaitval.datasets.subject_file import load_subject
+from gaitval.cli.terminal import display
 from gaitval.errors import ArtefactError
 from gaitval.study.inputs import STORED_FILES
 from gaitval.study.stage import BESIDE
-from gaitval.terminal import display
+from gaitval.subjects.subject_file import load_subject
 
 HEAVY = {
     *("torch", "dartpy", "numba", "numpy", "pandas", "matplotlib", "scipy", "ezc3d", "cma"),

@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 
 from gaitval._internal.io.artefacts import read_json, write_json, write_text
 from gaitval.cli import app
-from gaitval.datasets.subject_file import load_subject
+from gaitval.cli.terminal import display
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting.recording_report import GateRow
-from gaitval.terminal import display
+from gaitval.subjects.subject_file import load_subject
 
 Change = Callable[[list[dict[str, Any]]], None]
 
@@ -119,7 +119,7 @@ def test_an_import_whose_forces_gave_no_moments_is_not_judged(
         request=SimpleNamespace(kinematics_only=only, aid=None),
     )
     made = SimpleNamespace(found=found)
-    monkeypatch.setattr("gaitval.importing.importing.import_files", lambda *_, **__: made)
+    monkeypatch.setattr("gaitval.session.importing.importing.import_files", lambda *_, **__: made)
     monkeypatch.setattr("gaitval.cli.recording.say_what_was_made", lambda *_: None)
     words = "--static a.trc --trial b.trc --mass 70 --height 1.7 --sex F --out"
     done = CliRunner().invoke(app, ["import", *words.split(), str(tmp_path / "o")])
@@ -134,7 +134,7 @@ def test_the_verdict_of_an_import(monkeypatch: pytest.MonkeyPatch, message: io.S
         GateRow("broken", 3.0, 2.0, "cm", False, "", remedy="look there"),
         *[GateRow(f"open {n}", 3.0, 2.0, "N", False, "", applies=False) for n in range(3)],
     ]
-    monkeypatch.setattr("gaitval.importing.summary.limit_rows", lambda found: rows)
+    monkeypatch.setattr("gaitval.session.importing.summary.limit_rows", lambda found: rows)
     found: Any = SimpleNamespace(
         weight_ratio=None,
         request=SimpleNamespace(identifier="S", kinematics_only=True, aid=None),

@@ -14,11 +14,11 @@ from typer.testing import CliRunner
 from gaitval import cli
 from gaitval.apps.regression.stored_baselines import find_baseline
 from gaitval.cli.commands import TABLE
+from gaitval.cli.terminal import display
+from gaitval.cli.terminal.app import PANELS
 from gaitval.configuration import load_configuration
-from gaitval.datasets.sample import SAMPLE
-from gaitval.datasets.subject_file import load_subject
-from gaitval.terminal import display
-from gaitval.terminal.app import PANELS
+from gaitval.subjects.sample import SAMPLE
+from gaitval.subjects.subject_file import load_subject
 
 ROOT: Any = get_command(cli.app)
 

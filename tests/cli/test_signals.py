@@ -10,7 +10,7 @@ import os, signal, sys, time
 # A shell starts its background jobs, and so their tests, deaf to the interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from gaitval.cli import main
-import gaitval.datasets.subject_file as subjects
+import gaitval.subjects.subject_file as subjects
 
 def stop():
     try:

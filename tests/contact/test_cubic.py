@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import ContactSettings
-from gaitval.contact.cubic import Cubic
-from gaitval.contact.law import contact_law, sphere_force
+from gaitval.walk.contact.cubic import Cubic
+from gaitval.walk.contact.law import contact_law, sphere_force
 
 R = 0.02
 CONTACT = ContactSettings(law="cubic", cubic_stiffness=4e7, cubic_dissipation=0.9)

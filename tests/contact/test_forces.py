@@ -8,11 +8,11 @@ from scipy.special import expit
 from simulation_fixtures import PREDSIM, mirror_image, random_state
 
 from gaitval.configuration import ContactSettings
-from gaitval.contact.forces import ground_forces
-from gaitval.contact.law import contact_law, sphere_force
 from gaitval.coordinates import COORDINATES
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames, tree_arrays
+from gaitval.walk.contact.forces import ground_forces
+from gaitval.walk.contact.law import contact_law, sphere_force
 
 R = 0.032
 LAW = contact_law(PREDSIM, 0.8)

@@ -11,13 +11,13 @@ from simulation_fixtures import changed
 
 from gaitval._internal.numba.lanes import WIDTH
 from gaitval.configuration import Configuration, ContactSettings
-from gaitval.contact.forces import ground_forces
-from gaitval.contact.law import LAWS, contact_law, sphere_force
 from gaitval.model.tree import tree_arrays
-from gaitval.opensim.osim import write_osim
-from gaitval.simulation.side_by_side import SideBySide
-from gaitval.simulation.walker import Walker
+from gaitval.session.opensim.osim import write_osim
 from gaitval.study.unread import unread
+from gaitval.walk.contact.forces import ground_forces
+from gaitval.walk.contact.law import LAWS, contact_law, sphere_force
+from gaitval.walk.simulation.side_by_side import SideBySide
+from gaitval.walk.simulation.walker import Walker
 
 R = 0.02
 

@@ -21,9 +21,9 @@ from pooch.downloaders import FigshareRepository
 from typer.testing import CliRunner
 
 from gaitval import cli
-from gaitval.datasets import archive
-from gaitval.datasets.archive import Dataset, fetch, fetch_dataset, missing
 from gaitval.errors import ArchiveError, GaitvalError
+from gaitval.subjects import archive
+from gaitval.subjects.archive import Dataset, fetch, fetch_dataset, missing
 
 
 def zip_of(members: dict[str, bytes]) -> bytes:

@@ -9,11 +9,6 @@ import pandas as pd
 import pytest
 
 from gaitval.coordinates import SIDES
-from gaitval.datasets.curve_files import read_mean_curves
-from gaitval.datasets.curve_subject import PersonDetails, add_trial, new_subject
-from gaitval.datasets.curve_template import curve_template
-from gaitval.datasets.gait_values import gait_values
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import (
     ConfigurationError,
     RecordError,
@@ -21,6 +16,11 @@ from gaitval.errors import (
     ScalingError,
     SubjectError,
 )
+from gaitval.subjects.curve_files import read_mean_curves
+from gaitval.subjects.curve_subject import PersonDetails, add_trial, new_subject
+from gaitval.subjects.curve_template import curve_template
+from gaitval.subjects.gait_values import gait_values
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 PHASE = np.linspace(0.0, 1.0, 101)
 PERSON = PersonDetails(64.95, 1.53, 0.8, "F", 31, ("thigh=0.35",), "mine", "CC BY 4.0")

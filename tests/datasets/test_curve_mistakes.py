@@ -9,8 +9,8 @@ import pytest
 
 from gaitval.apps.patients.strides import read_strides
 from gaitval.consistency import ADVISED
-from gaitval.datasets.curve_consistency import expected_curve, judge_curves
-from gaitval.datasets.curve_mistakes import PRIORS, mistakes
+from gaitval.subjects.curve_consistency import expected_curve, judge_curves
+from gaitval.subjects.curve_mistakes import PRIORS, mistakes
 
 NAMES = ("hip_flexion", "knee_angle", "ankle_angle", "hip_adduction", "pelvis_tilt")
 

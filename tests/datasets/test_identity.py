@@ -2,11 +2,11 @@
 
 import pytest
 
-from gaitval.datasets.identity import identity, with_identity
-from gaitval.datasets.subject import Subject, make_subject
-from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
 from gaitval.errors import SubjectError
-from gaitval.prediction.population import other_people
+from gaitval.subjects.identity import identity, with_identity
+from gaitval.subjects.prediction.population import other_people
+from gaitval.subjects.subject import Subject, make_subject
+from gaitval.subjects.subject_file import builtin_subjects, load_subject, parse_subject
 
 PERSON = load_subject("S05")
 FIELDS = ("person =", "trial =", "laboratory =", "source =", "identifier =")

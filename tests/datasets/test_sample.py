@@ -3,7 +3,7 @@
 import shlex
 from pathlib import Path
 
-from gaitval.datasets.sample import import_line, patients_line
+from gaitval.subjects.sample import import_line, patients_line
 
 
 def test_the_line_names_both_files_of_the_folder_and_who_was_recorded():

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import AXES, SIDES
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.model.rotations import foot_angles
+from gaitval.subjects.subject_file import builtin_subjects
 
 SUBJECTS = builtin_subjects()
 # Single stance, rows 8-55 %: no impact, and the segments' weight and inertia are small

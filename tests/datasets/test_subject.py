@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from gaitval.datasets.plausible import mass_and_height_problems, unusual_build
-from gaitval.datasets.subject import Subject, make_subject
-from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject, parse_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, REQUIRED_ANGLES, LowPass
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.plausible import mass_and_height_problems, unusual_build
+from gaitval.subjects.subject import Subject, make_subject
+from gaitval.subjects.subject_file import BUILTIN, builtin_subjects, load_subject, parse_subject
 
 TEXT = load_subject("S05").to_toml()
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from gaitval.datasets.subject import make_subject
-from gaitval.datasets.subject_file import load_subject, parse_subject
 from gaitval.errors import SubjectError
+from gaitval.subjects.subject import make_subject
+from gaitval.subjects.subject_file import load_subject, parse_subject
 
 PERSON = load_subject("S05")
 

@@ -7,12 +7,12 @@ import pytest
 
 from experiments import ten_subjects
 from gaitval.coordinates import SIDES
-from gaitval.datasets.curve_columns import read_columns
-from gaitval.datasets.curve_files import read_mean_curves
-from gaitval.datasets.subject_file import BUILTIN, builtin_subjects
-from gaitval.datasets.wbds import COLUMNS, MOMENT_SEAM
 from gaitval.errors import RecordError
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
+from gaitval.subjects.curve_columns import read_columns
+from gaitval.subjects.curve_files import read_mean_curves
+from gaitval.subjects.subject_file import BUILTIN, builtin_subjects
+from gaitval.subjects.wbds import COLUMNS, MOMENT_SEAM
 
 NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
 HEADERS = {

@@ -7,7 +7,7 @@ import pytest
 
 import gaitval
 from gaitval.policy.storage import Policy
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.simulation.walker import WalkingTask
 
 
 class Person(NamedTuple):

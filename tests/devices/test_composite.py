@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.model.devices.composite import fitted, parallel_axes, part_place, united
 from gaitval.model.devices.device import Device, Part, load_devices
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,12 @@ import pytest
 
 from gaitval.apps.devices.costs import COMMON, PERSON, CostChange, cost_change, signed
 from gaitval.apps.devices.results import MARGINS
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.loads import LOADS, trunk_load
 from gaitval.quantities.metabolic_cost import JOINTS, MetabolicCost
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
 
 MODELS = ("bhargava", "umberger", "uchida", JOINTS)
 

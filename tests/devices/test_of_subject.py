@@ -10,9 +10,9 @@ from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.devices import of_subject
 from gaitval.apps.devices.sound_leg import check_side
 from gaitval.configuration import Configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.study.stage import Observer, Run, open_run
+from gaitval.subjects.subject_file import load_subject
 
 EXO = """
 [[devices]]

@@ -24,9 +24,9 @@ from gaitval.apps.devices.page import (
 from gaitval.apps.devices.results import MARGINS, TITLES, DeviceResult, figures_of
 from gaitval.apps.devices.study import DeviceOutcome, Wearer, outcomes, wearer
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.model.devices.device import load_devices
+from gaitval.subjects.subject_file import load_subject
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from gaitval.model.devices.springs_and_motors import Spring
 from gaitval.model.parameters import apply_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval.simulation.mujoco_body import mjcf
+from gaitval.walk.simulation.mujoco_body import mjcf
 
 MOTOR = {"torque": 50.0, "speed": 50.0, "power": 5000.0, "bandwidth": 1000.0}
 

@@ -6,10 +6,10 @@ import pytest
 from typer.testing import CliRunner
 
 from gaitval.apps.export import walked as walked_module
-from gaitval.apps.export.command import export
 from gaitval.apps.export.mujoco_folder import FILES
 from gaitval.apps.export.walked import ExportedWalk
-from gaitval.terminal.app import GaitvalError
+from gaitval.cli.export import export
+from gaitval.cli.terminal.app import GaitvalError
 
 
 @pytest.fixture(autouse=True)

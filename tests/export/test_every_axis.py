@@ -26,9 +26,9 @@ from gaitval.model.ground import Ground
 from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.model.tree import segment_frames
 from gaitval.model.urdf import write_urdf
-from gaitval.opensim.coordinates import TO_OPENSIM
-from gaitval.opensim.motion import write_ground_reaction, write_markers
-from gaitval.opensim.osim import write_osim
+from gaitval.session.opensim.coordinates import TO_OPENSIM
+from gaitval.session.opensim.motion import write_ground_reaction, write_markers
+from gaitval.session.opensim.osim import write_osim
 
 Frames = Callable[[np.ndarray], np.ndarray]
 """Of the joints' angles (25,) rad, the segments' frames (14, 4, 4) m."""

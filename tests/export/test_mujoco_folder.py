@@ -26,7 +26,7 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.results import read_metrics
 from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.simulation.rollout import Rollout
 
 NO_CONTACT = mujoco.mjtDisableBit.mjDSBL_CONTACT
 

@@ -14,12 +14,12 @@ from gaitval.apps.export.mujoco_folder import muscle_xml
 from gaitval.apps.export.opensim_folder import FILES, LOADED_N, foot_forces, write_opensim
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.coordinates import ACTUATED
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.kinetics.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.kinetics.musculature.gait import LoadedMotion, MuscleGait
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.mot import read_ground_reaction, read_storage
-from gaitval.musculature.gait import LoadedMotion, MuscleGait
-from gaitval.opensim.coordinates import TO_OPENSIM
-from gaitval.opensim.osim import BODIES
+from gaitval.session.opensim.coordinates import TO_OPENSIM
+from gaitval.session.opensim.osim import BODIES
 
 INSIDE = slice(50, -50)
 """Both differentiate by splines, which are free at the ends."""

@@ -18,27 +18,27 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.inverse.inverse_kinematics import inverse_kinematics
-from gaitval.inverse.marked_body import marker_positions
+from gaitval.kinetics.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.kinetics.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.kinetics.inverse.marked_body import marker_positions
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
-from gaitval.opensim.coordinates import (
+from gaitval.session.opensim.coordinates import (
     OPENSIM_COORDINATES,
     TO_OPENSIM,
     forces_to_opensim,
     to_opensim,
 )
-from gaitval.opensim.motion import (
+from gaitval.session.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
     write_markers,
     write_moments,
     write_motion,
 )
-from gaitval.opensim.osim import write_osim
+from gaitval.session.opensim.osim import write_osim
 
 RATE = 150.0
 INSIDE = slice(10, -10)

@@ -13,8 +13,6 @@ from scipy.spatial.transform import Rotation
 from simulation_fixtures import random_state
 
 from gaitval.configuration import ContactSettings
-from gaitval.contact.forces import ground_forces
-from gaitval.contact.law import contact_law
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError
 from gaitval.mocap.recording import Recording
@@ -30,9 +28,11 @@ from gaitval.model.tree import (
     velocities,
     whole_body_centre_of_mass,
 )
-from gaitval.opensim.coordinates import OPENSIM_COORDINATES, TO_OPENSIM, to_opensim
-from gaitval.opensim.motion import write_markers
-from gaitval.opensim.osim import write_osim
+from gaitval.session.opensim.coordinates import OPENSIM_COORDINATES, TO_OPENSIM, to_opensim
+from gaitval.session.opensim.motion import write_markers
+from gaitval.session.opensim.osim import write_osim
+from gaitval.walk.contact.forces import ground_forces
+from gaitval.walk.contact.law import contact_law
 
 MARKERS = tuple(
     ModelMarker(f"M.{segment}", segment, np.array([0.01, -0.02, 0.03]) * (i + 1))

@@ -8,8 +8,8 @@ from simulation_fixtures import standing_moments, task_of_subject
 
 from gaitval.constants import GRAVITY, STANDARD_GRAVITY
 from gaitval.coordinates import COORDINATES, SIDES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.plate_correction import SHIFT_SIGNS, PlateCorrection, corrected
+from gaitval.subjects.subject_file import load_subject
 
 RECORD = load_subject("S05").measured()
 PHASE = np.linspace(0.0, 1.0, 301)

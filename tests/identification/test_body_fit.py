@@ -12,8 +12,6 @@ from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import FORCES
 from gaitval.gait.record import HARMONICS, GaitRecord, periodic_through
 from gaitval.identification.body_fit import NUISANCES, BodyFit, angle_sd
@@ -23,13 +21,15 @@ from gaitval.identification.unidentified import unidentified
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.prediction.population import noise_of_expected
-from gaitval.prediction.seen import PHASES, stance_curves
-from gaitval.reference import dynamic_fit
-from gaitval.reference.dynamic_fit import fitted, weighted_laws
-from gaitval.reference.motion import build_reference
-from gaitval.reference.walking_laws import TRUNK
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.prediction.population import noise_of_expected
+from gaitval.subjects.prediction.seen import PHASES, stance_curves
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference import dynamic_fit
+from gaitval.walk.reference.dynamic_fit import fitted, weighted_laws
+from gaitval.walk.reference.motion import build_reference
+from gaitval.walk.reference.walking_laws import TRUNK
 
 CONFIGURATION = load_configuration()
 STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.combinations import lengths
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import IDENTIFIED
@@ -12,6 +11,7 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, segment_frames
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
 
 SUBJECT = load_subject("S05")
 MODEL = scale_subject(SUBJECT).model

@@ -9,7 +9,6 @@ import pytest
 from body_result import MODEL, made_up
 
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.identification import begin, default, rollouts
 from gaitval.identification.offsets import offset_of
@@ -17,9 +16,10 @@ from gaitval.identification.prior import prior_sd
 from gaitval.identification.unidentified import WIDE, bounded
 from gaitval.metrics.identified_body import MOST, identified_model, with_legs
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
-from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
 from gaitval.study import identification_stages
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.motion import ReferenceMotion
 
 CONFIGURATION = load_configuration()
 SD = prior_sd(load_subject("S05"))

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.offsets import MOVED, OFFSETS, estimated, offset_of
+from gaitval.subjects.subject_file import load_subject
 
 ROOT = Path(__file__).parents[2]
 STORED = json.loads((ROOT / "reports" / "identification" / "ten_shared.json").read_text())

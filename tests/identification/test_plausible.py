@@ -3,8 +3,8 @@
 import pytest
 
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.plausible import implausible
+from gaitval.subjects.subject_file import load_subject
 
 CONFIGURATION = load_configuration()
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.rollouts import FALLEN, BodyWalks, identified_by_rollouts
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
 
 GENERAL = Path(__file__).parents[2] / "reports" / "general"
 CONFIGURATION = load_configuration()

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.shared_errors import NAMES, SharedFit, identified, tempered
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
-from gaitval.reference.dynamic_fit import weighted_laws
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.dynamic_fit import weighted_laws
 
 CONFIGURATION = load_configuration()
 

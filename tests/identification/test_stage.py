@@ -8,7 +8,6 @@ from body_result import MODEL, made_up
 
 from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_report import bars, in_words
 from gaitval.identification.body_words import AS_SCALED, sentences, walker_words
@@ -21,6 +20,7 @@ from gaitval.reporting.body_bars import draw
 from gaitval.reporting.report import _parameters
 from gaitval.reporting.run_files import read_body
 from gaitval.study import body_stage
+from gaitval.subjects.subject_file import load_subject
 
 STORED = Path(__file__).resolve().parents[2] / "reports" / "S05" / "baseline" / "metrics.json"
 
@@ -31,7 +31,7 @@ def written(tmp_path, monkeypatch):
     found = made_up(0.5, 0.004)
     monkeypatch.setattr("gaitval.identification.shared_errors.identified", lambda *_: found)
     monkeypatch.setattr("gaitval.identification.begin.begin", lambda *_: (None, None))
-    monkeypatch.setattr("gaitval.reference.motion.ReferenceMotion.load", lambda _: None)
+    monkeypatch.setattr("gaitval.walk.reference.motion.ReferenceMotion.load", lambda _: None)
     write_urdf(MODEL, tmp_path / "model.urdf")
     body_stage.write(run_in(tmp_path, "rollouts"))
     return tmp_path, found

@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 
 from gaitval.configuration import Configuration
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, FittedCurve
 from gaitval.identification.unusual import remarks_before_scaling, remarks_on_body, remarks_on_gait
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.tape import measure_by_tape
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 PEOPLE = builtin_subjects()
 

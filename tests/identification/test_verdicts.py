@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.combinations import combinations, correlation, judged_combinations
 from gaitval.identification.prior import measured_by, prior_sd
 from gaitval.identification.verdicts import verdict_of
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
+from gaitval.subjects.subject_file import load_subject
 
 THIGH, SHANK = (PARAMETERS.index(f"{name}_length") for name in ("thigh", "shank"))
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import load_subject, parse_subject
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.virtual_person import VIRTUAL, drawn_parameters, of_another_size
 from gaitval.model.parameters import nominal_parameters
-from gaitval.prediction.speed_line import dimensionless_speed
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.prediction.speed_line import dimensionless_speed
+from gaitval.subjects.subject_file import load_subject, parse_subject
 
 
 def test_bodies_are_drawn_from_the_prior():

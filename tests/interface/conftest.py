@@ -6,8 +6,8 @@ from functools import cache
 import pytest
 
 import gaitval as gv
-from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.study.stored_policy import StoredPolicy
+from gaitval.walk.simulation.simulated_walk import SimulatedWalk
 
 
 @pytest.fixture(scope="session")

@@ -11,12 +11,12 @@ import pytest
 
 import gaitval as gv
 from gaitval.errors import ConfigurationError, RecordError, ScalingError
-from gaitval.inverse.inverse_dynamics import InverseDynamics
-from gaitval.inverse.inverse_kinematics import InverseKinematics
-from gaitval.inverse.marked_body import marker_positions
-from gaitval.inverse.scaled_markers import MarkedBody
+from gaitval.kinetics.inverse.inverse_dynamics import InverseDynamics
+from gaitval.kinetics.inverse.inverse_kinematics import InverseKinematics
+from gaitval.kinetics.inverse.marked_body import marker_positions
+from gaitval.kinetics.inverse.scaled_markers import MarkedBody
 from gaitval.mocap.recording import Plate, Recording
-from gaitval.reference.motion import ReferenceMotion, build_reference
+from gaitval.walk.reference.motion import ReferenceMotion, build_reference
 
 
 @pytest.fixture(scope="module")

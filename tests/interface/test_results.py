@@ -9,7 +9,7 @@ from synthetic_recording import Rectangle, walk
 import gaitval as gv
 from gaitval._internal.text.frames import COLUMNS
 from gaitval.errors import ArtefactError
-from gaitval.inverse.scaled_markers import MarkedBody
+from gaitval.kinetics.inverse.scaled_markers import MarkedBody
 from gaitval.metrics.tolerances import Registry
 from gaitval.mocap.recording import Recording
 

@@ -10,14 +10,14 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from unrecorded_verdicts import expected
 
 import gaitval as gv
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, PolicyError, RecordError, SubjectError
 from gaitval.interface import walks
 from gaitval.metrics.walk_comparison import Comparison
-from gaitval.reference import dynamic_fit
-from gaitval.simulation.simulated_walk import SimulatedWalk
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.stored_policy import StoredPolicy
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference import dynamic_fit
+from gaitval.walk.simulation.simulated_walk import SimulatedWalk
+from gaitval.walk.simulation.walker import WalkingTask
 
 
 def test_a_policy_is_stored_whole(policy: StoredPolicy, tmp_path: Path):

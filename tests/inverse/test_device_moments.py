@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from gaitval import cli
 from gaitval.coordinates import ACTUATED, COORDINATES
-from gaitval.inverse.device_moments import device_moments, turning_axis
+from gaitval.kinetics.inverse.device_moments import device_moments, turning_axis
 from gaitval.mocap.formats import with_forces
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
@@ -17,8 +17,8 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import DeviceTorque
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
-from gaitval.opensim.coordinates import TO_OPENSIM
-from gaitval.opensim.of_import import write_devices
+from gaitval.session.opensim.coordinates import TO_OPENSIM
+from gaitval.session.opensim.of_import import write_devices
 
 
 @pytest.fixture(scope="module")

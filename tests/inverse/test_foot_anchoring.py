@@ -7,10 +7,10 @@ import pytest
 from marked_walk import RATE, moving_walk, spread_markers
 
 from gaitval.coordinates import ACTUATED, COORDINATES
-from gaitval.inverse import foot_anchoring
-from gaitval.inverse.foot_anchoring import _floor_velocity, _resting, anchored
-from gaitval.inverse.inverse_kinematics import inverse_kinematics
-from gaitval.inverse.marked_body import marker_positions
+from gaitval.kinetics.inverse import foot_anchoring
+from gaitval.kinetics.inverse.foot_anchoring import _floor_velocity, _resting, anchored
+from gaitval.kinetics.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.kinetics.inverse.marked_body import marker_positions
 
 FREE = {name: (-4.0, 4.0) for name in ACTUATED}
 BELT = np.array([-0.5, 0.0, 0.0])

@@ -14,13 +14,13 @@ from gaitval.coordinates import ACTUATED, COORDINATES, mirrored
 from gaitval.errors import RecordError
 from gaitval.gait.filters import low_pass
 from gaitval.gait.record import MOMENT_NAMES
-from gaitval.inverse.inverse_dynamics import ground_level, inverse_dynamics, residuals
-from gaitval.inverse.inverse_kinematics import inverse_kinematics
-from gaitval.inverse.motion_rates import Kinematics, differentiate
+from gaitval.kinetics.inverse.inverse_dynamics import ground_level, inverse_dynamics, residuals
+from gaitval.kinetics.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.kinetics.inverse.motion_rates import Kinematics, differentiate
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval.simulation.skeleton import HumanSkeleton
+from gaitval.walk.simulation.skeleton import HumanSkeleton
 
 FEET = [SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")]
 

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from gaitval.coordinates import ACTUATED, COORDINATES, RANGES
 from gaitval.errors import ModelError, RecordError
 from gaitval.gait.filters import low_pass
-from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
-from gaitval.inverse.marked_body import bounds, marker_positions
+from gaitval.kinetics.inverse.inverse_kinematics import inverse_kinematics, marker_errors
+from gaitval.kinetics.inverse.marked_body import bounds, marker_positions
 from gaitval.model.markers import ModelMarker
 from gaitval.model.measured_ranges import MEASURED_RANGES
 

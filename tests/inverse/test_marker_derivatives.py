@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from marked_walk import moving_walk, spread_markers
 
-from gaitval.inverse.marked_body import marker_positions, marker_trial
-from gaitval.inverse.marker_derivatives import evaluate, independent_coordinates, workspace
-from gaitval.inverse.pose_solver import moved
+from gaitval.kinetics.inverse.marked_body import marker_positions, marker_trial
+from gaitval.kinetics.inverse.marker_derivatives import evaluate, independent_coordinates, workspace
+from gaitval.kinetics.inverse.pose_solver import moved
 
 
 @pytest.mark.parametrize("seed", range(3))

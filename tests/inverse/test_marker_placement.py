@@ -11,10 +11,9 @@ from standing_person import (
 )
 
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
-from gaitval.inverse.marked_body import marker_positions
-from gaitval.inverse.marker_placement import place_markers, placement_checks
+from gaitval.kinetics.inverse.marked_body import marker_positions
+from gaitval.kinetics.inverse.marker_placement import place_markers, placement_checks
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.trc import read_trc
 from gaitval.model.body import SEGMENTS
@@ -22,6 +21,7 @@ from gaitval.model.tree import segment_frames
 from gaitval.scaling.joint_centres import SURFACE, locate, measure
 from gaitval.scaling.marker_sets import load_marker_set, recognise
 from gaitval.scaling.scaling import build_body
+from gaitval.subjects.subject_file import load_subject
 
 TO_PROJECT = {
     "wbds": np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]),  # ISB: x forward, y up, z right

@@ -12,13 +12,18 @@ from scipy.spatial.transform import Rotation
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import RecordError, ScalingError
 from gaitval.gait.filters import low_pass
-from gaitval.inverse import model_fit_solver
-from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
-from gaitval.inverse.marked_body import bounds, marker_positions
-from gaitval.inverse.marker_placement import place_markers
-from gaitval.inverse.model_fit import MODEL_FIT, _problem, fit_model, with_level_pelvis
-from gaitval.inverse.model_fit_solver import FitState, model_markers
-from gaitval.inverse.segment_lengths import LENGTH_SD, lengths_of, skin_shifts, with_lengths
+from gaitval.kinetics.inverse import model_fit_solver
+from gaitval.kinetics.inverse.inverse_kinematics import inverse_kinematics, marker_errors
+from gaitval.kinetics.inverse.marked_body import bounds, marker_positions
+from gaitval.kinetics.inverse.marker_placement import place_markers
+from gaitval.kinetics.inverse.model_fit import MODEL_FIT, _problem, fit_model, with_level_pelvis
+from gaitval.kinetics.inverse.model_fit_solver import FitState, model_markers
+from gaitval.kinetics.inverse.segment_lengths import (
+    LENGTH_SD,
+    lengths_of,
+    skin_shifts,
+    with_lengths,
+)
 from gaitval.mocap.axes import detect_axes
 from gaitval.mocap.reading import read_recording
 from gaitval.model.body import SEGMENTS, BodyModel

@@ -7,9 +7,9 @@ import pytest
 from marked_walk import LEG_SEGMENTS, moving_walk, spread_markers
 
 from gaitval.coordinates import COORDINATES
-from gaitval.inverse import model_fit_solver
-from gaitval.inverse.marked_body import place
-from gaitval.inverse.model_fit_solver import (
+from gaitval.kinetics.inverse import model_fit_solver
+from gaitval.kinetics.inverse.marked_body import place
+from gaitval.kinetics.inverse.model_fit_solver import (
     FitProblem,
     FitState,
     _cost,
@@ -21,8 +21,8 @@ from gaitval.inverse.model_fit_solver import (
     shared_covariance,
     solve,
 )
-from gaitval.inverse.pose_solver import moved
-from gaitval.inverse.segment_lengths import LENGTH_SD, joint_shifts
+from gaitval.kinetics.inverse.pose_solver import moved
+from gaitval.kinetics.inverse.segment_lengths import LENGTH_SD, joint_shifts
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames, tree_arrays
 

@@ -4,7 +4,7 @@ import numpy as np
 from known_walk import angular_rates
 from scipy.spatial.transform import Rotation
 
-from gaitval.inverse.motion_rates import cardan_coordinates, differentiate
+from gaitval.kinetics.inverse.motion_rates import cardan_coordinates, differentiate
 from gaitval.model.rotations import pelvis_rotation
 
 

@@ -5,8 +5,8 @@ from marked_walk import moving_walk, spread_markers
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import random_state
 
-from gaitval.inverse.motion_rates import cardan_coordinates
-from gaitval.inverse.residual_derivatives import marker_metric, moved_by
+from gaitval.kinetics.inverse.motion_rates import cardan_coordinates
+from gaitval.kinetics.inverse.residual_derivatives import marker_metric, moved_by
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames, tree_arrays

@@ -10,9 +10,9 @@ from recorded_walks import rajagopal_walk, wbds_walk
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR
 from gaitval.errors import RecordError
-from gaitval.inverse.inverse_dynamics import inverse_dynamics, residuals
-from gaitval.inverse.residual_derivatives import MASS_GROUPS
-from gaitval.inverse.residual_reduction import (
+from gaitval.kinetics.inverse.inverse_dynamics import inverse_dynamics, residuals
+from gaitval.kinetics.inverse.residual_derivatives import MASS_GROUPS
+from gaitval.kinetics.inverse.residual_reduction import (
     reduce_residuals,
 )
 from gaitval.model.body import SEGMENTS

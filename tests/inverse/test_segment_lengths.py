@@ -6,7 +6,7 @@ from marked_walk import moving_walk
 from scipy.spatial.transform import Rotation
 
 from gaitval.errors import ScalingError
-from gaitval.inverse.segment_lengths import (
+from gaitval.kinetics.inverse.segment_lengths import (
     LENGTH_SD,
     joint_shifts,
     length_precision,

@@ -11,19 +11,19 @@ from gaitval.apps.judge.motion_units import LEGS
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, SIDES
-from gaitval.datasets.subject_file import load_subject
-from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
-from gaitval.inverse.marked_body import marker_positions
+from gaitval.kinetics.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
+from gaitval.kinetics.inverse.marked_body import marker_positions
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.markers import ModelMarker
-from gaitval.opensim.motion import (
+from gaitval.session.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
     write_markers,
     write_moments,
     write_motion,
 )
-from gaitval.opensim.osim import write_osim
+from gaitval.session.opensim.osim import write_osim
+from gaitval.subjects.subject_file import load_subject
 
 RATE = 100.0
 NOISE_M = 0.005

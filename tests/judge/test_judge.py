@@ -215,8 +215,8 @@ def test_a_residual_moment_is_a_vector_whatever_the_pelvis_does(everything, judg
     from opensim_motion import from_opensim
 
     from gaitval.apps.judge.residuals import residual_wrench
-    from gaitval.opensim.coordinates import OPENSIM_COORDINATES, forces_to_opensim
     from gaitval.scaling.opensim.model_file import read_model
+    from gaitval.session.opensim.coordinates import OPENSIM_COORDINATES, forces_to_opensim
 
     model = read_model(everything.model)
     random = np.random.default_rng(2)

@@ -14,17 +14,17 @@ from simulation_fixtures import changed
 from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.apps.regression.baseline import walk_again
 from gaitval.configuration import load_configuration
-from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES, recorded_curves
-from gaitval.learning_control.correct import (
+from gaitval.correction.correct import (
     CorrectedWalk,
     beside_reference,
     correct,
     prior_sd,
     target,
 )
-from gaitval.learning_control.search import effective_number, harm, search
-from gaitval.learning_control.slopes import SLOPES, Slopes, places, shared_slopes
-from gaitval.learning_control.walked import ACCURACY, Walked, accuracy_of, fitted
+from gaitval.correction.search import effective_number, harm, search
+from gaitval.correction.slopes import SLOPES, Slopes, places, shared_slopes
+from gaitval.correction.walked import ACCURACY, Walked, accuracy_of, fitted
+from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES, recorded_curves
 from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
 from gaitval.metrics.curve_results import by_kind
 from gaitval.metrics.cycles import find_cycles
@@ -34,9 +34,9 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 from gaitval.study.stage import Observer
 from gaitval.study.stored_policy import general_walker
+from gaitval.walk.reference.adjustment import JOINTS, Adjustment, adjusted
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 
@@ -432,8 +432,8 @@ class HarmfulPool(LinearPool):
 
 def test_the_largest_share_of_a_correction_that_does_no_harm_is_used(quick, walker, monkeypatch):
     """Harm that the whole change does and 70 % of it does not; and harm that any share does."""
-    monkeypatch.setattr("gaitval.learning_control.correct.RolloutPool", HarmfulPool)
-    monkeypatch.setattr("gaitval.learning_control.correct.walked_far", lambda *_: ())
+    monkeypatch.setattr("gaitval.correction.correct.RolloutPool", HarmfulPool)
+    monkeypatch.setattr("gaitval.correction.correct.walked_far", lambda *_: ())
     whole = correct(quick, *walker, slopes=KNOWN)
     assert whole.share == 1.0
     assert whole.correction.harmonics.any()
@@ -457,7 +457,7 @@ def test_the_largest_share_of_a_correction_that_does_no_harm_is_used(quick, walk
 
 def test_of_a_correction_with_which_more_long_walks_fall_less_is_used(quick, walker, monkeypatch):
     """Who is moved by more than half of the whole change falls; by any share of it; some anyhow."""
-    where = "gaitval.learning_control.correct."
+    where = "gaitval.correction.correct."
     monkeypatch.setattr(f"{where}RolloutPool", LinearPool)
     high, anyhow = [np.inf], [0]
     walks = []

@@ -2,8 +2,8 @@
 
 import pytest
 
-from gaitval.datasets.sample import copy_sample
 from gaitval.session.request import Request
+from gaitval.subjects.sample import copy_sample
 
 
 @pytest.fixture(scope="module")

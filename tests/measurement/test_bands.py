@@ -9,17 +9,17 @@ import pytest
 from gaitval.configuration import ProcessingSettings
 from gaitval.consistency import Verdict
 from gaitval.coordinates import RANGES
-from gaitval.datasets.subject_file import load_subject
-from gaitval.importing.importing import work_out
-from gaitval.importing.write import _curve_table
-from gaitval.measurement.bands import CHOICE, _summed, bands, half_holding
-from gaitval.measurement.estimate import FoundFault
-from gaitval.measurement.kinds import Fault
-from gaitval.measurement.measured import bands_text, unshown
-from gaitval.measurement.otherwise import with_fault
 from gaitval.mocap.recording import FootForces
 from gaitval.scaling.hip_regressions import REGRESSIONS
+from gaitval.session.importing.importing import work_out
+from gaitval.session.importing.write import _curve_table
+from gaitval.session.measurement.bands import CHOICE, _summed, bands, half_holding
+from gaitval.session.measurement.estimate import FoundFault
+from gaitval.session.measurement.kinds import Fault
+from gaitval.session.measurement.measured import bands_text, unshown
+from gaitval.session.measurement.otherwise import with_fault
 from gaitval.session.subject import subject_of
+from gaitval.subjects.subject_file import load_subject
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitval.measurement.balance import GroundWrenches, _plate_effects, newton
+from gaitval.session.measurement.balance import GroundWrenches, _plate_effects, newton
 
 MIDDLE = np.array([0.3, 0.2, 0.0])
 WEIGHT = 700.0

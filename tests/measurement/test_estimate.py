@@ -11,8 +11,8 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import multivariate_normal
 
 from gaitval.consistency import OTHER
-from gaitval.measurement.balance import Data
-from gaitval.measurement.estimate import (
+from gaitval.session.measurement.balance import Data
+from gaitval.session.measurement.estimate import (
     Examined,
     Lag,
     Search,
@@ -22,9 +22,15 @@ from gaitval.measurement.estimate import (
     _sizes,
     together,
 )
-from gaitval.measurement.fault_text import warnings
-from gaitval.measurement.kinds import KINDS, Fault, faults, kind_of
-from gaitval.measurement.likelihood import Balance, balance, log_sound, scales, something_else
+from gaitval.session.measurement.fault_text import warnings
+from gaitval.session.measurement.kinds import KINDS, Fault, faults, kind_of
+from gaitval.session.measurement.likelihood import (
+    Balance,
+    balance,
+    log_sound,
+    scales,
+    something_else,
+)
 
 GAINS = tuple(Fault("gain", plate, 0.02) for plate in "12")
 MASS = Fault("mass", "", 0.04)
@@ -222,8 +228,9 @@ def test_who_may_have_a_fault():
 def test_sets_of_causes_have_one_order_in_every_process():
     # Sums over a set are made in its order, on which their last digits depend.
     code = (
-        "from gaitval.measurement.estimate import Fault, _parts; from gaitval.measurement.kinds "
-        "import KINDS; print(_parts(frozenset(Fault(n, '', .1) for n in KINDS)))"
+        "from gaitval.session.measurement.estimate import Fault, _parts; "
+        "from gaitval.session.measurement.kinds import KINDS; "
+        "print(_parts(frozenset(Fault(n, '', .1) for n in KINDS)))"
     )
     messages = {
         subprocess.run(

@@ -6,8 +6,8 @@ from recorded_sessions import wbds01_t01
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
-from gaitval.importing.importing import work_out
-from gaitval.measurement.halves import halves_of
+from gaitval.session.importing.importing import work_out
+from gaitval.session.measurement.halves import halves_of
 
 
 @pytest.fixture(scope="module")

@@ -15,15 +15,15 @@ from gaitval.findings.markers import SMOOTHED
 from gaitval.findings.motion import WEIGHT
 from gaitval.findings.stances import EXCHANGED_AXES, INWARD
 from gaitval.findings.trial import findings_of_trial
-from gaitval.importing.importing import work_out
-from gaitval.importing.write import _record
-from gaitval.measurement import correct
-from gaitval.measurement.correct import wanted
-from gaitval.measurement.estimate import FoundFault
-from gaitval.measurement.fault_text import CHECK
-from gaitval.measurement.kinds import Fault
-from gaitval.measurement.measured import untold
 from gaitval.session import session as importing
+from gaitval.session.importing.importing import work_out
+from gaitval.session.importing.write import _record
+from gaitval.session.measurement import correct
+from gaitval.session.measurement.correct import wanted
+from gaitval.session.measurement.estimate import FoundFault
+from gaitval.session.measurement.fault_text import CHECK
+from gaitval.session.measurement.kinds import Fault
+from gaitval.session.measurement.measured import untold
 from gaitval.session.read import read_session
 
 PROCESSING = ProcessingSettings()

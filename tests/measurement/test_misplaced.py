@@ -7,17 +7,17 @@ import pytest
 from known_walk import known_walk
 
 from gaitval.coordinates import COORDINATES
-from gaitval.measurement.misplaced import (
+from gaitval.mocap.recording import Recording
+from gaitval.model.body import SEGMENTS
+from gaitval.model.markers import ModelMarker
+from gaitval.model.tree import segment_frames
+from gaitval.session.measurement.misplaced import (
     MOVED,
     knee_forward,
     knee_warnings,
     moved_warnings,
     standing_warnings,
 )
-from gaitval.mocap.recording import Recording
-from gaitval.model.body import SEGMENTS
-from gaitval.model.markers import ModelMarker
-from gaitval.model.tree import segment_frames
 
 SHANK = 0.42
 NAMES = {f"{side}.{name}": f"{side}{name}" for side in "RL" for name in ("ASIS", "Knee", "Ankle")}

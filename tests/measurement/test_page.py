@@ -5,14 +5,14 @@ import pytest
 from seen_figures import bands, figure_of, forward, lines
 
 from gaitval.configuration import ProcessingSettings
-from gaitval.importing.importing import work_out
-from gaitval.measurement.page import (
+from gaitval.reporting.figures import COLOURS
+from gaitval.session.importing.importing import work_out
+from gaitval.session.measurement.page import (
     SHOWN,
     TITLES,
     UNITS,
     draw_bands,
 )
-from gaitval.reporting.figures import COLOURS
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.measurement import standing
-from gaitval.measurement.standing import KINDS, StandingForces, standing_of, with_plates
 from gaitval.mocap.recording import Plate, Recording
+from gaitval.session.measurement import standing
+from gaitval.session.measurement.standing import KINDS, StandingForces, standing_of, with_plates
 
 MASS = 60.0
 WEIGHT = MASS * STANDARD_GRAVITY

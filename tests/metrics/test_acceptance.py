@@ -5,7 +5,6 @@ import pytest
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, walks_of
 
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.acceptance import (
     Baselines,
@@ -20,6 +19,7 @@ from gaitval.metrics.origin import everything
 from gaitval.metrics.results import HeldOutError, HeldOutErrors
 from gaitval.metrics.validation import validate
 from gaitval.metrics.verdicts import failed_limits, limit_verdicts, sentence
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 WALKED = synthetic_record()
 SUBJECT = load_subject("S05")

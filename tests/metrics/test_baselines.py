@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.baselines import (
     anybody,
@@ -21,8 +20,9 @@ from gaitval.metrics.baselines import (
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.curve_results import by_kind
 from gaitval.metrics.origin import record_origins
-from gaitval.prediction.population import with_others_kinetics
-from gaitval.prediction.speed_line import dimensionless_speed
+from gaitval.subjects.prediction.population import with_others_kinetics
+from gaitval.subjects.prediction.speed_line import dimensionless_speed
+from gaitval.subjects.subject_file import builtin_subjects
 
 SUBJECTS = builtin_subjects()
 

@@ -8,17 +8,17 @@ from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
 
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, mirrored
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import compare_curve, hip_centres, low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon, mean_of
 from gaitval.metrics.walk_quantities import found_quantities
-from gaitval.reference.hip_moments import about_record
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.skeleton import HumanSkeleton
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.hip_moments import about_record
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.skeleton import HumanSkeleton
 
 RECORD = synthetic_record()
 RECORDED = recorded_curves(RECORD)

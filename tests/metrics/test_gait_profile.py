@@ -6,13 +6,13 @@ from scipy.spatial.transform import Rotation
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record
 
 from experiments import gps_controls, healthy_bands
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.comparison import foot_progression
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.gait_profile import gait_profile, is_control, walk_statistics
 from gaitval.metrics.origin import everything
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 WBDS = {"S01": "WBDS01", "S03": "WBDS12", "S05": "WBDS14"}
 """Built-in subjects whose overground strides are among the controls'."""

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from experiments import norms as made
-from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.norms import healthy_bands, norms, norms_at
 from gaitval.metrics.unrecorded import STEP_WIDTH
+from gaitval.subjects.subject_file import load_subject
 
 
 def test_the_shipped_file_is_what_the_data_give(gait_data: Path) -> None:

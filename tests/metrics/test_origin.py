@@ -3,7 +3,6 @@
 import pytest
 
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.origin import (
     curve_origin,
     everything,
@@ -13,6 +12,7 @@ from gaitval.metrics.origin import (
     not_recorded,
     record_origins,
 )
+from gaitval.subjects.subject_file import load_subject
 
 
 def origins(**changed):

@@ -7,7 +7,6 @@ import pytest
 from ankle_gaits import ankles
 
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.baselines import GROUPS
 from gaitval.metrics.comparison import multiple_correlation, rms
@@ -24,9 +23,10 @@ from gaitval.metrics.other_trials import (
 )
 from gaitval.metrics.results import WalkedCurves
 from gaitval.metrics.typed import numbers, sided
-from gaitval.prediction.known import known_record
-from gaitval.prediction.population import change_with_speed
-from gaitval.prediction.speed import SPEED, _moved
+from gaitval.subjects.prediction.known import known_record
+from gaitval.subjects.prediction.population import change_with_speed
+from gaitval.subjects.prediction.speed import SPEED, _moved
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,6 @@ import pytest
 from synthetic_walk import MASS, STRIDE_TIME, perfect_walk, sharp_filter, synthetic_record
 
 from gaitval.coordinates import COORDINATES, SIDES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import FORCES, Curves, recorded_curves
 from gaitval.gait.healthy_controls import load_controls
 from gaitval.gait.record import LowPass
@@ -26,6 +25,7 @@ from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.whole_body import centre_of_mass_measures
 from gaitval.quantities.joint_power import joint_power
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
 
 ALL = range(101)
 RECORD = synthetic_record()

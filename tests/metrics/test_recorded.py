@@ -7,12 +7,12 @@ import pytest
 from synthetic_walk import LEFT_PHASE, SPEED, STANCE, STRIDE_TIME, periodic, synthetic_record
 
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import MeanSteps, PeriodicCurve
 from gaitval.metrics.curve_results import by_kind, from_kinds
 from gaitval.metrics.recorded import consistency, recorded_part
 from gaitval.metrics.typed import array
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 RECORD = synthetic_record()
 PERSON = load_subject("S05")

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, recorded_curves
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.epsilon import ANGLES
 from gaitval.metrics.reference_curves import floor_of, reference_curves
+from gaitval.subjects.subject_file import load_subject
 
 
 def test_the_references_curves_have_the_records_names_signs_and_sides(task):

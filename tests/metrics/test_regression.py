@@ -13,11 +13,11 @@ from gaitval.apps.regression.regression import (
     new,
     write_junit,
 )
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import PushRecovery, metrics_from
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.validation import StageResults, validate
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 
 @pytest.fixture(scope="module")

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from simulation_fixtures import changed
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.comparator import compared_with
 from gaitval.metrics.repeats import repeated_walks
 from gaitval.metrics.verdict_rows import ENDURANCE, repeated_values
 from gaitval.model.parameters import nominal_parameters
 from gaitval.study.stored_policy import general_walker
+from gaitval.subjects.subject_file import load_subject
 
 MU = nominal_parameters()
 SUBJECT = load_subject("5")

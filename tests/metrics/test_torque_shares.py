@@ -13,7 +13,7 @@ from gaitval.metrics.torque_shares import moment_parts, torque_shares
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval.simulation.servo import servo_stiffness
+from gaitval.walk.simulation.servo import servo_stiffness
 
 
 def _walk(task, scale, **mu):

@@ -15,13 +15,13 @@ from synthetic_walk import (
 )
 
 from gaitval._internal.io.artefacts import read_json, write_json
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.baselines import group_rows
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.results import PushRecovery, SpatiotemporalResult
 from gaitval.metrics.validation import StageResults, spatiotemporal_measures, validate
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 RECORD = synthetic_record()
 SUBJECT = load_subject("S05")

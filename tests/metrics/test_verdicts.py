@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.metrics.baselines import predictions
 from gaitval.metrics.origin import everything
 from gaitval.metrics.results import read_metrics
@@ -25,6 +24,7 @@ from gaitval.metrics.verdicts import (
     unjudged_text,
     value_text,
 )
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 ROOT = Path(__file__).parents[2]
 

@@ -8,7 +8,6 @@ from newton_walk import MASS, STEP, newton_walk
 from synthetic_walk import perfect_walk, periodic, sharp_filter, synthetic_record
 
 from gaitval.constants import GRAVITY
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.whole_body import (
     centre_of_mass_measures,
@@ -17,7 +16,8 @@ from gaitval.metrics.whole_body import (
     walked_centre_of_mass,
 )
 from gaitval.model.ground import Ground
-from gaitval.prediction.slopes import weighted_sum
+from gaitval.subjects.prediction.slopes import weighted_sum
+from gaitval.subjects.subject_file import builtin_subjects
 
 RECORD = synthetic_record()
 WALK = perfect_walk(RECORD, cycles=6)

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 from gaitval import cli
 from gaitval.configuration import load_configuration
 from gaitval.errors import ConfigurationError, RecordError
-from gaitval.importing import batch_imports
-from gaitval.importing.batch_imports import TABLE, import_batch, read_batch
+from gaitval.session.importing import batch_imports
+from gaitval.session.importing.batch_imports import TABLE, import_batch, read_batch
 
 PERSON = """
 [[people]]

@@ -7,9 +7,9 @@ import pytest
 from format_files import opencap_folder, pose2sim_folder
 
 from gaitval.errors import GaitvalError
-from gaitval.importing.batch_imports import read_batch
-from gaitval.importing.batch_person import BatchPerson
 from gaitval.mocap.reading import read_recording
+from gaitval.session.importing.batch_imports import read_batch
+from gaitval.session.importing.batch_person import BatchPerson
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
-from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.session.opensim.coordinates import TO_OPENSIM
 
 EQUAL = 1e-6
 

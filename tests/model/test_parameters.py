@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import RandomisationSettings
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ModelError
 from gaitval.model.body import SEGMENTS, Segment
 from gaitval.model.parameters import (
@@ -16,6 +15,7 @@ from gaitval.model.parameters import (
 from gaitval.model.tree import segment_frames
 from gaitval.model.urdf import model_hash
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 

@@ -6,12 +6,12 @@ import pytest
 import yourdfpy
 
 from gaitval.coordinates import ACTUATED
-from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import ModelError
 from gaitval.model.body import SEGMENTS, BodyModel, Segment
 from gaitval.model.ground import Ground
 from gaitval.model.urdf import model_hash, read_urdf, template_folder, write_urdf
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import BUILTIN, load_subject
 
 
 @pytest.fixture(scope="module")

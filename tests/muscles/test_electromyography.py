@@ -11,10 +11,10 @@ import gaitval as gv
 from gaitval.apps.muscles.sharing import MuscleSettings, shared_motions
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.gait.electromyograms import muscle_of, read_electromyograms
+from gaitval.kinetics.musculature.electromyography import DELAY
+from gaitval.kinetics.musculature.gait import muscles_of
+from gaitval.kinetics.musculature.paths import COORDINATES, table
 from gaitval.mocap.mot_writing import StorageTable, write_storage
-from gaitval.musculature.electromyography import DELAY
-from gaitval.musculature.gait import muscles_of
-from gaitval.musculature.paths import COORDINATES, table
 
 
 @pytest.fixture(scope="module")

@@ -9,15 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, mirrored
 from gaitval.errors import ModelError, RecordError
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.model.body import SEGMENTS
-from gaitval.model.markers import ModelMarker
-from gaitval.model.tree import segment_frames
-from gaitval.musculature import CRITERIA, bands, share
-from gaitval.musculature.bands import Spreads, draw
-from gaitval.musculature.contact import KNEE_CONTACT, contact
-from gaitval.musculature.curves import tendon_strain
-from gaitval.musculature.mapping import (
+from gaitval.kinetics.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.kinetics.musculature import CRITERIA, bands, share
+from gaitval.kinetics.musculature.bands import Spreads, draw
+from gaitval.kinetics.musculature.contact import KNEE_CONTACT, contact
+from gaitval.kinetics.musculature.curves import tendon_strain
+from gaitval.kinetics.musculature.mapping import (
     BoneSizes,
     LegLoads,
     knee_aside,
@@ -25,7 +22,18 @@ from gaitval.musculature.mapping import (
     sizes,
     tibia_axes,
 )
-from gaitval.musculature.paths import COORDINATES, JOINTS, KNEE, MUSCLES, Geometry, geometry, table
+from gaitval.kinetics.musculature.paths import (
+    COORDINATES,
+    JOINTS,
+    KNEE,
+    MUSCLES,
+    Geometry,
+    geometry,
+    table,
+)
+from gaitval.model.body import SEGMENTS
+from gaitval.model.markers import ModelMarker
+from gaitval.model.tree import segment_frames
 
 
 @pytest.fixture(scope="module")

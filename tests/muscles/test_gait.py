@@ -13,21 +13,21 @@ from gaitval.coordinates import ACTUATED
 from gaitval.errors import ArtefactError, ModelError, RecordError
 from gaitval.gait.feet_on_plates import FEET
 from gaitval.gait.foot_forces import settled
-from gaitval.importing.stored_motions import _knees
+from gaitval.kinetics.musculature import share
+from gaitval.kinetics.musculature.forces import FORCES, RecordedActivation
+from gaitval.kinetics.musculature.gait import CONTACTS, muscles_of, part_of
+from gaitval.kinetics.musculature.mapping import leg_loads, published_angles, sizes
+from gaitval.kinetics.musculature.own_coordinates import own_lengths, plain_paths
+from gaitval.kinetics.musculature.paths import COORDINATES, table
+from gaitval.kinetics.musculature.strands import gait_poses, own_tendons
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.recording import FootForces
 from gaitval.model.markers import MARKERS, save_markers
-from gaitval.musculature import share
-from gaitval.musculature.forces import FORCES, RecordedActivation
-from gaitval.musculature.gait import CONTACTS, muscles_of, part_of
-from gaitval.musculature.mapping import leg_loads, published_angles, sizes
-from gaitval.musculature.own_coordinates import own_lengths, plain_paths
-from gaitval.musculature.paths import COORDINATES, table
-from gaitval.musculature.strands import gait_poses, own_tendons
-from gaitval.opensim.muscle_motion import write_storages
-from gaitval.opensim.osim import write_osim
+from gaitval.session.importing.stored_motions import _knees
 from gaitval.session.loaded import known_spans
-from gaitval.simulation.mujoco_muscles import muscle_mjcf
+from gaitval.session.opensim.muscle_motion import write_storages
+from gaitval.session.opensim.osim import write_osim
+from gaitval.walk.simulation.mujoco_muscles import muscle_mjcf
 
 
 @pytest.fixture(scope="module")

@@ -18,13 +18,13 @@ from gaitval.configuration import load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.errors import RecordError
 from gaitval.gait.electromyograms import read_electromyograms
-from gaitval.importing.importing import request_of, work_out
+from gaitval.kinetics.musculature import share
+from gaitval.kinetics.musculature.bands import draw
+from gaitval.kinetics.musculature.electromyography import seen_activations
+from gaitval.kinetics.musculature.gait import _cycle_of, muscles_of
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
-from gaitval.musculature import share
-from gaitval.musculature.bands import draw
-from gaitval.musculature.electromyography import seen_activations
-from gaitval.musculature.gait import _cycle_of, muscles_of
+from gaitval.session.importing.importing import request_of, work_out
 from gaitval.session.loaded import loaded_motion, measured_knees
 from gaitval.session.request import ImportOptions, checked, silent
 from gaitval.session.session import ImportProgress

@@ -11,11 +11,22 @@ from known_walk import loaded_walk
 
 from gaitval.apps.muscles.sharing import MuscleSettings, SharedMotions
 from gaitval.apps.muscles.write import write_muscles
-from gaitval.musculature.forces import change_limits, rate
-from gaitval.musculature.gait import muscles_of
-from gaitval.musculature.leg_metabolics import excitations, fibre_states, fibres_of, muscle_rates
-from gaitval.musculature.metabolics import METABOLISM, MODELS, Fibres, FibreStates, slow_shares
-from gaitval.musculature.paths import table
+from gaitval.kinetics.musculature.forces import change_limits, rate
+from gaitval.kinetics.musculature.gait import muscles_of
+from gaitval.kinetics.musculature.leg_metabolics import (
+    excitations,
+    fibre_states,
+    fibres_of,
+    muscle_rates,
+)
+from gaitval.kinetics.musculature.metabolics import (
+    METABOLISM,
+    MODELS,
+    Fibres,
+    FibreStates,
+    slow_shares,
+)
+from gaitval.kinetics.musculature.paths import table
 from gaitval.quantities.metabolic_cost import JOINTS, joint_rate, metabolic_cost
 from gaitval.quantities.metabolic_rate import expected_rate
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitval.musculature.sharing import solve
+from gaitval.kinetics.musculature.sharing import solve
 
 opensim = pytest.importorskip("opensim")
 

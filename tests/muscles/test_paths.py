@@ -7,11 +7,16 @@ import pytest
 
 from experiments.passive_hip import published_strains
 from gaitval.errors import ModelError
-from gaitval.musculature.curves import active_length, passive_length, tendon_strain, velocity
-from gaitval.musculature.forces import capacity
-from gaitval.musculature.mapping import BoneSizes
-from gaitval.musculature.paths import BONES, COORDINATES, JOINTS, geometry, table
-from gaitval.musculature.person import leg_muscles
+from gaitval.kinetics.musculature.curves import (
+    active_length,
+    passive_length,
+    tendon_strain,
+    velocity,
+)
+from gaitval.kinetics.musculature.forces import capacity
+from gaitval.kinetics.musculature.mapping import BoneSizes
+from gaitval.kinetics.musculature.paths import BONES, COORDINATES, JOINTS, geometry, table
+from gaitval.kinetics.musculature.person import leg_muscles
 
 POSES = np.radians(
     [

@@ -9,10 +9,10 @@ from known_walk import loaded_walk
 
 from experiments.gps_controls import strides
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.kinetics.musculature import gait
+from gaitval.kinetics.musculature.pelvis_zero import PELVIS, pelvis_zero, tilts, walking_tilt
 from gaitval.model.ground import Ground
-from gaitval.musculature import gait
-from gaitval.musculature.pelvis_zero import PELVIS, pelvis_zero, tilts, walking_tilt
+from gaitval.subjects.subject_file import builtin_subjects
 
 PITCH = COORDINATES.index("pelvis_ry")
 

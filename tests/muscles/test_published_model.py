@@ -6,7 +6,7 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from gaitval.musculature.paths import BONES, geometry, table
+from gaitval.kinetics.musculature.paths import BONES, geometry, table
 
 pytest.importorskip("opensim")
 
@@ -68,7 +68,7 @@ def test_the_left_leg_is_the_right_one_in_the_mirror(gait_data):
 def test_the_table_says_how_right_it_is():
     """Of every muscle over the whole range, as computed when it was made."""
     with (
-        files("gaitval.musculature").joinpath("paths.npz").open("rb") as file,
+        files("gaitval.kinetics.musculature").joinpath("paths.npz").open("rb") as file,
         np.load(file) as stored,
     ):
         rows = json.loads(stored["about"].tobytes().decode())["muscles"]

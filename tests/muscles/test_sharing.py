@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from gaitval.musculature.sharing import solve
+from gaitval.kinetics.musculature.sharing import solve
 
 
 def problem(seed: int = 3, frames: int = 4, muscles: int = 12, rows: int = 3):

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from made_strides import stride_rows, write_strides
 
-from gaitval.datasets.subject_file import load_subject
+from gaitval.subjects.subject_file import load_subject
 
 
 @pytest.fixture(scope="session")

@@ -30,14 +30,14 @@ from gaitval.apps.patients.records import two_sided
 from gaitval.apps.patients.results import PatientResult, result_of
 from gaitval.apps.patients.rolling_foot import feet
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
 from gaitval.errors import ConfigurationError, RecordError, SubjectError
 from gaitval.gait.record import PeriodicCurve, periodic_through
 from gaitval.identification.prior import measured_by
 from gaitval.metrics.norms import norms
-from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.anthropometry import mass_fractions
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.prediction.population import with_others_kinetics
+from gaitval.subjects.subject_file import builtin_subjects, load_subject, parse_subject
 
 PHASE = np.linspace(0.0, 1.0, 101)
 

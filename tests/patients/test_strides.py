@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 from gaitval.apps.patients.people import person_of, read_people
 from gaitval.apps.patients.strides import AXES, doubts, read_strides
 from gaitval.cli import app
-from gaitval.datasets.sample import copy_sample
 from gaitval.errors import RecordError
+from gaitval.subjects.sample import copy_sample
 
 
 def test_a_stride_is_read_by_the_numbers_of_axes(strides_table):

@@ -7,10 +7,10 @@ from gaitval.apps.patients.cohort import found_patients
 from gaitval.apps.patients.known_record import known_record
 from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import ROOT_DOFS, segment_frames
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import builtin_subjects
 
 
 @pytest.fixture(scope="module")

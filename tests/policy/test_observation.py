@@ -11,8 +11,8 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters, parameter_bounds
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import OBSERVED, PARTS
-from gaitval.reference.motion import END_EFFECTORS
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.reference.motion import END_EFFECTORS
+from gaitval.walk.simulation.walker import WalkingTask
 
 SINGLE = 1e-6  # observations are single precision: 6e-8 of numbers up to ten
 

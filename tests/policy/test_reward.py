@@ -13,7 +13,7 @@ from gaitval.policy import reward
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import is_mirrored
 from gaitval.policy.reward import REWARD_TERMS
-from gaitval.reference.motion import END_EFFECTORS
+from gaitval.walk.reference.motion import END_EFFECTORS
 
 NO_ACTION = np.zeros(26, dtype=np.float32)
 

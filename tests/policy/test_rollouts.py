@@ -33,7 +33,7 @@ from gaitval.policy.rollouts import (
 from gaitval.policy.storage import load_policy
 from gaitval.policy.travel import travel_together
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
+from gaitval.walk.reference.adjustment import JOINTS, Adjustment, adjusted
 
 ACTIONS = 150
 MU = nominal_parameters()

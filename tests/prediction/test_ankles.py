@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from experiments import ankle_scores
-from gaitval.prediction import ankles
-from gaitval.prediction.ankles import (
+from gaitval.subjects.prediction import ankles
+from gaitval.subjects.prediction.ankles import (
     FREEDOMS,
     AnkleTrials,
     ankle_moment,

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import PeriodicCurve
-from gaitval.prediction.body import _DOUBLE_SUPPORT, _lengths, pelvic_width, step_width
-from gaitval.prediction.deviations import (
+from gaitval.subjects.prediction.body import _DOUBLE_SUPPORT, _lengths, pelvic_width, step_width
+from gaitval.subjects.prediction.deviations import (
     KINETICS,
     DeviationTrial,
     kinetics_of,
     learned_from,
     stored_fits,
 )
-from gaitval.prediction.deviations import trial_of as trial_from
-from gaitval.prediction.estimate import LEVERS, estimate
+from gaitval.subjects.prediction.deviations import trial_of as trial_from
+from gaitval.subjects.prediction.estimate import LEVERS, estimate
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 MEDIAL = KINETICS.index(("forces", "medial"))
 HIP = KINETICS.index(("moments", "hip_flexion"))

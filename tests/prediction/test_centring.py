@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from simulation_fixtures import random_policy
 
-from gaitval.learning_control import centring
-from gaitval.learning_control.centring import centred
+from gaitval.correction import centring
+from gaitval.correction.centring import centred
 from gaitval.metrics.curve_results import Epsilon
 from gaitval.model.parameters import nominal_parameters
 

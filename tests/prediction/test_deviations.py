@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from experiments.estimate_fits import whole_numbers
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.prediction.deviations import UNIT, deviation, deviations, learned_from, stored_fits
+from gaitval.subjects.prediction.deviations import (
+    UNIT,
+    deviation,
+    deviations,
+    learned_from,
+    stored_fits,
+)
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 
 def test_every_trial_of_the_built_in_people_has_a_fit():

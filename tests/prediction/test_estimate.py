@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.prediction import estimate as estimate_module
-from gaitval.prediction.ankles import ankle_moment
-from gaitval.prediction.deviations import (
+from gaitval.subjects.prediction import estimate as estimate_module
+from gaitval.subjects.prediction.ankles import ankle_moment
+from gaitval.subjects.prediction.deviations import (
     KINETICS,
     Deviation,
     DeviationTrial,
@@ -16,13 +15,14 @@ from gaitval.prediction.deviations import (
     learned_from,
     stored_fits,
 )
-from gaitval.prediction.estimate import (
+from gaitval.subjects.prediction.estimate import (
     LEVERS,
     _levered,
     estimate,
 )
-from gaitval.prediction.laboratories import of_rows, stored, to_rows
-from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
+from gaitval.subjects.prediction.laboratories import of_rows, stored, to_rows
+from gaitval.subjects.prediction.normal_form import SAMPLES, NormalForm, normal_form
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 NAN = float("nan")
 
@@ -47,7 +47,7 @@ def made_up_ankles(monkeypatch):
         estimate_module, "ESTIMATE", replace(estimate_module.ESTIMATE, ankle_share=0.0)
     )
     nobody = of_rows(np.zeros((0, to_rows(stored()).shape[1])))
-    monkeypatch.setattr("gaitval.prediction.estimate.stored", lambda: nobody)
+    monkeypatch.setattr("gaitval.subjects.prediction.estimate.stored", lambda: nobody)
 
 
 def planted(seed: int, of_angles: float, of_fit: float):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from gaitval.gait.insoles import InsoleForces
-from gaitval.prediction.deviations import KINETICS
-from gaitval.prediction.estimate import Estimate
-from gaitval.prediction.insoles import with_insoles
-from gaitval.prediction.normal_form import SAMPLES
+from gaitval.subjects.prediction.deviations import KINETICS
+from gaitval.subjects.prediction.estimate import Estimate
+from gaitval.subjects.prediction.insoles import with_insoles
+from gaitval.subjects.prediction.normal_form import SAMPLES
 
 PERCENT = np.arange(SAMPLES) / SAMPLES
 STANCE = np.where(PERCENT < 0.62, np.sin(np.pi * PERCENT / 0.62), 0.0)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import RecordSettings, load_configuration
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.metrics.origin import status, uses
-from gaitval.prediction.known import known_record, quantities_known
+from gaitval.subjects.prediction.known import known_record, quantities_known
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 SUBJECTS = builtin_subjects()
 PERSON = load_subject("S05")

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.prediction.deviations import (
+from gaitval.subjects.prediction.deviations import (
     deviation,
     kinetics_of,
     learned_from,
     stored_fits,
     trial_of,
 )
-from gaitval.prediction.estimate import LEVERS, _levered, _through_all
-from gaitval.prediction.laboratories import differences, of_rows, pooled, stored, to_rows
+from gaitval.subjects.prediction.estimate import LEVERS, _levered, _through_all
+from gaitval.subjects.prediction.laboratories import differences, of_rows, pooled, stored, to_rows
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 NAMES = ("2", "4", "6", "9")
 LABORATORIES = ("one", "one", "one", "two")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gaitval.constants import GRAVITY
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS
-from gaitval.prediction.normal_form import combined, normal_form, record_from, symmetric
+from gaitval.subjects.prediction.normal_form import combined, normal_form, record_from, symmetric
+from gaitval.subjects.subject_file import builtin_subjects
 
 SUBJECTS = builtin_subjects()
 PHASE = np.arange(200) / 200

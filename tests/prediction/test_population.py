@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.prediction.normal_form import combined, normal_form
-from gaitval.prediction.population import (
+from gaitval.subjects.prediction.normal_form import combined, normal_form
+from gaitval.subjects.prediction.population import (
     change_with_speed,
     expected,
     gaits_of,
     on_the_line,
     other_people,
 )
-from gaitval.prediction.speed_line import line_weights
+from gaitval.subjects.prediction.speed_line import line_weights
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 SUBJECTS = builtin_subjects()
 BASE = normal_form(SUBJECTS[0].record(), SUBJECTS[0].leg_length_m)

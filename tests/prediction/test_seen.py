@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from gaitval.coordinates import SIDES
-from gaitval.datasets.stored_gait import StanceFraction
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.record import FittedCurve, Force, GaitRecord, PeriodicCurve, periodic_through
-from gaitval.prediction.deviations import KINETICS, SAGITTAL, kinetics_of
-from gaitval.prediction.estimate import WIDER_ELSEWHERE, WIDER_WITH_TOTAL, Estimate
-from gaitval.prediction.force_split import (
+from gaitval.study.estimate_stage import _seen
+from gaitval.subjects.prediction.deviations import KINETICS, SAGITTAL, kinetics_of
+from gaitval.subjects.prediction.estimate import WIDER_ELSEWHERE, WIDER_WITH_TOTAL, Estimate
+from gaitval.subjects.prediction.force_split import (
     _OF_FORCES,
     CONTACT_TIMES,
     NOISE,
@@ -27,10 +25,21 @@ from gaitval.prediction.force_split import (
     forces_elsewhere,
     with_total,
 )
-from gaitval.prediction.normal_form import SAMPLES, normal_form
-from gaitval.prediction.population import expected_record, other_people, with_others_kinetics
-from gaitval.prediction.seen import at_own_contacts, contacts, knows_contacts, speeds_beyond
-from gaitval.study.estimate_stage import _seen
+from gaitval.subjects.prediction.normal_form import SAMPLES, normal_form
+from gaitval.subjects.prediction.population import (
+    expected_record,
+    other_people,
+    with_others_kinetics,
+)
+from gaitval.subjects.prediction.seen import (
+    at_own_contacts,
+    contacts,
+    knows_contacts,
+    speeds_beyond,
+)
+from gaitval.subjects.stored_gait import StanceFraction
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 PHASE = np.arange(400) / 400
 

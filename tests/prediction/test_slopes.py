@@ -9,14 +9,13 @@ import pytest
 
 from gaitval.configuration import Configuration, RecordSettings
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.metrics.walk_muscles import person_and_laden
 from gaitval.model.devices.loads import trunk_load
 from gaitval.model.ground import Ground
 from gaitval.model.parameters import nominal_parameters
-from gaitval.prediction.known import is_unrecorded, known_record
-from gaitval.prediction.slopes import (
+from gaitval.subjects.prediction.known import is_unrecorded, known_record
+from gaitval.subjects.prediction.slopes import (
     ON_A_SLOPE,
     STRIDE_FREQUENCY,
     angle_change,
@@ -27,7 +26,8 @@ from gaitval.prediction.slopes import (
     on_ground,
     stride_time_factor,
 )
-from gaitval.reference.fitted_record import with_fitted_kinetics
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
+from gaitval.walk.reference.fitted_record import with_fitted_kinetics
 
 SUBJECT = load_subject("5")
 RECORD = SUBJECT.record()
@@ -50,7 +50,11 @@ def test_the_record_of_level_ground_is_the_record():
 @pytest.mark.parametrize("degrees", [-10.0, 10.0])
 def test_angles_change_by_the_table(name, joint, degrees):
     """At the slopes that people were measured on, both sides alike."""
-    text = resources.files("gaitval.prediction").joinpath("slope_angles.csv").read_text("utf-8")
+    text = (
+        resources.files("gaitval.subjects.prediction")
+        .joinpath("slope_angles.csv")
+        .read_text("utf-8")
+    )
     table = [float(row[f"{name}_{degrees:+g}"]) for row in csv.DictReader(text.splitlines())]
     there = on_ground(RECORD, settings(slope=100.0 * np.tan(np.deg2rad(degrees))))
     for side in "rl":

@@ -8,20 +8,25 @@ import pytest
 
 from gaitval.configuration import RecordSettings
 from gaitval.constants import GRAVITY
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import HARMONICS, REQUIRED_MOMENTS, periodic_through
 from gaitval.metrics.comparison import rms
-from gaitval.prediction.known import known_record
-from gaitval.prediction.normal_form import normal_form, symmetric
-from gaitval.prediction.population import change_with_speed, expected, gaits_of, other_people
-from gaitval.prediction.speed import (
+from gaitval.subjects.prediction.known import known_record
+from gaitval.subjects.prediction.normal_form import normal_form, symmetric
+from gaitval.subjects.prediction.population import (
+    change_with_speed,
+    expected,
+    gaits_of,
+    other_people,
+)
+from gaitval.subjects.prediction.speed import (
     SPEED,
     _by_all_trials,
     at_speed,
     trials_known,
 )
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 SUBJECTS = builtin_subjects()
 HELD_OUT = [("S05", "T03"), ("S05", "T06"), ("S01", "T03"), ("S04", "T02")]

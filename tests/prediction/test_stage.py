@@ -9,11 +9,8 @@ import pytest
 from seen_figures import bands, figure_of, forward, legend, lines
 
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.gait.insoles import InsoleForces
-from gaitval.prediction.deviations import kinetics_of
-from gaitval.prediction.normal_form import normal_form
 from gaitval.study.estimate_stage import (
     _UNITS,
     ESTIMATE_ACCURACY,
@@ -31,6 +28,9 @@ from gaitval.study.estimate_stage import (
 )
 from gaitval.study.scaling_stages import reference_stage, scale_stage
 from gaitval.study.stage import Observer, Run, open_run, run_stage, why_run
+from gaitval.subjects.prediction.deviations import kinetics_of
+from gaitval.subjects.prediction.normal_form import normal_form
+from gaitval.subjects.subject_file import load_subject
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S07" / "baseline" / "metrics.json"
 

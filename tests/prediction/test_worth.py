@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitval.prediction.worth import MissedPerson, left_by_insoles
+from gaitval.subjects.prediction.worth import MissedPerson, left_by_insoles
 
 
 @pytest.mark.parametrize(("arm_is_missed", "least", "most"), [(False, 0.0, 0.3), (True, 0.8, 1.0)])

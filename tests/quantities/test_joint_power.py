@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
 
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
@@ -18,6 +17,7 @@ from gaitval.quantities.joint_power import (
     burst_places,
     joint_power,
 )
+from gaitval.subjects.subject_file import builtin_subjects
 
 PERCENT = np.arange(101)
 NAMES = [f"{joint}_{side}" for joint in JOINTS for side in "rl"]

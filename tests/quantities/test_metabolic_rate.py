@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gaitval.gait.cycle_curves import Curves
+from gaitval.kinetics.musculature.metabolics import METABOLISM
 from gaitval.metrics.walk_quantities import found_quantities, quantity_results
-from gaitval.musculature.metabolics import METABOLISM
 from gaitval.quantities import METABOLIC_JOINTS
 from gaitval.quantities.joint_power import JOINT_POWER, JOINTS
 from gaitval.quantities.metabolic_rate import (

@@ -12,18 +12,18 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.metrics.validation import validate
 from gaitval.metrics.walk_quantities import of_record, of_walk
 from gaitval.mocap.mot import read_storage
-from gaitval.opensim.motion import write_quantities
 from gaitval.quantities import QUANTITIES
 from gaitval.quantities.quantity import OverTime
 from gaitval.quantities.tendon_force import TENDON_FORCE, moment_arm, tendon_force
 from gaitval.reporting.grids import MUSCLES, WITH_QUANTITIES, title
 from gaitval.reporting.tables import figure_tables
+from gaitval.session.opensim.motion import write_quantities
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 SECONDS = {"r": 1.1, "l": 1.1}

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
-from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.adjustment import JOINTS, Adjustment, adjusted
+from gaitval.walk.reference.motion import build_reference
 
 
 def series(order: int) -> Adjustment:

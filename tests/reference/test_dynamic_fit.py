@@ -13,25 +13,25 @@ from simulation_fixtures import DartPeer, mirror_image, symmetric, task_of_subje
 
 from gaitval.configuration import ContactSettings
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.contact.law import contact_law
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import HARMONICS, periodic_through
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval.reference.dynamic_fit import (
+from gaitval.walk.contact.law import contact_law
+from gaitval.walk.reference.dynamic_fit import (
     DYNAMIC_FIT,
     Accuracy,
     _series,
     consistent_reference,
     fit_problem,
 )
-from gaitval.reference.dynamic_fit import fitted as fit_of
-from gaitval.reference.hip_moments import HIP_SIGNS, about_record
-from gaitval.reference.motion import build_reference, side_phase
-from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, POWER, walking_laws
-from gaitval.simulation.walker import Trajectory, Walker
+from gaitval.walk.reference.dynamic_fit import fitted as fit_of
+from gaitval.walk.reference.hip_moments import HIP_SIGNS, about_record
+from gaitval.walk.reference.motion import build_reference, side_phase
+from gaitval.walk.reference.walking_laws import FOOT, FOOT_NUMBERS, POWER, walking_laws
+from gaitval.walk.simulation.walker import Trajectory, Walker
 
 GRAVITY = 9.81
 

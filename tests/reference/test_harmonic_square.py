@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gaitval.reference.harmonic_square import harmonic_square
+from gaitval.walk.reference.harmonic_square import harmonic_square
 
 
 def test_it_is_the_square_of_the_whole_jacobian():

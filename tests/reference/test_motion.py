@@ -10,14 +10,14 @@ from simulation_fixtures import mirror_image, standing_moments, symmetric, task_
 
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
-from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval.reference.hip_moments import about_record
-from gaitval.reference.motion import MOTION, ReferenceMotion, build_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import BUILTIN, load_subject
+from gaitval.walk.reference.hip_moments import about_record
+from gaitval.walk.reference.motion import MOTION, ReferenceMotion, build_reference
 
 GRAVITY = 9.81
 RECORDED = [

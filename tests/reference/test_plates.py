@@ -12,9 +12,9 @@ from experiments.plate_corrections import (
     plate_corrections,
     plate_evidence,
 )
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
 
 
 def evidence(right, left, sd=0.01, force=1.0):

@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.model.body import SEGMENTS
-from gaitval.reference.dynamic_fit import INFERENCE, Accuracy, _penalties
-from gaitval.reference.motion import MOTION
-from gaitval.reference.steady_trunk import FROM_HZ, SHAKING, steady_amplitude, upper_body_inertia
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.dynamic_fit import INFERENCE, Accuracy, _penalties
+from gaitval.walk.reference.motion import MOTION
+from gaitval.walk.reference.steady_trunk import (
+    FROM_HZ,
+    SHAKING,
+    steady_amplitude,
+    upper_body_inertia,
+)
 
 
 @pytest.fixture(scope="module")

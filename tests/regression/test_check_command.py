@@ -18,9 +18,9 @@ from gaitval.apps.regression import baseline
 from gaitval.apps.regression.regression import LONG_MEASURES
 from gaitval.apps.regression.seal import parts_of
 from gaitval.cli import app
+from gaitval.cli.terminal import display
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics
-from gaitval.terminal import display
 
 ROOT = Path(__file__).parents[2]
 STORED, DOCS = ROOT / "reports" / "S05" / "baseline", ROOT / "docs"

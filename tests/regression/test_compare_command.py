@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval.cli import app
-from gaitval.terminal import display
+from gaitval.cli.terminal import display
 
 REPORTS = Path(__file__).parents[2] / "reports"
 WALK = REPORTS / "S05" / "baseline"

@@ -16,10 +16,10 @@ from gaitval.apps.regression.finished import (
     why_unfinished,
 )
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.study.run import plan
 from gaitval.study.stage import Run
+from gaitval.subjects.subject_file import load_subject
 
 MakeRun = Callable[..., Path]
 

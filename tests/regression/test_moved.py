@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.apps.regression.moved import judge_moved
 from gaitval.apps.regression.regression import MeasureOutcome, Row
+from gaitval.cli.moved import judge_moved
+from gaitval.cli.terminal import display
 from gaitval.errors import ToleranceError
-from gaitval.terminal import display
 
 
 def row(change: MeasureOutcome, baseline: float | None = 4.0, current: float | None = 3.0) -> Row:

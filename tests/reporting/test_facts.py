@@ -2,9 +2,9 @@
 
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.recorded import consistency, recorded_part
 from gaitval.reporting.facts import measured_force
+from gaitval.subjects.subject_file import load_subject
 
 
 @pytest.mark.parametrize("name", ["S01", "S05", "S10"])

@@ -9,12 +9,12 @@ import pytest
 from report_run import build_run
 from seen_figures import bands, figure_of, forward, legend, lines
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.results import read_metrics
 from gaitval.quantities.joint_power import BURSTS
 from gaitval.reporting import figures, grids, run_grids
 from gaitval.reporting.grids import DrawnCurve, Panel
+from gaitval.subjects.subject_file import load_subject
 
 WAVE = np.sin(np.linspace(0.0, 2.0 * np.pi, 101))
 

@@ -6,7 +6,6 @@ import pytest
 from seen_figures import figure_of
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, walks_of
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.healthy_controls import load_controls
 from gaitval.metrics.curve_results import GaitProfiles
 from gaitval.metrics.gait_profile import is_control
@@ -15,6 +14,7 @@ from gaitval.metrics.validation import validate
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR
 from gaitval.reporting.healthy_profile import Healthy, profile
 from gaitval.reporting.report import _drawings
+from gaitval.subjects.subject_file import load_subject
 
 CONFIGURATION = sharp_filter(cycles=5, start_phases=(0.0,))
 PERSON = load_subject("S05")

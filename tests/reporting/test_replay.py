@@ -20,11 +20,11 @@ from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS
 from gaitval.model.ground import Ground
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.reference.motion import ReferenceMotion
 from gaitval.reporting import replay
 from gaitval.reporting.report import write_report
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.skeleton import HumanSkeleton
+from gaitval.walk.reference.motion import ReferenceMotion
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.skeleton import HumanSkeleton
 
 
 def shown(folder, rollout):

@@ -18,10 +18,10 @@ from gaitval._internal.io.artefacts import read_json
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
-from gaitval.reference.motion import ReferenceMotion
 from gaitval.reporting import replay
 from gaitval.reporting.report import write_report
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.reference.motion import ReferenceMotion
+from gaitval.walk.simulation.rollout import Rollout
 
 pytestmark = pytest.mark.slow  # a browser
 

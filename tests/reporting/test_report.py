@@ -24,15 +24,15 @@ from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval._internal.io.partial_files import PARTIAL
 from gaitval._internal.text.number_text import degree_signs, number, rough
 from gaitval.coordinates import SIDES, split_side
-from gaitval.datasets.subject_file import load_subject
+from gaitval.correction.walked import accuracy_of
 from gaitval.errors import ArtefactError
-from gaitval.learning_control.walked import accuracy_of
 from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.metrics.validation import validate
 from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.reporting import figures, stick_figures, tables
 from gaitval.reporting.report import within_text, write_report
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
 
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} & \"quoted\""
 

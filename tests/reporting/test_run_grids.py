@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from report_run import build_run
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.curve_results import KINDS
 from gaitval.metrics.results import read_metrics
 from gaitval.quantities import JOINT_CONTACT
@@ -19,6 +18,7 @@ from gaitval.reporting.run_grids import (
     strides_in,
     walked_muscles,
 )
+from gaitval.subjects.subject_file import load_subject
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 

@@ -13,13 +13,13 @@ from report_run import build_run
 from verdict_words import headline, rows_of, says
 
 from gaitval._internal.io.artefacts import read_json, write_json
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.healthy_controls import PROFILE_ANGLES
 from gaitval.metrics.norms import norms
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.metrics.verdicts import limit_verdicts
 from gaitval.reporting.report import write_report
 from gaitval.reporting.sheet import FAILED_SHOWN, WARNINGS, sheet
+from gaitval.subjects.subject_file import load_subject
 
 SHEETS = 10
 SMALLEST = 8.0

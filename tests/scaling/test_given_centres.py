@@ -18,10 +18,10 @@ from gaitval.mocap.separate_forces import with_plates
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
-from gaitval.opensim.osim import write_osim
 from gaitval.scaling.given_centres import laid, of_model, of_recording, with_centres
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.scaling.opensim.model_file import read_model
+from gaitval.session.opensim.osim import write_osim
 from gaitval.session.read import named
 
 SET = load_marker_set("opencap")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gaitval.conventions import GENERIC
-from gaitval.datasets.subject_file import load_subject
 from gaitval.scaling.hip_regressions import REGRESSIONS, PelvisSize, hip_centre
 from gaitval.scaling.joint_centres import locate, measure
+from gaitval.subjects.subject_file import load_subject
 
 PELVIS = PelvisSize(width=0.240, depth=0.150, leg=0.900)
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
 from gaitval.scaling.joint_centres import SURFACE, locate, measure, pelvis_frame
 from gaitval.scaling.landmarks import LANDMARKS
+from gaitval.subjects.subject_file import load_subject
 
 
 @pytest.fixture

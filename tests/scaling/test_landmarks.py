@@ -16,15 +16,15 @@ from standing_person import (
     standing_person,
 )
 
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ScalingError
-from gaitval.inverse.segment_lengths import lengths_of, with_lengths
+from gaitval.kinetics.inverse.segment_lengths import lengths_of, with_lengths
 from gaitval.scaling.foot_shape import FOOT_SHAPE, FOREFOOT, on_midfoot
 from gaitval.scaling.joint_centres import locate, measure
 from gaitval.scaling.joint_width import chord_centre
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scaling import build_body, measurements_from, scale_subject
 from gaitval.scaling.stature import FOOT, FRACTIONS
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
 WIDTHS = {"knee_width": KNEE_WIDTH, "ankle_width": ANKLE_WIDTH, "elbow_width": ELBOW_WIDTH}
 PLUG_IN_GAIT = [

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject import MARKERS
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.recording import Recording
@@ -10,6 +9,7 @@ from gaitval.scaling.landmarks import LANDMARKS
 from gaitval.scaling.marker_set import MarkerDefinition, MarkerSet
 from gaitval.scaling.marker_sets import builtin_marker_sets, load_marker_set, problems_of, recognise
 from gaitval.session.read import named
+from gaitval.subjects.subject import MARKERS
 
 TAKEN_OFF = ("Knee.Medial", "Ankle.Medial", "MT2")
 WBDS_WALKING = [name for name in MARKERS if not name.endswith(TAKEN_OFF)]

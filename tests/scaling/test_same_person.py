@@ -3,13 +3,13 @@ import re
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.trc import read_trc
 from gaitval.mocap.wbds_text import read_wbds_markers
 from gaitval.scaling.marker_sets import load_marker_set, recognise
 from gaitval.scaling.same_person import SAME, check_same_person, displaced, marker_distances
+from gaitval.subjects.subject_file import BUILTIN, load_subject
 
 
 def markers(recording):

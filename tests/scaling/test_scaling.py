@@ -4,13 +4,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import ScalingError
 from gaitval.model.body import SEGMENTS
 from gaitval.scaling.anthropometry import DE_LEVA, mass_fractions, shifted_inertia
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import Limbs, Measurements
 from gaitval.scaling.scaling import build_body, measurements_of, scale_subject
+from gaitval.subjects.subject_file import BUILTIN, load_subject
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
 

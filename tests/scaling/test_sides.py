@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from standing_person import PERSON, made_up_measurements, standing_person
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import DE_LEVA
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import with_fitted_lengths
 from gaitval.scaling.scaling import build_body, measurements_from, scale_subject
+from gaitval.subjects.subject_file import load_subject
 
 SHORTER, LIGHTER = 0.012, 0.5  # m and kg
 

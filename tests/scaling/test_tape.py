@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from standing_person import PERSON
 
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ScalingError
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.stature import FOOT, MEAN_BODY
 from gaitval.scaling.tape import measure_by_tape
+from gaitval.subjects.subject_file import builtin_subjects
 
 
 def test_stature_alone_gives_winters_lengths():

@@ -12,7 +12,7 @@ from gaitval._internal.io.folder_lock import locked
 from gaitval.cli import app
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError
-from gaitval.importing.importing import import_files
+from gaitval.session.importing.importing import import_files
 
 
 def test_a_folder_in_which_another_works_is_refused(tmp_path: Path) -> None:

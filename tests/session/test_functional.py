@@ -11,14 +11,12 @@ from standing_person import PERSON, StandingPerson, standing_person
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import RecordError
-from gaitval.importing.results import FunctionalResult
-from gaitval.inverse.marked_body import marker_positions
+from gaitval.kinetics.inverse.marked_body import marker_positions
 from gaitval.mocap.given_axes import parse_axes
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
-from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.session.functional import (
@@ -27,6 +25,8 @@ from gaitval.session.functional import (
     chosen_hips,
     functional_joints,
 )
+from gaitval.session.importing.results import FunctionalResult
+from gaitval.session.opensim.coordinates import TO_OPENSIM
 from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import Request
 

@@ -8,9 +8,7 @@ from made_up_session import SHORT, made_up_session
 
 from gaitval.configuration import ContactSettings, ProcessingSettings
 from gaitval.errors import ScalingError
-from gaitval.importing.results import GivenCentreResult
 from gaitval.model.markers import ModelMarker
-from gaitval.opensim.osim import write_osim
 from gaitval.scaling.given_centres import GivenCentre
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.session.given_centres import (
@@ -19,6 +17,8 @@ from gaitval.session.given_centres import (
     given_centres,
     given_warnings,
 )
+from gaitval.session.importing.results import GivenCentreResult
+from gaitval.session.opensim.osim import write_osim
 from gaitval.session.read import read_session
 from gaitval.session.session import work_out_trials
 from gaitval.session.standing import standing_places

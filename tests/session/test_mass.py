@@ -8,9 +8,9 @@ from made_up_session import made_up_session
 
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError, RecordError
-from gaitval.importing.importing import import_files, work_out
-from gaitval.importing.summary import verdicts
 from gaitval.session.average import check_mass
+from gaitval.session.importing.importing import import_files, work_out
+from gaitval.session.importing.summary import verdicts
 
 
 @pytest.fixture(scope="module")

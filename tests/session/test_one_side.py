@@ -8,21 +8,21 @@ from made_up_session import SHORT, made_up_session
 
 from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import COORDINATES, SIDES
-from gaitval.datasets.subject import make_subject
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError, SubjectError
 from gaitval.findings import look
 from gaitval.findings.means import MeanGait, usual_drift
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS
-from gaitval.importing import importing
-from gaitval.importing.importing import work_out
-from gaitval.importing.summary import trial_residuals
-from gaitval.importing.write import write_subject
-from gaitval.inverse.inverse_kinematics import InverseKinematics
+from gaitval.kinetics.inverse.inverse_kinematics import InverseKinematics
 from gaitval.session.average import largest_drift
+from gaitval.session.importing import importing
+from gaitval.session.importing.importing import work_out
+from gaitval.session.importing.summary import trial_residuals
+from gaitval.session.importing.write import write_subject
 from gaitval.session.one_side import one_side_warnings
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import smoothed
+from gaitval.subjects.subject import make_subject
+from gaitval.subjects.subject_file import load_subject
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ import pytest
 from made_up_session import SHORT, made_up_session
 
 from gaitval.configuration import ProcessingSettings
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
@@ -19,6 +18,7 @@ from gaitval.scaling.markers.spines import spines_of
 from gaitval.scaling.rigid import carried
 from gaitval.session.pelvis_markers import FROM_CRESTS, completed
 from gaitval.session.session import work_out_trials
+from gaitval.subjects.subject_file import load_subject
 
 SPINES = ("R.ASIS", "L.ASIS")
 CRESTS = {"R.Iliac.Crest": "R.Crest", "L.Iliac.Crest": "L.Crest"}

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gaitval.errors import RecordError, SubjectError
-from gaitval.importing.person import person_of_session
 from gaitval.mocap.c3d_person import read_person
+from gaitval.session.importing.person import person_of_session
 from gaitval.session.request import ImportOptions
 
 PLUG_IN_GAIT = {

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import gaitval.importing.importing
+import gaitval.session.importing.importing
 from gaitval.cli import app
 
 
@@ -14,7 +14,7 @@ def worked(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     """The sessions that were begun to be worked out."""
     begun: list[object] = []
     monkeypatch.setattr(
-        gaitval.importing.importing, "work_out", lambda *all_, **_: begun.append(all_)
+        gaitval.session.importing.importing, "work_out", lambda *all_, **_: begun.append(all_)
     )
     return begun
 

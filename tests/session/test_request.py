@@ -6,10 +6,10 @@ import pytest
 import typer
 
 from gaitval import cli
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
-from gaitval.importing.batch_person import below
+from gaitval.session.importing.batch_person import below
 from gaitval.session.request import ImportOptions, Request, checked
+from gaitval.subjects.subject_file import load_subject
 
 GIVEN = {"trials": ["walk1.c3d"], "sex": "F"}
 

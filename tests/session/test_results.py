@@ -11,9 +11,9 @@ from pydantic import ValidationError
 
 from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
-from gaitval.importing.results import GaitResult, ImportResult
+from gaitval.session.importing.results import GaitResult, ImportResult
 
-SCHEMA = Path(__file__).parents[2] / "gaitval/importing/import.schema.json"
+SCHEMA = Path(__file__).parents[2] / "gaitval/session/importing/import.schema.json"
 
 Json = Any
 

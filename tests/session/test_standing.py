@@ -9,11 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.sample import copy_sample
 from gaitval.errors import RecordError
-from gaitval.importing.importing import work_out
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
+from gaitval.session.importing.importing import work_out
 from gaitval.session.read import read_session
 from gaitval.session.request import Request
 from gaitval.session.standing import standing_places, without_seldom
@@ -23,6 +22,7 @@ from gaitval.session.standing_pose import (
     standing_in_walk,
     with_level_feet,
 )
+from gaitval.subjects.sample import copy_sample
 
 SAGITTAL = [
     f"{name}_{side}" for name in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.findings import look
 from gaitval.findings.standing import DISTANCES, StandingBody
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.segments import ScaledSegment
+from gaitval.subjects.subject_file import BUILTIN, load_subject
 
 NO_WIDTHS = {"knee width": None, "ankle width": None}
 

@@ -5,10 +5,10 @@ import pytest
 from recorded_sessions import wbds01_t01
 
 from gaitval.configuration import Configuration, RecordSettings
-from gaitval.datasets.subject_file import builtin_subjects, parse_subject
-from gaitval.importing.importing import work_out
-from gaitval.prediction.known import known_record, quantities_known
+from gaitval.session.importing.importing import work_out
 from gaitval.session.subject import subject_of
+from gaitval.subjects.prediction.known import known_record, quantities_known
+from gaitval.subjects.subject_file import builtin_subjects, parse_subject
 
 
 @pytest.fixture(scope="module")

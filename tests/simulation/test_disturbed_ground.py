@@ -22,13 +22,13 @@ from gaitval.apps.balance.disturb import (
     checked,
 )
 from gaitval.constants import GRAVITY
-from gaitval.contact.disturbed import Disturbed
 from gaitval.errors import ConfigurationError
 from gaitval.metrics.push_recovery import without_drift
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval.simulation.walker import Trajectory, Walker
+from gaitval.walk.contact.disturbed import Disturbed
+from gaitval.walk.simulation.walker import Trajectory, Walker
 
 SLED = rigid_sled(60.0)
 WEIGHT = SLED.mass * GRAVITY

@@ -19,9 +19,9 @@ from gaitval.model.tree import (
     velocities,
 )
 from gaitval.policy.observation import measure_workspace, whole_body_motion
-from gaitval.simulation.dynamics import accelerations, dynamics_workspace, integrate
-from gaitval.simulation.skeleton import HumanSkeleton
-from gaitval.simulation.walker import Trajectory, Walker
+from gaitval.walk.simulation.dynamics import accelerations, dynamics_workspace, integrate
+from gaitval.walk.simulation.skeleton import HumanSkeleton
+from gaitval.walk.simulation.walker import Trajectory, Walker
 
 FREE = np.zeros(25)
 """No springs, no dampers."""
@@ -237,7 +237,7 @@ def test_where_dart_takes_the_whole_exponential_the_engines_agree_to_rounding(ta
 def test_the_compiled_engine_does_without_dart():
     """So that the processes of a training start fast."""
     code = (
-        "import sys, gaitval.simulation.walker, gaitval.policy.environment; "
+        "import sys, gaitval.walk.simulation.walker, gaitval.policy.environment; "
         "sys.exit('dartpy' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

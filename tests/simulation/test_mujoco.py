@@ -6,8 +6,8 @@ from simulation_fixtures import changed, mujoco_mass_matrix, random_state, task_
 
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED
-from gaitval.simulation.mujoco_body import MujocoBody
-from gaitval.simulation.walker import Trajectory, Walker
+from gaitval.walk.simulation.mujoco_body import MujocoBody
+from gaitval.walk.simulation.walker import Trajectory, Walker
 
 
 @pytest.fixture(scope="module")

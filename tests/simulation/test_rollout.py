@@ -11,7 +11,7 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.simulation.rollout import Rollout
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,8 @@ from gaitval.metrics.torques import ground_rows, joint_work, mechanical_energy
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.walker import Steps, WalkingTask
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.walker import Steps, WalkingTask
 
 
 @pytest.fixture(scope="module")

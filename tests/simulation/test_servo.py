@@ -8,7 +8,7 @@ import pytest
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED
-from gaitval.simulation.servo import SERVO, reference_tables, servo_stiffness
+from gaitval.walk.simulation.servo import SERVO, reference_tables, servo_stiffness
 
 
 def test_servo_gains_are_scaled_with_the_mass(task):

@@ -9,8 +9,8 @@ from simulation_fixtures import changed, kinematics, random_state
 from gaitval._internal.numba.lanes import WIDTH
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
-from gaitval.simulation.side_by_side import SideBySide
-from gaitval.simulation.walker import Walker
+from gaitval.walk.simulation.side_by_side import SideBySide
+from gaitval.walk.simulation.walker import Walker
 
 
 def parameters(lane):

@@ -9,7 +9,7 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import COORDINATES
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval.simulation.skeleton import HumanSkeleton
+from gaitval.walk.simulation.skeleton import HumanSkeleton
 
 STEP = 0.001
 
@@ -156,7 +156,7 @@ def test_a_free_fall_loses_no_momentum_of_its_own(task):
 @pytest.mark.parametrize("seed", range(4))
 def test_mujoco_agrees_on_mass_matrix_and_acceleration(task, human, seed):
     pytest.importorskip("mujoco")
-    from gaitval.simulation.mujoco_body import MujocoBody
+    from gaitval.walk.simulation.mujoco_body import MujocoBody
 
     q, qd = random_state(seed)
     forces = np.random.default_rng(seed + 100).uniform(-200.0, 200.0, 31)
@@ -172,7 +172,7 @@ def test_mujoco_agrees_on_mass_matrix_and_acceleration(task, human, seed):
 def test_mujocos_body_of_the_benchmark_is_the_same_with_twelve_spheres_on_the_ground(task, human):
     """benchmarks/test_physics_step.py compares the engines on it."""
     mujoco = pytest.importorskip("mujoco")
-    from gaitval.simulation.mujoco_body import MujocoBody
+    from gaitval.walk.simulation.mujoco_body import MujocoBody
 
     peer = MujocoBody(task.model, floor=True)
     q, qd = random_state(0)

@@ -18,18 +18,18 @@ from simulation_fixtures import (
 )
 
 from gaitval.constants import GRAVITY
-from gaitval.contact.law import contact_law
-from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
+from gaitval.kinetics.inverse.newton_euler import empty_dynamics, newton_euler
 from gaitval.metrics.torques import mechanical_energy
 from gaitval.model.body import BodyModel
 from gaitval.model.ground import LEVEL, Ground
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.model.tree import empty_frames, forward, tree_arrays, velocities
-from gaitval.simulation.dynamics import accelerations, dynamics_workspace, integrate
-from gaitval.simulation.mujoco_body import MujocoBody
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.skeleton import HumanSkeleton
-from gaitval.simulation.walker import Trajectory, Walker
+from gaitval.walk.contact.law import contact_law
+from gaitval.walk.simulation.dynamics import accelerations, dynamics_workspace, integrate
+from gaitval.walk.simulation.mujoco_body import MujocoBody
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.skeleton import HumanSkeleton
+from gaitval.walk.simulation.walker import Trajectory, Walker
 
 SLOPES = (
     Ground(5.0), Ground(-10.0), Ground(0.0, 5.0), Ground(0.0, -10.0), Ground(8.0, -4.0)

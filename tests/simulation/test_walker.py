@@ -23,14 +23,14 @@ from simulation_fixtures import (
 )
 
 from gaitval.configuration import ContactSettings
-from gaitval.contact.forces import ground_forces
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval.simulation.servo import reference_tables, servo_stiffness
-from gaitval.simulation.walker import Trajectory, Walker
+from gaitval.walk.contact.forces import ground_forces
+from gaitval.walk.simulation.servo import reference_tables, servo_stiffness
+from gaitval.walk.simulation.walker import Trajectory, Walker
 
 NO_OFFSET, NO_FORCE = np.zeros(25), np.zeros(6)
 

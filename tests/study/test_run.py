@@ -25,7 +25,6 @@ from gaitval.apps.regression.baseline import (
 )
 from gaitval.cli.study import STAGE_NAMES
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.metrics.learning_gain import LearningGain, Standing
 from gaitval.metrics.tolerances import limits_text
@@ -34,7 +33,6 @@ from gaitval.model.urdf import model_hash, write_urdf
 from gaitval.policy.storage import save_policy
 from gaitval.quantities import QUANTITIES
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study import body_stage, one_stage
 from gaitval.study import run as study
 from gaitval.study import stage as stage_module
@@ -46,6 +44,8 @@ from gaitval.study.run import plan, run_subject
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
 from gaitval.study.stage_versions import STAGE_VERSIONS
 from gaitval.study.stored_policy import stored_baseline
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.simulation.walker import WalkingTask
 
 STAGES = (*STAGE_NAMES, "report")
 """Those that a command runs alone, in their order."""
@@ -728,7 +728,7 @@ import sys
 import time
 from pathlib import Path
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
+from gaitval.subjects.subject_file import load_subject
 from gaitval.study.stage import Observer, open_run
 
 with open_run(load_subject("5"), load_configuration(), Path(sys.argv[1]), Observer()):
@@ -1098,7 +1098,7 @@ def test_what_is_unusual_in_a_subject_is_said(
         run_one(run, "scale")
         assert any("of the stature above the feet" in line for line in listener.lines)
         monkeypatch.setattr(
-            "gaitval.reference.dynamic_fit.consistent_reference",
+            "gaitval.walk.reference.dynamic_fit.consistent_reference",
             lambda *_: (_ for _ in ()).throw(KeyboardInterrupt),
         )
         with pytest.raises(KeyboardInterrupt):

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from gaitval.configuration import SAMPLES_FROM, load_configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.study.run import plan
 from gaitval.study.scaling_stages import scale_stage
 from gaitval.study.stage import Observer, Run
 from gaitval.study.unread import given, unread
+from gaitval.subjects.subject_file import load_subject
 
 
 def run_with(tmp_path: Path, *settings: str) -> Run:

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from gaitval.constants import GRAVITY
-from gaitval.datasets.subject_file import load_subject
-from gaitval.prediction.normal_form import NormalForm, normal_form
+from gaitval.subjects.prediction.normal_form import NormalForm, normal_form
+from gaitval.subjects.subject_file import load_subject
 
 
 def ankles(gait_data: Path) -> list[list[NormalForm]]:

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.legs import LegDifference
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.shared_errors import NAMES, Shared
 from gaitval.model.parameters import nominal_parameters
-from gaitval.reference.dynamic_fit import Solution
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.dynamic_fit import Solution
 
 SUBJECT = load_subject("S05")
 MODEL = scale_subject(SUBJECT).model

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.measurement import bands
+from gaitval.session.measurement import bands
 
 WHOLE = (
     "measurement/test_bands.py",

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.reference import dynamic_fit
+from gaitval.walk.reference import dynamic_fit
 
 
 def fit_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:

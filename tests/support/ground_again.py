@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from gaitval.arrays import Array
-from gaitval.contact.forces import ground_forces
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.walker import Steps, Trajectory, Walker, WalkingTask
+from gaitval.walk.contact.forces import ground_forces
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.walker import Steps, Trajectory, Walker, WalkingTask
 
 
 @contextmanager

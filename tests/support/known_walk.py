@@ -8,16 +8,16 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import COORDINATES, SIDES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.record import GaitRecord
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.inverse.motion_rates import Kinematics, cardan_coordinates
+from gaitval.kinetics.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.kinetics.inverse.motion_rates import Kinematics, cardan_coordinates
+from gaitval.kinetics.musculature.gait import LoadedMotion
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames
-from gaitval.musculature.gait import LoadedMotion
-from gaitval.reference.motion import ReferenceMotion, build_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.motion import ReferenceMotion, build_reference
 
 RATE = 150.0
 HEIGHT = 1.75

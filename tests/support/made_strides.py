@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from gaitval.apps.patients.strides import AXES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.healthy_controls import PROFILE_ANGLES
+from gaitval.subjects.subject_file import load_subject
 
 AXIS_OF = {name: axis for axis, name in AXES.items()}
 

@@ -16,15 +16,15 @@ from scipy.spatial.transform import Rotation
 from standing_person import HEADING, PERSON, StandingPerson, standing_person
 
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.inverse.marked_body import marker_positions
+from gaitval.kinetics.inverse.marked_body import marker_positions
 from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.markers import ModelMarker
-from gaitval.opensim.coordinates import TO_OPENSIM
-from gaitval.opensim.motion import write_ground_reaction
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import load_marker_set
+from gaitval.session.opensim.coordinates import TO_OPENSIM
+from gaitval.session.opensim.motion import write_ground_reaction
 from gaitval.session.request import Request
 from gaitval.session.session import Import
 

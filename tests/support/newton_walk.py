@@ -3,7 +3,7 @@
 import numpy as np
 
 from gaitval.constants import GRAVITY
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.simulation.rollout import Rollout
 
 MASS, STEP = 70.0, 0.002
 

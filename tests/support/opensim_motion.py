@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.mot import read_storage
-from gaitval.opensim.coordinates import OPENSIM_COORDINATES, PELVIS_TRANSLATIONS, TO_OPENSIM
+from gaitval.session.opensim.coordinates import OPENSIM_COORDINATES, PELVIS_TRANSLATIONS, TO_OPENSIM
 
 _ROTATIONS = np.array([name not in PELVIS_TRANSLATIONS for name in OPENSIM_COORDINATES])
 

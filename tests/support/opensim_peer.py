@@ -9,13 +9,13 @@ import opensim
 
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
-from gaitval.opensim.coordinates import (
+from gaitval.session.opensim.coordinates import (
     OPENSIM_COORDINATES,
     TO_OPENSIM,
     forces_to_opensim,
     to_opensim,
 )
-from gaitval.opensim.osim import BODIES
+from gaitval.session.opensim.osim import BODIES
 
 opensim.Logger.setLevelString("Off")
 opensim.Logger.removeFileSink()  # it writes opensim.log into the current folder

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.session.session import Import
+from gaitval.subjects.subject_file import load_subject
 
 PHASE = np.linspace(0.0, 1.0, 101)
 SAGITTAL = {

@@ -24,7 +24,7 @@ _Planted = Callable[[SessionRecordings], SessionRecordings]
 
 class Fault(NamedTuple):
     """A planted fault: what it does to a session, the factor of the mass that is given with it, and
-    its size, in the units of its kind (`gaitval.measurement.kinds`).
+    its size, in the units of its kind (`gaitval.session.measurement.kinds`).
     """
 
     change: _Planted

@@ -33,15 +33,13 @@ from gaitval.apps.cohort.table import read_table
 from gaitval.apps.regression.baseline import believed
 from gaitval.apps.regression.seal import check_seal
 from gaitval.cli import app
+from gaitval.cli.terminal import display
 from gaitval.configuration import ContactSettings, load_configuration
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import GaitvalError
-from gaitval.importing.batch_imports import read_batch
-from gaitval.importing.importing import work_out
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.inverse.marked_body import marker_positions
-from gaitval.inverse.scaled_markers import load_markers
+from gaitval.kinetics.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.kinetics.inverse.marked_body import marker_positions
+from gaitval.kinetics.inverse.scaled_markers import load_markers
 from gaitval.metrics.results import identification_from
 from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.reading import read_recording
@@ -49,24 +47,26 @@ from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.markers import ModelMarker, save_markers
 from gaitval.model.urdf import read_urdf, write_urdf
-from gaitval.opensim.motion import (
+from gaitval.policy.storage import load_policy
+from gaitval.policy.training import read_log
+from gaitval.scaling.scaling import scale_subject
+from gaitval.session.importing.batch_imports import read_batch
+from gaitval.session.importing.importing import work_out
+from gaitval.session.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
     write_markers,
     write_moments,
     write_motion,
 )
-from gaitval.opensim.osim import write_osim
-from gaitval.policy.storage import load_policy
-from gaitval.policy.training import read_log
-from gaitval.reference.adjustment import Adjustment
-from gaitval.reference.motion import ReferenceMotion
-from gaitval.scaling.scaling import scale_subject
+from gaitval.session.opensim.osim import write_osim
 from gaitval.session.request import Request
 from gaitval.session.subject import subject_of
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.simulated_walk import SimulatedWalk
-from gaitval.terminal import display
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.adjustment import Adjustment
+from gaitval.walk.reference.motion import ReferenceMotion
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.simulated_walk import SimulatedWalk
 
 ROOT = Path(__file__).resolve().parents[2]
 BASELINE = ROOT / "reports" / "S05" / "baseline"

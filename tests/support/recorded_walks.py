@@ -11,8 +11,8 @@ from gaitval.coordinates import ACTUATED
 from gaitval.gait.filters import low_pass
 from gaitval.gait.foot_forces import assign_forces, resample_forces
 from gaitval.gait.plate_offset import zero_plates
-from gaitval.inverse.inverse_kinematics import inverse_kinematics
-from gaitval.inverse.marker_placement import place_markers
+from gaitval.kinetics.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.kinetics.inverse.marker_placement import place_markers
 from gaitval.mocap.axes import detect_axes, turn_to_walking_direction
 from gaitval.mocap.cleaning import clean
 from gaitval.mocap.reading import read_recording

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from gaitval.configuration import ContactSettings
-from gaitval.datasets.subject_file import load_subject
-from gaitval.reference.dynamic_fit import INFERENCE, fitted, solve
-from gaitval.reference.motion import ReferenceMotion, build_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.dynamic_fit import INFERENCE, fitted, solve
+from gaitval.walk.reference.motion import ReferenceMotion, build_reference
 
 FILE = Path(__file__).with_suffix(".json")
 ARRAYS = (

@@ -8,8 +8,6 @@ from synthetic_walk import perfect_walk, sharp_filter, walks_of
 from unrecorded_verdicts import CASES
 
 from gaitval._internal.io.artefacts import write_json
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.other_trials import predicted_curves, with_predicted
 from gaitval.metrics.results import (
@@ -20,12 +18,14 @@ from gaitval.metrics.results import (
 from gaitval.metrics.validation import StageResults, validate
 from gaitval.model.body import BodyModel
 from gaitval.model.urdf import write_urdf
-from gaitval.prediction.known import is_predicted
-from gaitval.reference.adjustment import JOINTS, Adjustment
-from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.rollout import Rollout
 from gaitval.study.stage import Run
+from gaitval.subjects.prediction.known import is_predicted
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
+from gaitval.walk.reference.adjustment import JOINTS, Adjustment
+from gaitval.walk.reference.motion import build_reference
+from gaitval.walk.simulation.rollout import Rollout
 
 PHASES = (0.0, 0.5)
 

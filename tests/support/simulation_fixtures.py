@@ -12,9 +12,8 @@ import numpy as np
 
 from gaitval.configuration import Configuration, ContactSettings
 from gaitval.coordinates import ACTUATED, COORDINATES, ROOT, SIDES, mirrored
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.record import GaitRecord, PeriodicCurve
-from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
+from gaitval.kinetics.inverse.newton_euler import empty_dynamics, newton_euler
 from gaitval.model.body import SEGMENTS, BodyModel, ContactSphere, Segment
 from gaitval.model.tree import (
     Frames,
@@ -28,10 +27,11 @@ from gaitval.model.urdf import model_hash, write_urdf
 from gaitval.policy.environment import action_size
 from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.storage import NETWORK, Policy
-from gaitval.reference.motion import END_EFFECTORS, ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.mujoco_body import MujocoBody
-from gaitval.simulation.walker import WalkingTask
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.motion import END_EFFECTORS, ReferenceMotion
+from gaitval.walk.simulation.mujoco_body import MujocoBody
+from gaitval.walk.simulation.walker import WalkingTask
 
 GRAVITY = 9.81
 

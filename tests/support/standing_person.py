@@ -15,7 +15,6 @@ from standing_landmarks import (
     standing_pose,
 )
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 from gaitval.scaling.foot_shape import FOOT_SHAPE
@@ -23,6 +22,7 @@ from gaitval.scaling.joint_centres import SURFACE, measure
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import build_body
+from gaitval.subjects.subject_file import load_subject
 
 __all__ = ["ANKLE_WIDTH", "ELBOW_WIDTH", "KNEE_WIDTH", "PELVIC_DEPTH"]
 

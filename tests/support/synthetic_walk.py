@@ -8,16 +8,16 @@ from scipy.spatial.transform import Rotation
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import JOINT_ANGLES, JOINT_MOMENTS
 from gaitval.gait.record import GaitRecord, PeriodicCurve
 from gaitval.metrics.rollouts import Rollouts, compared_part, endurance
 from gaitval.metrics.whole_body import record_centre_of_mass
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.rotations import pelvis_rotation
-from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.rollout import Rollout
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.motion import trunk_upright
+from gaitval.walk.simulation.rollout import Rollout
 
 MODEL = scale_subject(load_subject("S05")).model
 MASS = MODEL.mass

@@ -25,8 +25,8 @@ from gaitval.apps.regression.comparison_page import write_comparison
 from gaitval.apps.regression.regression import compare, write_junit
 from gaitval.apps.regression.versions import StoredWalk, matched
 from gaitval.cli.predict import print_distances
+from gaitval.cli.terminal import display
 from gaitval.configuration import Configuration
-from gaitval.datasets.subject import Subject
 from gaitval.metrics.baselines import group_rows
 from gaitval.metrics.origin import (
     SKILLS,
@@ -38,7 +38,7 @@ from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.metrics.tolerances import evaluate, load_registry, measured
 from gaitval.metrics.verdicts import target_text
 from gaitval.reporting.report import write_report
-from gaitval.terminal import display
+from gaitval.subjects.subject import Subject
 
 Json = Mapping[str, Any]
 

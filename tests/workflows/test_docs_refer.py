@@ -16,7 +16,7 @@ from typer.main import get_command
 
 from gaitval.cli import app
 from gaitval.configuration import Configuration
-from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.subjects.subject_file import builtin_subjects
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = (

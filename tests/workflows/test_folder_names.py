@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
 from gaitval.model.urdf import read_urdf, write_urdf
 from gaitval.reporting.printer import print_page
 from gaitval.scaling.scaling import scale_subject
+from gaitval.subjects.subject_file import load_subject
 
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="other systems allow no such names"

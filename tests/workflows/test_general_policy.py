@@ -13,13 +13,13 @@ from experiments.placing_feet import Law, PlacingFeet, tried
 from experiments.slow_policy import SETTINGS, TRIED, fell, task_of
 from gaitval.configuration import SENSES, Configuration, load_configuration
 from gaitval.coordinates import ACTUATED
-from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import PolicyError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy, load_start
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.study.stored_policy import DELAYED, SLOW, SLOW_STRIDE, general_policy
+from gaitval.subjects.subject_file import BUILTIN, load_subject
 
 WALKED = ("S05",)
 """Whom it walks in every run of the tests; all of them in CI."""

@@ -20,21 +20,21 @@ import pytest
 from typer.testing import CliRunner
 
 from gaitval import cli
+from gaitval.cli.terminal import display
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import GaitvalError, RecordError, ScalingError
 from gaitval.gait.plate_offset import zero_plates
-from gaitval.importing.importing import work_out
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.tree import ROOT_DOFS
+from gaitval.session.importing.importing import work_out
 from gaitval.session.read import read_session
 from gaitval.session.request import ImportOptions, Request
 from gaitval.session.scale import scale_body
 from gaitval.session.session import Import
 from gaitval.session.subject import subject_of
-from gaitval.terminal import display
 
 SECONDS = 8.0
 MASS, HEIGHT = 74.3, 1.725
@@ -747,7 +747,7 @@ def test_a_full_disk(
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device", str(laboratory.folder / "out" / "x"))
 
-    monkeypatch.setattr("gaitval.opensim.of_import.write_osim", full)
+    monkeypatch.setattr("gaitval.session.opensim.of_import.write_osim", full)
     result = gaitval(laboratory.request(), laboratory.folder / "out")
     assert result.exit_code == 2
     assert (

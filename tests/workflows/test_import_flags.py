@@ -20,9 +20,9 @@ from gaitval import cli
 from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
-from gaitval.importing.importing import work_out
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import write_storage
+from gaitval.session.importing.importing import work_out
 from gaitval.session.request import Request
 from gaitval.session.session import Import
 

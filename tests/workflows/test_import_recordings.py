@@ -12,12 +12,12 @@ from recorded_sessions import rajagopal_walk, wbds01_t01
 
 from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import SIDES
-from gaitval.importing import write
-from gaitval.importing.files import FOLDER
-from gaitval.importing.importing import work_out
-from gaitval.importing.write import write_import
-from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.kinetics.inverse.inverse_kinematics import marker_errors
 from gaitval.mocap.mot import read_storage
+from gaitval.session.importing import write
+from gaitval.session.importing.files import FOLDER
+from gaitval.session.importing.importing import work_out
+from gaitval.session.importing.write import write_import
 from gaitval.session.session import Import
 from gaitval.session.subject import speed
 from gaitval.session.trial import WalkingTrial

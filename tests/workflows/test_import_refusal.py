@@ -13,20 +13,20 @@ from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.judge.judge import judge
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.write import write_judgement
+from gaitval.cli.terminal import display
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES, Side, opposite
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, RecordError, TrialOnlyError
-from gaitval.importing.importing import import_files, work_out
-from gaitval.importing.stored import Session
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
+from gaitval.session.importing.importing import import_files, work_out
+from gaitval.session.importing.stored import Session
 from gaitval.session.request import ImportOptions
 from gaitval.session.session import Import
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import valid_cycles
-from gaitval.terminal import display
+from gaitval.subjects.subject_file import load_subject
 
 
 @pytest.fixture(scope="module")

@@ -29,23 +29,23 @@ from gaitval._internal.io.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.gait.agreement import EDGE_SECONDS
 from gaitval.gait.mean_curves import ANGLE_TOLERANCE
-from gaitval.importing import write
-from gaitval.importing.files import FOLDER
-from gaitval.importing.importing import work_out
-from gaitval.importing.results import ImportResult
-from gaitval.importing.stored import Session
-from gaitval.importing.summary import trial_residuals
-from gaitval.inverse.motion_rates import cardan_coordinates
+from gaitval.kinetics.inverse.motion_rates import cardan_coordinates
 from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.session.importing import write
+from gaitval.session.importing.files import FOLDER
+from gaitval.session.importing.importing import work_out
+from gaitval.session.importing.results import ImportResult
+from gaitval.session.importing.stored import Session
+from gaitval.session.importing.summary import trial_residuals
 from gaitval.session.session import Import
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import WalkingTrial, valid_cycles
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.reference.motion import build_reference
 
 # all need the import of a made-up person, of which others have parts
 pytestmark = pytest.mark.slow

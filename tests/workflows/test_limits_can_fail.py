@@ -15,16 +15,16 @@ import pytest
 from standing_person import StandingPerson, standing_person
 
 from gaitval.constants import GRAVITY
-from gaitval.importing.summary import verdicts
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.inverse.inverse_kinematics import inverse_kinematics
-from gaitval.inverse.marked_body import marker_positions
-from gaitval.inverse.marker_placement import place_markers
+from gaitval.kinetics.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.kinetics.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.kinetics.inverse.marked_body import marker_positions
+from gaitval.kinetics.inverse.marker_placement import place_markers
 from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
 from gaitval.scaling.marker_sets import load_marker_set
+from gaitval.session.importing.summary import verdicts
 
 OF_RECORDINGS = {row.id: row for row in load_registry().tolerance if row.measure in RECORDING_UNITS}
 BEYOND = 1.15

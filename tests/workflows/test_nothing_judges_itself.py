@@ -17,13 +17,13 @@ import gaitval as gv
 from gaitval._internal.io.artefacts import read_json
 from gaitval._internal.io.text_tables import with_unit
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.metrics import verdict_rows
 from gaitval.metrics.baselines import GROUPS
 from gaitval.metrics.origin import measure_origin, record_origins
 from gaitval.metrics.other_trials import beyond, prediction_errors
 from gaitval.metrics.results import metrics_from, read_metrics
-from gaitval.simulation.simulated_walk import SimulatedWalk
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
+from gaitval.walk.simulation.simulated_walk import SimulatedWalk
 
 OUTPUTS = ("metrics.json", "report", "terminal", "Python", "cohort", "compare", "check")
 

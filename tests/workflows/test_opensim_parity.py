@@ -15,17 +15,17 @@ from recorded_walks import RecordedWalk, rajagopal_walk, wbds_walk
 
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.inverse.inverse_kinematics import inverse_kinematics
-from gaitval.opensim.coordinates import OPENSIM_COORDINATES, to_opensim
-from gaitval.opensim.motion import (
+from gaitval.kinetics.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.kinetics.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.session.opensim.coordinates import OPENSIM_COORDINATES, to_opensim
+from gaitval.session.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
     write_markers,
     write_moments,
     write_motion,
 )
-from gaitval.opensim.osim import write_osim
+from gaitval.session.opensim.osim import write_osim
 
 EVERY = 5
 """Of the frames, for inverse kinematics: each is a problem of its own, and OpenSim takes a tenth

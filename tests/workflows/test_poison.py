@@ -8,8 +8,6 @@ import pytest
 from quick_settings import QUICK
 
 from gaitval.configuration import load_configuration
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
 from gaitval.study.identification_stages import choose_stage, evaluate_stage, identify_stage
 from gaitval.study.learning_stages import hand_on_stage, need_stage, train_stage
 from gaitval.study.predicted_study import (
@@ -22,6 +20,8 @@ from gaitval.study.run import choose_start
 from gaitval.study.scaling_stages import reference_stage, scale_stage
 from gaitval.study.stage import Observer, Run, open_run, run_stage
 from gaitval.study.walking_stages import correct_stage, simulate_stage
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import load_subject
 
 NAN = float("nan")
 SETTINGS = (

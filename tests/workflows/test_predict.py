@@ -11,11 +11,11 @@ from typer.testing import CliRunner
 
 from gaitval import cli
 from gaitval._internal.io.artefacts import read_json
+from gaitval.cli.terminal import display
 from gaitval.interface.walks import load_policy, rollout
 from gaitval.metrics.baselines import GROUPS, group_rows
 from gaitval.metrics.results import metrics_from
-from gaitval.simulation.rollout import Rollout
-from gaitval.terminal import display
+from gaitval.walk.simulation.rollout import Rollout
 
 SETTINGS = list(QUICK)
 

@@ -13,16 +13,16 @@ import yourdfpy
 from simulation_fixtures import task_of
 
 from gaitval.configuration import Configuration, ContactSettings
-from gaitval.datasets.subject_file import load_subject
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
 from gaitval.model.urdf import model_hash, read_urdf, write_urdf
-from gaitval.opensim.osim import BODIES, write_osim
 from gaitval.scaling.scaling import measurements_from, measurements_of, scale_subject
-from gaitval.simulation.mujoco_body import mjcf
-from gaitval.simulation.skeleton import HumanSkeleton
-from gaitval.simulation.walker import MOVED, Walker, WalkingTask
+from gaitval.session.opensim.osim import BODIES, write_osim
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.simulation.mujoco_body import mjcf
+from gaitval.walk.simulation.skeleton import HumanSkeleton
+from gaitval.walk.simulation.walker import MOVED, Walker, WalkingTask
 
 REPORTS = Path(__file__).parents[2] / "reports"
 SHORTER, LIGHTER = 0.02, 0.5  # m and kg

@@ -20,7 +20,7 @@ import numpy as np
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 from gaitval._internal.io.artefacts import write_json
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.subjects.subject_file import builtin_subjects, load_subject
 from gaitval.metrics.validation import validate
 from gaitval.reporting import page, report
 

@@ -22,7 +22,7 @@ from numba.core.caching import _CacheLocator
 from quick_settings import QUICK
 
 from gaitval._internal.numba.compiled import _cache_folder
-from gaitval.datasets.sample import SAMPLE
+from gaitval.subjects.sample import SAMPLE
 
 ROOT = Path(__file__).parents[2]
 
@@ -54,7 +54,7 @@ def installed(wheel):
 
 def test_models_and_policies_are_inside(installed):
     assert (installed / "gaitval/models/xacro/humanoid.urdf.xacro").is_file()
-    assert (installed / "gaitval/datasets/builtin/S05.toml").is_file()
+    assert (installed / "gaitval/subjects/builtin/S05.toml").is_file()
     for name in ("metrics.json", "policy/policy.safetensors", "policy/policy.json"):
         assert (installed / "gaitval/baselines/S05" / name).is_file()
     assert (installed / "gaitval/baselines/general/policy.safetensors").is_file()

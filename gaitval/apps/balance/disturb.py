@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.arrays import Array
-from gaitval.contact.disturbed import Disturbed
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.model.tree import SEGMENT_COUNT, empty_frames, forward
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.simulation.walker import Engine, WalkingTask
+from gaitval.walk.contact.disturbed import Disturbed
+from gaitval.walk.simulation.walker import Engine, WalkingTask
 
 LOADED: Final = 20.0
 """N, above which a foot stands on the ground."""

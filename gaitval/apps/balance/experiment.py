@@ -27,8 +27,8 @@ from gaitval.model.tree import segment_frames, tree_arrays
 from gaitval.policy.rollouts import in_groups, record_rollout, record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.walker import WalkingTask
+from gaitval.walk.simulation.rollout import Rollout
+from gaitval.walk.simulation.walker import WalkingTask
 
 AFTER: Final = 5.0
 """Gait cycles that a disturbed walk is followed: the paper's figure of velocity shows five."""

@@ -21,13 +21,13 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.gait.healthy_controls import load_controls
 from gaitval.gait.mean_curves import TOLERANCES
-from gaitval.measurement.sources import NINETY
 from gaitval.metrics.curve_results import GaitProfile
 from gaitval.metrics.curve_statistics import ALPHA
 from gaitval.metrics.cycle_changes import FamilyTest, differing_curves, new_in_strides
 from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.norms import norms_at
 from gaitval.reporting.grids import title
+from gaitval.session.measurement.sources import NINETY
 
 SAME_STATURE: Final = 0.03
 """m by which two statures of one adult may differ: shoes, time of day, who measured; convention."""

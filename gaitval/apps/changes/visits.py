@@ -10,16 +10,16 @@ import numpy as np
 from gaitval._internal.io.artefacts import file_hash, read_arrays
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.importing.files import CYCLES, FOLDER, RECORD
-from gaitval.importing.stored import Session
 from gaitval.metrics.curve_results import KINDS
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.typed import array
 from gaitval.reporting.run_grids import strides_in
+from gaitval.session.importing.files import CYCLES, FOLDER, RECORD
+from gaitval.session.importing.stored import Session
 from gaitval.study.inputs import METRICS
+from gaitval.subjects.subject import Subject
+from gaitval.subjects.subject_file import load_subject
 
 VisitSource = Literal["import", "record", "walk"]
 DEGREES: Final = float(np.degrees(1.0))

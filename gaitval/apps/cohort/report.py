@@ -9,13 +9,13 @@ import pandas as pd
 
 from gaitval.apps.cohort.run import LOG, Outcome
 from gaitval.apps.cohort.table import Study
-from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.baselines import group_rows
 from gaitval.metrics.origin import is_judged
 from gaitval.metrics.results import Metrics, read_metrics
 from gaitval.metrics.typed import Count, Number, Result, Size
 from gaitval.metrics.verdicts import not_judged, target_text
 from gaitval.reporting.written import Written
+from gaitval.subjects.subject_file import load_subject
 
 
 class StudyRow(Result):

@@ -20,8 +20,8 @@ from gaitval._internal.io import file_gate
 from gaitval._internal.io.artefacts import make_folder, write_text
 from gaitval._internal.text.missing_extras import need
 from gaitval.apps.cohort.table import Study
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError, GaitvalError
+from gaitval.subjects.subject_file import load_subject
 
 if TYPE_CHECKING:
     from distributed import Client

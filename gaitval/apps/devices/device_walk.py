@@ -9,7 +9,7 @@ from gaitval.apps.devices import hinge_step as column
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED
 from gaitval.model.tree import ROOT_DOFS
-from gaitval.simulation.rollout import Rollout
+from gaitval.walk.simulation.rollout import Rollout
 
 LOGGED: Final = (column.LIMB, column.MOTOR, column.COMMAND, column.ANGLE, column.SPEED)
 """What is kept of a hinge in every physics step, see `hinge_step`."""

@@ -17,8 +17,8 @@ from typing import Final
 from gaitval._internal.numba.compiled import njit_borrowing
 from gaitval.arrays import Array, Index
 from gaitval.model.tree import ACTUATED_COUNT
-from gaitval.simulation.dynamics import accelerations, integrate
-from gaitval.simulation.physics_steps import Account, WalkerBody, Workspace, enter, forces
+from gaitval.walk.simulation.dynamics import accelerations, integrate
+from gaitval.walk.simulation.physics_steps import Account, WalkerBody, Workspace, enter, forces
 
 # Columns of the numbers of a hinge.
 (

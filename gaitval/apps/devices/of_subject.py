@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from gaitval.apps.devices.sound_leg import check_side
-from gaitval.datasets.subject import Subject
 from gaitval.model.devices.device import Device, devices_of, load_devices, tables_of
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.stage import Run, Stage
 from gaitval.study.stage_versions import STAGE_VERSIONS
+from gaitval.subjects.subject import Subject
 
 PAGE: Final = "device.html"
 

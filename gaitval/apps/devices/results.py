@@ -87,7 +87,7 @@ LOADED_MUSCLES: Final = {"soleus": "soleus", "gasmed": "medial gastrocnemius"}
 
 def _of_muscles(outcome: "DeviceOutcome", side: Side) -> dict[str, float]:
     """Largest forces of muscles of the calf and of contact, body weights."""
-    from gaitval.musculature.paths import table
+    from gaitval.kinetics.musculature.paths import table
 
     leg = None if outcome.muscles is None else outcome.muscles.legs.get(side)
     if leg is None:

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject import Subject
 from gaitval.errors import ConfigurationError
 from gaitval.model.devices.device import Device
+from gaitval.subjects.subject import Subject
 
 
 def check_side(subject: Subject, fitted: Sequence[Device]) -> None:

@@ -20,21 +20,21 @@ from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devi
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.coordinates import Side
-from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, GaitvalError, RecordError
+from gaitval.kinetics.musculature.gait import MuscleGait, muscles_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.walk_muscles import walk_motion
 from gaitval.model.devices.composite import fitted as body_with
 from gaitval.model.devices.device import Device, devices_of
 from gaitval.model.parameters import apply_parameters, nominal_parameters
-from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.quantities.metabolic_cost import MetabolicCost, metabolic_cost
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.stored_policy import general_walker
+from gaitval.subjects.subject_file import load_subject
+from gaitval.walk.simulation.walker import WalkingTask
 
 CYCLES: Final = 20.0
 """Gait cycles of each walk."""

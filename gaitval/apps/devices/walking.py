@@ -27,12 +27,12 @@ from gaitval.model.tree import (
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
-from gaitval.simulation.physics_steps import (
+from gaitval.walk.simulation.physics_steps import (
     Action,
 )
-from gaitval.simulation.servo import closed_cycle, servo_stiffness
-from gaitval.simulation.tables import read_row
-from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
+from gaitval.walk.simulation.servo import closed_cycle, servo_stiffness
+from gaitval.walk.simulation.tables import read_row
+from gaitval.walk.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
 
 Maker = Callable[[], Controller]
 """Makes a controller for one hinge: a class, for instance."""

@@ -12,7 +12,7 @@ import numpy as np
 from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
-from gaitval.inverse.marked_body import marker_positions
+from gaitval.kinetics.inverse.marked_body import marker_positions
 from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.pressed_plates import plate_under

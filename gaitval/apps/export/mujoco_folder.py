@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 from gaitval._internal.io.artefacts import replacing, write_json, write_text
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
-from gaitval.contact import cubic, hunt_crossley
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import PolicyError
 from gaitval.metrics.walk_muscles import lost_joints
@@ -20,10 +19,11 @@ from gaitval.model.body import PARENTS, BodyModel
 from gaitval.model.measured_ranges import MEASURED_RANGES
 from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS
 from gaitval.policy.storage import save_policy
-from gaitval.reference.motion import END_EFFECTORS
-from gaitval.simulation.mujoco_body import mjcf
-from gaitval.simulation.mujoco_muscles import muscle_mjcf
-from gaitval.simulation.tables import read_row
+from gaitval.walk.contact import cubic, hunt_crossley
+from gaitval.walk.reference.motion import END_EFFECTORS
+from gaitval.walk.simulation.mujoco_body import mjcf
+from gaitval.walk.simulation.mujoco_muscles import muscle_mjcf
+from gaitval.walk.simulation.tables import read_row
 
 FILES = (
     *("person.xml", "walker.json", "reference.safetensors"),

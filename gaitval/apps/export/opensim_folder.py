@@ -10,19 +10,19 @@ from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.coordinates import ROOT, SIDES
+from gaitval.kinetics.musculature.gait import muscles_of
 from gaitval.metrics.walk_muscles import lost_joints, walk_motion
 from gaitval.mocap.recording import FootForces
-from gaitval.musculature.gait import muscles_of
-from gaitval.opensim.motion import (
+from gaitval.quantities.quantity import OverTime
+from gaitval.session.opensim.motion import (
     write_external_loads,
     write_forces,
     write_ground_reaction,
     write_motion,
     write_quantities,
 )
-from gaitval.opensim.muscle_motion import write_storages
-from gaitval.opensim.osim import write_osim
-from gaitval.quantities.quantity import OverTime
+from gaitval.session.opensim.muscle_motion import write_storages
+from gaitval.session.opensim.osim import write_osim
 
 LOADED_N: Final = 1.0
 """Below this vertical force a centre of pressure is noise, and OpenSim is given none."""

@@ -14,8 +14,8 @@ from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval.simulation.rollout import Rollout
 from gaitval.study.stored_policy import StoredPolicy
+from gaitval.walk.simulation.rollout import Rollout
 
 CYCLES = 12
 """Gait cycles of an exported walk after those that settle."""

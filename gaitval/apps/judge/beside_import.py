@@ -6,8 +6,8 @@ from typing import Final
 
 from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.judge.request import JudgeRequest
-from gaitval.importing.files import RECORD
-from gaitval.importing.results import ImportResult, TrialResult
+from gaitval.session.importing.files import RECORD
+from gaitval.session.importing.results import ImportResult, TrialResult
 
 TRIAL: Final = "trial{}_"
 """What the names of a trial's files begin with."""

@@ -20,10 +20,10 @@ from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.consistency import WIDEST, Change, log_likelihood, weigh
 from gaitval.coordinates import SIDES, Side, mirrored
-from gaitval.datasets.curve_consistency import judge_curves
 from gaitval.errors import RecordError
-from gaitval.inverse.inverse_dynamics import ground_level
+from gaitval.kinetics.inverse.inverse_dynamics import ground_level
 from gaitval.scaling.opensim.placing import Motion, place
+from gaitval.subjects.curve_consistency import judge_curves
 
 FINE_RATE: Final = 90.0
 """Hz. Frames that are farther apart say nothing of noise: people move in between."""

@@ -21,7 +21,7 @@ from gaitval.errors import RecordError
 from gaitval.gait.cycles import GaitCycle, average, belt_speed, cut_cycles, spatiotemporal
 from gaitval.gait.events import find_events, marker_events
 from gaitval.gait.foot_forces import assign_forces, of_weight
-from gaitval.inverse.inverse_dynamics import ground_level
+from gaitval.kinetics.inverse.inverse_dynamics import ground_level
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.separate_forces import with_plates
 from gaitval.scaling.opensim.placing import Motion, at_times, centre_of_mass, place

@@ -39,7 +39,7 @@ from gaitval.arrays import Array, Flags
 from gaitval.coordinates import RANGES, SIDES, Side
 from gaitval.errors import RecordError, RecordWarning
 from gaitval.gait import agreement
-from gaitval.inverse.inverse_dynamics import Residuals, residual_measures
+from gaitval.kinetics.inverse.inverse_dynamics import Residuals, residual_measures
 from gaitval.metrics.recording_limits import State, state_of
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate, measured
 from gaitval.mocap.mot import read_storage

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitval.datasets.plausible import mass_and_height_problems
 from gaitval.errors import ConfigurationError
+from gaitval.subjects.plausible import mass_and_height_problems
 from gaitval.units import BODY_MASS, STATURE
 
 

@@ -9,13 +9,13 @@ from typing import Final
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.gait.electromyograms import Electromyograms, read_electromyograms
-from gaitval.musculature.electromyography import (
+from gaitval.kinetics.musculature.electromyography import (
     SeenActivation,
     recorded_activations,
     seen_activations,
 )
-from gaitval.musculature.forces import criterion_of
-from gaitval.musculature.gait import DEFAULT, LoadedMotion, MuscleGait, muscles_of
+from gaitval.kinetics.musculature.forces import criterion_of
+from gaitval.kinetics.musculature.gait import DEFAULT, LoadedMotion, MuscleGait, muscles_of
 
 DRAWS: Final = 200
 """Of bands."""

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from gaitval.errors import ArtefactError
-from gaitval.musculature.gait import LoadedMotion
+from gaitval.kinetics.musculature.gait import LoadedMotion
 
 
 def motions_in(folder: Path, *, height: float | None = None) -> list[LoadedMotion]:
@@ -13,8 +13,8 @@ def motions_in(folder: Path, *, height: float | None = None) -> list[LoadedMotio
     Raises ArtefactError if there is neither, or the run kept no walk; RecordError without moments.
     """
     from gaitval._internal.io.artefacts import there_below
-    from gaitval.importing.stored_motions import is_import, stored_motions
     from gaitval.metrics.results import METRICS
+    from gaitval.session.importing.stored_motions import is_import, stored_motions
 
     if is_import(folder):
         return stored_motions(folder, height=height)
@@ -29,11 +29,11 @@ def motions_in(folder: Path, *, height: float | None = None) -> list[LoadedMotio
 
 def _walked(folder: Path) -> LoadedMotion:
     from gaitval.configuration import load_configuration
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.cycles import find_cycles
     from gaitval.metrics.walk_muscles import lost_joints, person_and_laden, walk_motion
     from gaitval.model.urdf import read_urdf
-    from gaitval.simulation.rollout import Rollout
+    from gaitval.subjects.subject_file import load_subject
+    from gaitval.walk.simulation.rollout import Rollout
 
     kept = [folder / "rollouts" / f"{name}.npz" for name in ("identified", "nominal")]
     path = next((each for each in kept if each.is_file()), None)

@@ -10,17 +10,17 @@ from gaitval._internal.io.text_tables import with_unit
 from gaitval.apps.muscles.sharing import MuscleSettings, SharedMotions
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES, Side
-from gaitval.importing.write import write_table
+from gaitval.kinetics.musculature.gait import CONTACTS, GROUPS, LoadedMotion, MuscleGait
+from gaitval.kinetics.musculature.paths import COORDINATES
 from gaitval.metrics.typed import Count, Flag, Number, Result
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
-from gaitval.musculature.gait import CONTACTS, GROUPS, LoadedMotion, MuscleGait
-from gaitval.musculature.paths import COORDINATES
-from gaitval.opensim.muscle_motion import write_storages
-from gaitval.opensim.osim import write_osim
 from gaitval.quantities.metabolic_cost import JOINTS, LEFT_OUT, MetabolicCost
 from gaitval.quantities.metabolic_rate import TITLES
 from gaitval.reporting.muscle_figures import DrawnMuscles
 from gaitval.reporting.written import Written, taken
+from gaitval.session.importing.write import write_table
+from gaitval.session.opensim.muscle_motion import write_storages
+from gaitval.session.opensim.osim import write_osim
 
 MODEL: Final = "model_with_muscles.osim"
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import Side
-from gaitval.measurement.sources import NINETY
 from gaitval.scaling.stature import mean_lengths
+from gaitval.session.measurement.sources import NINETY
 
 LEG_SD: Final = 0.036
 """Of a leg's length from stature, as a share: thigh and shank of the ten built-in people

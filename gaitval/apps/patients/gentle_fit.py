@@ -18,7 +18,7 @@ from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
 from gaitval.model.tree import ROOT_DOFS
-from gaitval.reference.dynamic_fit import (
+from gaitval.walk.reference.dynamic_fit import (
     Accuracy,
     Problem,
     Solution,
@@ -26,8 +26,8 @@ from gaitval.reference.dynamic_fit import (
     motion_of,
     solve_problem,
 )
-from gaitval.reference.motion import ReferenceMotion, build_reference
-from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
+from gaitval.walk.reference.motion import ReferenceMotion, build_reference
+from gaitval.walk.reference.walking_laws import FOOT, FOOT_NUMBERS
 
 GENTLE: Final = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Weights of Newton's laws on the pelvis, one after the other."""

@@ -16,13 +16,13 @@ import numpy as np
 from gaitval.apps.patients.rolling_foot import POINTS, leg_frames
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.subject import Subject
 from gaitval.gait.mean_curves import TOLERANCES
 from gaitval.gait.record import GaitRecord, PeriodicCurve, fit_periodic, periodic_through
 from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.prediction.normal_form import record_from, symmetric
-from gaitval.prediction.population import expected, other_people, with_others_kinetics
-from gaitval.prediction.speed_line import dimensionless_speed
+from gaitval.subjects.prediction.normal_form import record_from, symmetric
+from gaitval.subjects.prediction.population import expected, other_people, with_others_kinetics
+from gaitval.subjects.prediction.speed_line import dimensionless_speed
+from gaitval.subjects.subject import Subject
 
 SAMPLES = 200
 HARMONICS = 40

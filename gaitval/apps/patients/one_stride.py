@@ -79,7 +79,7 @@ def left_strike(angles: dict[str, PeriodicCurve], prior: EstimatedValue) -> Left
     """Phase of the right cycle at left heel strike, from both sides' curves of the one pelvis:
     `angles` rad, `pelvis_tilt_r` and the others of the pelvis.
 
-    As `left_phase` of `gaitval.datasets`, but of single strides, which may be of two trials, and of
+    As `left_phase` of `gaitval.subjects`, but of single strides, which may be of two trials, and of
     people whose steps are unequal: the shift with the least sum of squares in `LEFT_PHASE`, with
     what is known beforehand as a `prior`. A pelvis that hardly moves leaves the prior.
     """

@@ -21,10 +21,6 @@ from gaitval.apps.patients.people import PersonRow, person_of
 from gaitval.apps.patients.rolling_foot import STANCE_BIAS, RolledFeet, feet
 from gaitval.apps.patients.strides import PersonStrides
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.identity import identity
-from gaitval.datasets.stored_gait import Gait, StanceFraction
-from gaitval.datasets.subject import Subject, make_subject
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import SubjectError
 from gaitval.gait.record import FittedCurve, PeriodicCurve, periodic_through
 from gaitval.gait.sampling import SAMPLES
@@ -32,6 +28,10 @@ from gaitval.scaling.anthropometry import ADULT_YEARS, mass_fractions
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.tape import measure_by_tape
+from gaitval.subjects.identity import identity
+from gaitval.subjects.stored_gait import Gait, StanceFraction
+from gaitval.subjects.subject import Subject, make_subject
+from gaitval.subjects.subject_file import builtin_subjects
 
 PROSTHESIS_KG: Final = {"shank": 1.9, "foot": 0.9}
 """Of an above-knee prosthesis: a microprocessor knee of 1.24 kg (C-Leg 4, maker's data sheet, from

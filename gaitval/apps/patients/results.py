@@ -7,13 +7,13 @@ import numpy as np
 
 from gaitval.apps.patients.records import Patient
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.plausible import ADULT
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.curve_results import GaitProfile
 from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.norms import MIDDLE, norms
 from gaitval.metrics.typed import Count, Flag, Number, Result
 from gaitval.reporting.written import Written
+from gaitval.subjects.plausible import ADULT
 
 BEYOND: Final = 2.0
 """Standard deviations from the norm beyond which a curve is unlike healthy people's."""

@@ -17,10 +17,10 @@ from gaitval._internal.io import file_gate
 from gaitval._internal.io.text_tables import MISSING
 from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.arrays import Array
-from gaitval.datasets.curve_consistency import Judged, judge_curves
 from gaitval.errors import RecordError
 from gaitval.gait.healthy_controls import PROFILE_ANGLES
 from gaitval.gait.sampling import SAMPLES
+from gaitval.subjects.curve_consistency import Judged, judge_curves
 
 AXES: Final[Mapping[str, str]] = {
     "pelvis_1": "pelvis_list",

@@ -21,10 +21,9 @@ from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.correction.correct import correct
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
-from gaitval.learning_control.correct import correct
 from gaitval.metrics.comparison import curves_of, foot_progression, rms
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.gait_profile import gait_profile
@@ -32,10 +31,11 @@ from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.prediction.known import KINEMATIC_ACCURACY
-from gaitval.reference.adjustment import adjusted
 from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.walker import WalkingTask
+from gaitval.subjects.prediction.known import KINEMATIC_ACCURACY
+from gaitval.subjects.subject_file import builtin_subjects
+from gaitval.walk.reference.adjustment import adjusted
+from gaitval.walk.simulation.walker import WalkingTask
 
 COMPARED: Final = 4
 """Cycles of each start that are compared, after the settling ones: 32 of eight starts."""

@@ -112,7 +112,7 @@ def _check_believed(folder: Path) -> None:
 
 def _check_subject(folder: Path, identifier: str | None) -> None:
     """Refuse a run of somebody else than was asked for."""
-    from gaitval.datasets.subject_file import load_subject
+    from gaitval.subjects.subject_file import load_subject
 
     path = folder / "subject.toml"
     found = load_subject(path).identifier
@@ -207,11 +207,11 @@ def believed(file: Path) -> "Metrics":
     if they are not readable, or of another configuration, subject or record than those stored
     beside them; PolicyError if the policy cannot be used.
     """
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.results import identification_from, read_metrics
     from gaitval.metrics.validation import provenance_of
     from gaitval.policy.storage import load_policy
-    from gaitval.reference.adjustment import Adjustment
+    from gaitval.subjects.subject_file import load_subject
+    from gaitval.walk.reference.adjustment import Adjustment
 
     metrics = read_metrics(file)
     folder = file.parent
@@ -259,7 +259,7 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> "M
     seconds; how far the policy walks and which pushes it survives is then not measured
     (`regression.LONG_MEASURES`).
     """
-    from gaitval.datasets.subject_file import load_subject
+    from gaitval.subjects.subject_file import load_subject
 
     check_complete(baseline)
     subject = load_subject(str(baseline / "subject.toml"))

@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Final
 
 import gaitval
-from gaitval.datasets.subject_file import BUILTIN, builtin_name
 from gaitval.errors import ArtefactError
+from gaitval.subjects.subject_file import BUILTIN, builtin_name
 
 METRICS: Final = "metrics.json"
 _PACKAGE: Final = Path(gaitval.__file__).parent

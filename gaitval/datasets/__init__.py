@@ -1,1 +1,0 @@
-"""Subjects: their files, the built-in ones, and who they are."""

@@ -1,0 +1,1 @@
+"""Motion and forces of a body from markers and plates: inverse kinematics and dynamics, muscles."""

@@ -1,6 +1,0 @@
-"""Muscle forces, activations and joint contact forces of a motion whose moments are known."""
-
-from gaitval.musculature.forces import LegForces, MuscleForces, share
-from gaitval.musculature.sharing import CRITERIA, Criterion
-
-__all__ = ["CRITERIA", "Criterion", "LegForces", "MuscleForces", "share"]
