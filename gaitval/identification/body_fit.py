@@ -3,7 +3,7 @@
 A candidate body must be able to walk as recorded: with its feet on the ground where the treadmill
 takes them, carried by the contact law, without a force on the pelvis. Bodies differ in how far a
 motion of theirs must depart from the recorded curves. So the motion and mu are found together, by
-the fit that makes reference motions (`reference.dynamic_fit`), with mu among its unknowns and
+the fit that makes reference motions (`walk.reference.dynamic_fit`), with mu among its unknowns and
 deviations weighed by a noise model (`NoiseSettings`): the reference is rebuilt for every body that
 is tried. No policy has a part in it; the errors of a walker from its reference are larger than what
 a body parameter changes.

@@ -394,7 +394,7 @@ class CurveError(Result):
 
 class HipCentre(Result):
     """Where the hip centre that the record's moments are about lies, as the reference was fitted:
-    by so much forward and outward of the model's, m. See `reference.hip_moments.about_record`.
+    by so much forward and outward of the model's, m. See `walk.reference.hip_moments.about_record`.
     """
 
     forward: Number

@@ -496,7 +496,7 @@ class CorrectedCurve(Result):
 
 class CorrectionResult(Result):
     """Change of the reference motion: angles in rad (mean, cosines and sines over the right gait
-    cycle), height of the pelvis in m. Errors are those of `learning_control.walked.Walked`.
+    cycle), height of the pelvis in m. Errors are those of `correction.walked.Walked`.
     """
 
     joints: Annotated[list[str], Field(min_length=len(JOINTS), max_length=len(JOINTS))]

@@ -198,7 +198,7 @@ def with_fitted_lengths(
     measured : what the fit started from.
     fitted : m, means of both sides; any of thigh, shank, upper_arm, hip_half_width,
         shoulder_half_width, and the fields `hip_forward` to `shoulder_up` of `Measurements`
-        (`inverse.segment_lengths.LENGTH_SD`).
+        (`kinetics.inverse.segment_lengths.LENGTH_SD`).
     source : how they were found, for the scaling table.
 
     Raises

@@ -1,4 +1,4 @@
-"""`reference.harmonic_square` against the product that it replaces."""
+"""`walk.reference.harmonic_square` against the product that it replaces."""
 
 import numpy as np
 

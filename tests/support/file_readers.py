@@ -51,6 +51,7 @@ OWN: Final = {
     "gaitval/mocap/c3d_contents.py:read_contents": "what the reader's own process has written",
     "gaitval/mocap/c3d_process.py:opened": "in a process of its own, after `check_size`",
     "gaitval/mocap/c3d_writing.py:write_c3d": "makes an empty one",
+    "gaitval/_internal/io/partial_files.py:hold": "locks a folder that its caller has made",
     "gaitval/_internal/io/partial_files.py:own_folder": "locks a folder that it has made",
     "gaitval/_internal/io/partial_files.py:remove_abandoned": "locks a file, and reads nothing",
     "gaitval/plugins.py:of_ending": "loads what a distribution registers, and reads no file",

@@ -50,7 +50,7 @@ PACKAGES = {path.stem for path in (ROOT / "gaitval").iterdir() if path.suffix in
 
 
 FILES = (
-    ".sto",
+    *(".c3d", ".mot", ".trc", ".tsv", ".txt", ".sto"),
     ".py",
     ".osim",
     ".zip",

@@ -1,8 +1,8 @@
 """A walker on ground that is not as it expects: a slip, a trip, a step down.
 
-Everything happens in the contact law (`contact.disturbed`); here it is decided when. The ground
-changes between two actions, at times of the undisturbed walk from the same start, so that "early in
-swing" is early in the swing that would have been.
+Everything happens in the contact law (`walk.contact.disturbed`); here it is decided when. The
+ground changes between two actions, at times of the undisturbed walk from the same start, so that
+"early in swing" is early in the swing that would have been.
 """
 
 from dataclasses import dataclass

@@ -3,8 +3,8 @@
 A curve changed where its gait cycles differ by one test of all curves of the person
 (`metrics.cycle_changes`). Whether markers that are put on again would change it as much is another
 question, answered by the bands of the two sessions, without what is the person's and so alike in
-both (`measurement.bands.LASTING`). Where both sessions have the same standing trial, the markers
-stayed where they were, and the test is all that is asked.
+both (`session.measurement.bands.LASTING`). Where both sessions have the same standing trial, the
+markers stayed where they were, and the test is all that is asked.
 """
 
 from collections.abc import Mapping, Sequence

@@ -135,7 +135,7 @@ def steps_with_devices(
     hinges: Array,
     log: Array,
 ) -> float:
-    """`simulation.physics_steps.steps` with the hinges of devices: `body`, `state`, `phase`,
+    """`walk.simulation.physics_steps.steps` with the hinges of devices: `body`, `state`, `phase`,
     `pace`, `target`, `slope`, `root_force`, `memory`, `account` and `work` as there, `which`,
     `numbers` and `hinges` as `hinge_torques` takes them. `log` (N, H, STATE) out has the hinges
     after each step.

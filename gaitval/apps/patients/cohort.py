@@ -83,7 +83,7 @@ def written(found: Sequence[Patient], out: Path) -> Path:
 def walked(
     found: Sequence[Patient], out: Path, notify: Callable[[str], None]
 ) -> list[dict[str, Any]]:
-    """Walk all of them (`walk.walk_all`); results are also in `out`/walks."""
+    """Walk all of them (`apps.patients.walk.walk_all`); results are also in `out`/walks."""
     from gaitval.apps.patients.walk import walk_all
     from gaitval.study.stored_policy import general_walker
 

@@ -1,7 +1,7 @@
 """The dynamic fit of gaits that are far from what healthy people's forces expect.
 
-`reference.dynamic_fit` puts weight on Newton's laws in three steps. From a patient's angles, the
-first is too large for some: the steps end in a motion that obeys the laws and has an ankle 13
+`walk.reference.dynamic_fit` puts weight on Newton's laws in three steps. From a patient's angles,
+the first is too large for some: the steps end in a motion that obeys the laws and has an ankle 13
 degrees off. Such a fit is started again with less weight, and the one with the smaller sum of
 squares is taken.
 """

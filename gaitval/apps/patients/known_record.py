@@ -1,10 +1,10 @@
 """What the model knows of a patient: angles and timing, and the kinetics to expect.
 
-Moments and forces are those that healthy people have at this speed (`prediction.population`), but
-over this person's own stance: a sound leg that stands for 67 % of its cycle is loaded for as long.
-Nothing of it is symmetric that the person is not. An ankle's moment is in the time of its own foot:
-when its heel rises and the other foot lands (`rolled_ankle`). A prosthetic foot is taken for a
-sound one.
+Moments and forces are those that healthy people have at this speed
+(`subjects.prediction.population`), but over this person's own stance: a sound leg that stands for
+67 % of its cycle is loaded for as long. Nothing of it is symmetric that the person is not. An
+ankle's moment is in the time of its own foot: when its heel rises and the other foot lands
+(`rolled_ankle`). A prosthetic foot is taken for a sound one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -52,8 +52,8 @@ STANCE = StancePhases(flat=(0.15, 0.30), mid_stance=0.2, shortest=0.02)
 
 def known_record(subject: Subject, others: Sequence[Subject], model: BodyModel) -> GaitRecord:
     """The record of `subject` without kinetics, with those to expect from `others`, both as
-    `prediction.population.with_others_kinetics` takes them. `model` is the body, to which the
-    angles say where its feet are.
+    `subjects.prediction.population.with_others_kinetics` takes them. `model` is the body, to which
+    the angles say where its feet are.
     """
     usual = expected_record(subject, others)
     known = with_others_kinetics(subject, others)

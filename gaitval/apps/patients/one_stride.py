@@ -23,7 +23,7 @@ TOLERANCE: Final = float(np.radians(0.4))
 """rad, RMS; markers repeat to 2-5 degrees between sessions (McGinley 2009)."""
 
 LEFT_PHASE: Final = (0.25, 0.75)
-"""Within which the left heel strikes: half of what `datasets.plausible` lets pass, for the shape of
+"""Within which the left heel strikes: half of what `subjects.plausible` lets pass, for the shape of
 a pelvis repeats every half stride."""
 STRIKE_PRIOR: Final = EstimatedValue(0.5, 0.05, "steps of equal time")
 """Phase of left heel strike before the pelvis is looked at: steps may be as unequal as 40 to 60

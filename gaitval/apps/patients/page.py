@@ -47,8 +47,8 @@ def write_pages(
     found: Sequence[Patient], walks: Sequence[dict[str, Any]] | None, out: Path
 ) -> Path:
     """Write what is found of each patient (`PatientResult`), with its page, into a folder of its
-    name in `out`/pages, which is returned; `walks` are the results of `walk.walk` of the same
-    people, or None.
+    name in `out`/pages, which is returned; `walks` are the results of `apps.patients.walk.walk` of
+    the same people, or None.
     """
     by_name = {each["name"]: each for each in walks or ()}
     for each in found:

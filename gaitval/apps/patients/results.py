@@ -114,7 +114,9 @@ class PatientResult(Written):
 
 
 def result_of(patient: Patient, walk: Mapping[str, Any] | None) -> PatientResult:
-    """What is found of a `patient`, and of a `walk`, as `walk.walk` gives it, if there was one."""
+    """What is found of a `patient`, and of a `walk`, as `apps.patients.walk.walk` gives it, if
+    there was one.
+    """
     person, usual = patient.person, norms(patient.subject)
     profile = gait_profile(patient.strides.angles, load_controls().curves)
     return PatientResult.made(

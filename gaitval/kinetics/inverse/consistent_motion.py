@@ -1,4 +1,4 @@
-"""What `gaitval import --consistent` finds (`inverse.residual_reduction`)."""
+"""What `gaitval import --consistent` finds (`kinetics.inverse.residual_reduction`)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -5,7 +5,7 @@ The 25 joint coordinates are the same in both, with the same names, axes and sig
 (`gaitval.coordinates`). The root differs: the project has a rotation vector, OpenSim's models have
 three Cardan angles about Z, then X, then Y:
 
-| OpenSim's           | turns about | positive              | in `reference.motion`   |
+| OpenSim's           | turns about | positive              | in `walk.reference.motion`   |
 |---------------------|-------------|-----------------------|-----------------------------|
 | pelvis_tilt         | Z           | backward (posterior)  | minus the anterior tilt     |
 | pelvis_list         | X           | right side down       | minus the list              |

@@ -1,9 +1,9 @@
 """The muscles of a person's legs in an OpenSim model, with polynomial paths (OpenSim 4.6).
 
-The paths are those of `musculature.own_coordinates`: OpenSim then has our lengths, and our arms as
-their derivatives, without surfaces to wrap around. The model draws no muscles, for a polynomial has
-no place. OpenSim's tools that need lines of action (joint reaction forces) do not see where such a
-muscle attaches; `gaitval muscles` writes those forces itself.
+The paths are those of `kinetics.musculature.own_coordinates`: OpenSim then has our lengths, and our
+arms as their derivatives, without surfaces to wrap around. The model draws no muscles, for a
+polynomial has no place. OpenSim's tools that need lines of action (joint reaction forces) do not
+see where such a muscle attaches; `gaitval muscles` writes those forces itself.
 """
 
 from collections.abc import Collection, Mapping

@@ -3,9 +3,9 @@
 What is published of people on slopes is added to the level record: how thigh, knee and ankle move
 (`slope_angles.csv`) and how the stride changes (`STRIDE_FREQUENCY`). The record is then turned into
 the axes of the ground, in which gravity is not -z (`model.ground`). Moments and how forces are
-spread over the cycle follow from Newton's law in the fit (`reference.dynamic_fit`), which holds the
-level ones loosely (`ON_A_SLOPE`). A load is a vest, part of the trunk: nothing published is added
-for it, so the person is taken to walk as without it, and Newton's law does the rest.
+spread over the cycle follow from Newton's law in the fit (`walk.reference.dynamic_fit`), which
+holds the level ones loosely (`ON_A_SLOPE`). A load is a vest, part of the trunk: nothing published
+is added for it, so the person is taken to walk as without it, and Newton's law does the rest.
 """
 
 from dataclasses import replace

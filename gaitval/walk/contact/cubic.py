@@ -30,7 +30,7 @@ SLOWEST = 1e-12
 def _force(
     law: "Cubic", radius: float, height: float, velocity: Array, out: Array
 ) -> tuple[float, float]:
-    """`contact.law.ContactLaw.force`."""
+    """`walk.contact.law.ContactLaw.force`."""
     x = radius - height
     none = 0.0 * radius
     far = x < none
@@ -63,7 +63,7 @@ class _Numbers(NamedTuple):
 
 
 class Cubic(_Numbers):
-    """The law as `contact.law.ContactLaw` describes it."""
+    """The law as `walk.contact.law.ContactLaw` describes it."""
 
     __slots__ = ()
     force = _force
@@ -84,8 +84,8 @@ class Cubic(_Numbers):
         )
 
     def static_force(self, radius: Array, depth: Array) -> Array:
-        """`contact.law.ContactLaw.static_force`."""
+        """`walk.contact.law.ContactLaw.static_force`."""
         return np.asarray(self.stiffness * depth**3 + 0.0 * radius)
 
     def opensim(self) -> None:
-        """`contact.law.ContactLaw.opensim`: OpenSim has this law for points in a plane only."""
+        """`walk.contact.law.ContactLaw.opensim`: OpenSim has this law for points in a plane only."""

@@ -26,14 +26,14 @@ IN_THE_AIR = 0.02
 def _force(
     law: "Disturbed", radius: float, height: float, velocity: Array, out: Array
 ) -> tuple[float, float]:
-    """`contact.law.ContactLaw.force`, of the law around which this one is."""
+    """`walk.contact.law.ContactLaw.force`, of the law around which this one is."""
     normal, friction = sphere_force(law.law, radius, height, velocity, out)
     return normal, friction
 
 
 @njit_borrowing
 def _place(law: "Disturbed", side: int, x: float, z: float, radius: float) -> tuple[float, float]:
-    """`contact.law.place`: the height above the ground there, and where the force acts."""
+    """`walk.contact.law.place`: the height above the ground there, and where the force acts."""
     ground = -law.drop if x > law.edge else 0.0
     height = z - ground
     if height - radius > IN_THE_AIR and _at_wall(law, side, x, z, radius):
@@ -63,7 +63,7 @@ def _further(
     normal: float,
     friction: float,
 ) -> tuple[float, float]:
-    """`contact.law.further`: less friction, and the wall."""
+    """`walk.contact.law.further`: less friction, and the wall."""
     grip = law.grip_right if side == 0 else law.grip_left
     out[0] *= grip
     out[1] *= grip
@@ -106,7 +106,7 @@ class _Numbers(NamedTuple):
 
 
 class Disturbed(_Numbers):
-    """The law as `contact.law.ContactLaw` describes it, with `place` and `further` of its own."""
+    """The law as `walk.contact.law.ContactLaw` says, with `place` and `further` of its own."""
 
     __slots__ = ()
     force = _force
@@ -125,8 +125,8 @@ class Disturbed(_Numbers):
         return cls.around(contact_law(contact, friction))
 
     def static_force(self, radius: Array, depth: Array) -> Array:
-        """`contact.law.ContactLaw.static_force`, on level ground."""
+        """`walk.contact.law.ContactLaw.static_force`, on level ground."""
         return np.asarray(self.law.static_force(radius, depth))
 
     def opensim(self) -> None:
-        """`contact.law.ContactLaw.opensim`: OpenSim has no such ground."""
+        """`walk.contact.law.ContactLaw.opensim`: OpenSim has no such ground."""

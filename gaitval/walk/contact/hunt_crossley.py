@@ -48,7 +48,7 @@ def smooth_share(radius: float, x: float) -> float:
 def _force(
     law: "HuntCrossley", radius: float, height: float, velocity: Array, out: Array
 ) -> tuple[float, float]:
-    """`contact.law.ContactLaw.force`."""
+    """`walk.contact.law.ContactLaw.force`."""
     x = radius - height
     far = x < FADED
     none = 0.0 * radius
@@ -90,7 +90,7 @@ class _Numbers(NamedTuple):
 
 
 class HuntCrossley(_Numbers):
-    """The law as `contact.law.ContactLaw` describes it."""
+    """The law as `walk.contact.law.ContactLaw` describes it."""
 
     __slots__ = ()
     force = _force
@@ -113,11 +113,11 @@ class HuntCrossley(_Numbers):
         )
 
     def static_force(self, radius: Array, depth: Array) -> Array:
-        """`contact.law.ContactLaw.static_force`, without the smoothing."""
+        """`walk.contact.law.ContactLaw.static_force`, without the smoothing."""
         return np.asarray(4.0 / 3.0 * self.k * np.sqrt(radius * self.k) * depth**1.5)
 
     def opensim(self) -> tuple[str, dict[str, float]]:
-        """`contact.law.ContactLaw.opensim`."""
+        """`walk.contact.law.ContactLaw.opensim`."""
         numbers = self._asdict()
         del numbers["k"]
         return "SmoothSphereHalfSpaceForce", numbers | {

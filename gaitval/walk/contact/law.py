@@ -37,8 +37,8 @@ class ContactLaw(Protocol):
         ground are m, `velocity` (3,) m/s that of its lowest point, world.
 
         Returns slopes, Ns/m, neither negative: of the normal force in the penetration rate, at
-        rest, and friction / slip. `contact.forces` makes the force implicit in the velocity with
-        them.
+        rest, and friction / slip. `walk.contact.forces` makes the force implicit in the velocity
+        with them.
         """
 
     def static_force(self, radius: Array, depth: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Small changes of a reference motion (found by `learning_control.correct`)."""
+"""Small changes of a reference motion (found by `correction.correct`)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -408,7 +408,7 @@ def fit_problem(
 
     Parameters
     ----------
-    reference : of `reference.motion.build_reference`, from `record`.
+    reference : of `walk.reference.motion.build_reference`, from `record`.
     record : angles, moments, forces and timing of one gait cycle.
     model : the scaled body.
     contact : the contact law; its friction is the nominal one.
@@ -722,7 +722,7 @@ def solve(
 
     Parameters
     ----------
-    reference : of `reference.motion.build_reference`, from `record`.
+    reference : of `walk.reference.motion.build_reference`, from `record`.
     record : angles, moments, forces and timing of one gait cycle.
     model : the scaled body.
     contact : the contact law; its friction is the nominal one.

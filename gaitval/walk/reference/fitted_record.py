@@ -1,8 +1,8 @@
 """A record whose moments and forces are those of the motion that was fitted to it.
 
 Of a slope or a load, only changes of angles and of the stride are published; moments and forces
-follow from Newton's law in the fit (`reference.dynamic_fit`). What a walk is drawn towards, and
-told its distance from, must be those, not the level ones that the fit began from.
+follow from Newton's law in the fit (`walk.reference.dynamic_fit`). What a walk is drawn towards,
+and told its distance from, must be those, not the level ones that the fit began from.
 """
 
 from dataclasses import replace

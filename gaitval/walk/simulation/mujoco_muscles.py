@@ -1,9 +1,9 @@
 """The person with muscles in MuJoCo: tendons of the legs and muscle actuators.
 
-Tendons run straight from site to site (`musculature.strands`), as long as our muscles to the
-millimetre over gait. MuJoCo's muscles are simpler than ours: its own curves of force over length
-and velocity, and tendons that do not stretch. They have our strength, fibre lengths and slack
-lengths.
+Tendons run straight from site to site (`kinetics.musculature.strands`), as long as our muscles to
+the millimetre over gait. MuJoCo's muscles are simpler than ours: its own curves of force over
+length and velocity, and tendons that do not stretch. They have our strength, fibre lengths and
+slack lengths.
 """
 
 from collections.abc import Collection, Mapping

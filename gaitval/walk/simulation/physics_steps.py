@@ -36,7 +36,7 @@ class WalkerBody(NamedTuple):
     ----------
     stiffness, damping : (25,) Nm/rad and Nms/rad of the servos.
     total_damping : (25,) Nms/rad, with the passive joint damping.
-    lag : (2,) as in `contact.forces.contact_forces`.
+    lag : (2,) as in `walk.contact.forces.contact_forces`.
     physics_step : s.
     phase_step : fraction of a gait cycle in a physics step.
     """
@@ -149,7 +149,7 @@ def forces(
     phase, pace : of the gait cycle, and its rate over that of the reference.
     offset : (25,) rad, of the joint targets.
     root_force : (6,) external moment Nm and force N on the pelvis (a push), world.
-    memory : (K, 3) N, in and out, as `contact.forces.contact_forces`.
+    memory : (K, 3) N, in and out, as `walk.contact.forces.contact_forces`.
     work : its frames, forces, command (the servos' share, Nm) and feet are filled.
     """
     tree, tables, frames = body.tree, body.tables, work.frames
@@ -258,7 +258,7 @@ def advance(
     body, phase : what walks, and the phase of the right gait cycle before the action.
     state : (2, 31) in and out.
     action : what is asked for.
-    memory : (K, 3) in and out, as `contact.forces.contact_forces`.
+    memory : (K, 3) in and out, as `walk.contact.forces.contact_forces`.
     account : filled; its length is the number of steps.
     """
     pace, offset, next_offset, root_force = action

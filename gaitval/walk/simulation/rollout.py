@@ -81,7 +81,7 @@ class Rollout(Travel):
         pressure, positive to the left; 0 while the foot is off the ground.
     mu : (14,) body parameters used in the simulation.
     hip_centre : (2, 2) m, of the record that the walk imitates; see
-        `reference.motion.ReferenceMotion`. Moments are about the model's hips all the same.
+        `walk.reference.motion.ReferenceMotion`. Moments are about the model's hips all the same.
     """
 
     phase: Array

@@ -1,7 +1,7 @@
 """Eight walkers that take their physics steps side by side, one in each lane of a vector.
 
-The functions are those of a single walker (`simulation.physics_steps`), compiled for `lanes`, so
-each walker's steps are, bit for bit, those that it takes alone.
+The functions are those of a single walker (`walk.simulation.physics_steps`), compiled for `lanes`,
+so each walker's steps are, bit for bit, those that it takes alone.
 """
 
 from collections.abc import Sequence

@@ -52,10 +52,10 @@ MUJOCO_STEPS = 4
 
 MOVED = 3.0
 """Mass that a foot's contact is taken to move, over that of foot and toes. The ground's forces lag
-behind the law by the a of `contact.forces` in steps, which is in inverse proportion to this mass.
-They chatter where it is 4 + 2/a times what the contact does move, and a foot cannot move without
-itself and its toes. With 2, forces of a fast walk were 1.9 % of body weight (RMS) from it, with
-3 they are 1.3; from 4.5 to 5.5 on, by person, they chatter."""
+behind the law by the a of `walk.contact.forces` in steps, which is in inverse proportion to this
+mass. They chatter where it is 4 + 2/a times what the contact does move, and a foot cannot move
+without itself and its toes. With 2, forces of a fast walk were 1.9 % of body weight (RMS) from it,
+with 3 they are 1.3; from 4.5 to 5.5 on, by person, they chatter."""
 
 
 @dataclass(frozen=True)
@@ -222,7 +222,7 @@ class Walker:
     ----------
     gains : (2, 25) servo stiffness Nm/rad and damping Nms/rad (without passive damping).
     tree, law, lag : the body and its contact with the parameters `mu` (14,), see
-        `contact.forces.contact_forces`.
+        `walk.contact.forces.contact_forces`.
     body, tables : these and the servos, as the compiled functions take them, and what the servos
         follow.
     state : (2, 31) positions and velocities after the last physics step.
