@@ -88,4 +88,4 @@ class Cubic(_Numbers):
         return np.asarray(self.stiffness * depth**3 + 0.0 * radius)
 
     def opensim(self) -> None:
-        """`walk.contact.law.ContactLaw.opensim`: OpenSim has this law for points in a plane only."""
+        """`walk.contact.law.ContactLaw.opensim`: OpenSim has it for points in a plane only."""
