@@ -19,8 +19,9 @@ from gaitval.apps.patients.estimates import EstimatedValue
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike, smoothed
 from gaitval.apps.patients.people import PersonRow, person_of
 from gaitval.apps.patients.rolling_foot import STANCE_BIAS, RolledFeet, feet
+from gaitval.apps.patients.sound_side import expected_of, later_of_prosthesis
 from gaitval.apps.patients.strides import PersonStrides
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import SubjectError
 from gaitval.gait.record import FittedCurve, PeriodicCurve, periodic_through
 from gaitval.gait.sampling import SAMPLES
@@ -137,12 +138,7 @@ def patient(
     model = scale_subject(draft, symmetric=not two_sided(person)).model
     on_ground = feet(angles, strike.phase, model)
     found |= _way(on_ground, leg, person, speed, healthy=healthy)
-    found |= {
-        f"stance_{side}": EstimatedValue(
-            on_ground.stance[side], STANCE_BIAS.sd, "the ball of the foot furthest back"
-        )
-        for side in SIDES
-    }
+    found |= _stances(on_ground.stance, values["identifier"], person.amputation)
     values |= {
         "walking_speed_m_s": found["speed"].value,
         "stride_time_s": found["stride_time"].value,
@@ -234,6 +230,28 @@ def _known(value: float | None, mean: float, sd: float, how: str) -> EstimatedVa
     return (
         EstimatedValue(mean, sd, how) if value is None else EstimatedValue(value, 0.0, "recorded")
     )
+
+
+def _stances(
+    seen: Mapping[Side, float], identifier: str, amputation: Side | None
+) -> dict[str, EstimatedValue]:
+    """Stance of each side, of its own cycle, from what is `seen` of the ball of its foot."""
+    how = "the ball of the foot furthest back"
+    found = {f"stance_{side}": EstimatedValue(seen[side], STANCE_BIAS.sd, how) for side in SIDES}
+    if amputation is not None:
+        sound, usual = opposite(amputation), expected_of(identifier)
+        found[f"stance_{sound}"] = EstimatedValue(
+            seen[sound] + usual.later,
+            float(np.hypot(STANCE_BIAS.sd, usual.later_sd)),
+            f"{how}, and how much later sound sides of amputees leave the ground",
+        )
+        later, sd = later_of_prosthesis(identifier)
+        found[f"stance_{amputation}"] = EstimatedValue(
+            seen[amputation] + later,
+            float(np.hypot(STANCE_BIAS.sd, sd)),
+            f"{how}, and how much later prosthetic feet leave the ground",
+        )
+    return found
 
 
 def _who(strides: PersonStrides, person: PersonRow, laboratory: str | None) -> dict[str, Any]:

@@ -5,7 +5,9 @@ from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 
+from gaitval.apps.patients.passive_foot import expected_ankles
 from gaitval.apps.patients.records import Patient
+from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.curve_results import GaitProfile
@@ -14,6 +16,7 @@ from gaitval.metrics.norms import MIDDLE, norms
 from gaitval.metrics.typed import Count, Flag, Number, Result
 from gaitval.reporting.written import Written
 from gaitval.subjects.plausible import ADULT
+from gaitval.subjects.subject_file import builtin_subjects
 
 BEYOND: Final = 2.0
 """Standard deviations from the norm beyond which a curve is unlike healthy people's."""
@@ -109,6 +112,9 @@ class PatientResult(Written):
     """RMS by which the subject's periodic curves are from the stride."""
     pelvis_mismatch_deg: Number
     walk: WalkResult | None
+    expected_ankle_moment_nm_kg: dict[Side, list[Number]] | None
+    """Of an amputee, dorsiflexion positive, by side over its own cycle, 101 points; no walk is
+    needed."""
     cannot: list[str]
     """What cannot be said."""
 
@@ -144,8 +150,16 @@ def result_of(patient: Patient, walk: Mapping[str, Any] | None) -> PatientResult
             "angle": walk["angle"],
             "score": walk["scores"]["walk"],
         },
+        expected_ankle_moment_nm_kg=_ankles(patient),
         cannot=[*NEVER_KNOWN, *_of_this_person(patient)],
     )
+
+
+def _ankles(patient: Patient) -> dict[Side, Array] | None:
+    if patient.person.amputation is None:
+        return None
+    ankles = expected_ankles(patient, builtin_subjects())
+    return {side: curve(np.linspace(0.0, 1.0, 101)) for side, curve in ankles.items()}
 
 
 def _angle(patient: Patient, name: str, profile: GaitProfile) -> dict[str, Any]:

@@ -15,7 +15,8 @@ import numpy as np
 from gaitval._internal.io.artefacts import read_json, value_hash, write_json
 from gaitval._internal.numba.one_thread import one_thread
 from gaitval.apps.patients.gentle_fit import gentle_reference
-from gaitval.apps.patients.known_record import expected_record, known_record
+from gaitval.apps.patients.known_record import expected_record
+from gaitval.apps.patients.passive_foot import patient_record
 from gaitval.apps.patients.records import Patient, two_sided
 from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 from gaitval.arrays import Array
@@ -60,7 +61,7 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> _Jso
     """
     subject, others = patient.subject, builtin_subjects()
     straight = scale_subject(subject, symmetric=not two_sided(patient.person)).model
-    record = known_record(subject, others, straight)
+    record = patient_record(patient, others, straight)
     turns = turned_feet(patient.strides, record, straight)
     model = with_turned_feet(straight, turns)
     reference = gentle_reference(
