@@ -72,7 +72,7 @@ def import_session(
 
     >>> gv.import_session("stand.c3d", "walk.c3d", mass=74.3, height=172.5, sex="M", out="mine")
     Traceback (most recent call last):
-    gaitval.errors.SubjectError: --height 172.5: this looks like centimetres. Give metres: --height
+    gaitval.errors.SubjectError: --height 172.5: this looks like centimetres; give metres: --height
     1.725.
     """
     import_files(

@@ -437,7 +437,7 @@ def test_the_files_of_wbds_are_read_as_they_are(gait_data, tmp_path):
         shipped.measured().moments["knee_angle_r"](PHASE),
         atol=1e-4,
     )
-    with pytest.raises(RecordError, match="missing columns: angle_pelvis"):
+    with pytest.raises(RecordError, match=r"missing columns: .*angle_pelvis_tilt_r"):
         read_mean_curves([files[1]])
 
 

@@ -10,7 +10,7 @@ from made_curves import made_curves
 from seen_figures import figure_of, legend, lines
 
 from gaitval._internal.io.artefacts import read_json
-from gaitval.apps.devices import command, study
+from gaitval.apps.devices import study
 from gaitval.apps.devices.curves import JOINTS
 from gaitval.apps.devices.page import (
     LINES,
@@ -23,6 +23,7 @@ from gaitval.apps.devices.page import (
 )
 from gaitval.apps.devices.results import MARGINS, TITLES, DeviceResult, figures_of
 from gaitval.apps.devices.study import DeviceOutcome, Wearer, outcomes, wearer
+from gaitval.cli.device import device
 from gaitval.coordinates import SIDES
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.model.devices.device import load_devices
@@ -114,7 +115,7 @@ def test_a_subject_may_have_a_prosthesis(tmp_path):
 def test_a_wrong_device_is_refused_before_the_person_is_made(monkeypatch):
     monkeypatch.setattr(study, "wearer", lambda *_: pytest.fail("too early"))
     with pytest.raises(ConfigurationError, match="no such device"):
-        command.device.app(["5", "jetpack"], standalone_mode=False)
+        device.app(["5", "jetpack"], standalone_mode=False)
 
 
 def test_the_command_puts_no_prosthesis_on_the_sound_leg(tmp_path):
@@ -123,7 +124,7 @@ def test_the_command_puts_no_prosthesis_on_the_sound_leg(tmp_path):
     left = load_subject("5").model_copy(update={"prosthesis": "left"})
     path.write_text(left.to_toml(), encoding="utf-8")
     with pytest.raises(ConfigurationError, match="prosthesis is on the left, but the device below"):
-        command.device.app([str(path), "below_knee"], standalone_mode=False)
+        device.app([str(path), "below_knee"], standalone_mode=False)
 
 
 def told_apart():

@@ -97,9 +97,6 @@ def test_the_table_of_the_report_expects_what_the_posterior_began_with():
         assert rows[name.replace("_", " ")].prior_mean == pytest.approx(expected, abs=2e-5)
     assert rows["knee x"].prior_mean > 0.005
     assert rows["knee x"].prior_mean > rows["knee x"].mean > 0.0
-    assert rows["knee x"].place < 50.0
-    for name, mean, _ in shown[: len(PARAMETERS) - 2]:
-        assert rows[name].z == pytest.approx(mean, abs=1e-3)
     assert [row.prior_mean for row in _parameters(found)[:14]] == found.nominal
 
 

@@ -57,8 +57,8 @@ def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters
 def test_older_metrics_have_no_such_section(metrics):
     older = {name: value for name, value in metrics.items() if name != "curve_statistics"}
     assert read(older).curve_statistics is None
-    assert "gait_profile" in _drawings(read(metrics), None, None)
-    assert "gait_profile" not in _drawings(read(older), None, None)
+    assert "gait_profile" in _drawings(read(metrics), None)
+    assert "gait_profile" not in _drawings(read(older), None)
 
 
 def test_sides_of_the_profile_differ_in_shape_and_the_record_is_hollow_in_both_modes(metrics):

@@ -100,7 +100,7 @@ NAMES = (
     *("curves_csv", "judged_model", "judged_motion", "judged_moments", "judged_loads"),
     *("judged_forces", "judged_markers", "configuration_command", "subject_command"),
     *("reference_npz", "rollout_npz", "walk_npz", "recording_npz", "markers_json"),
-    *("training_log", "journal"),
+    "training_log",
 )
 WHOLE = {"c3d_standing", "c3d_walking", "trc", "mot", "wbds", *SLOW}
 """Kinds of which a case is a whole command, a second or more: a fifth of the cases."""
@@ -142,5 +142,4 @@ def test_a_damaged_file_is_refused_in_a_sentence_or_read(name, made, tmp_path):
             refused += bool(str(error))
         except Exception as error:
             pytest.fail(f"{name}, case {case}, {damage.__name__} of {file}: {error!r}")
-    # A journal takes what it can of a damaged file, and refuses none.
-    assert refused or name == "journal", "nothing was damaged enough to be refused"
+    assert refused, "nothing was damaged enough to be refused"

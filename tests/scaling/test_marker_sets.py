@@ -3,12 +3,10 @@ import pytest
 
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc import read_trc
 from gaitval.scaling.landmarks import LANDMARKS
 from gaitval.scaling.marker_set import MarkerDefinition, MarkerSet
 from gaitval.scaling.marker_sets import builtin_marker_sets, load_marker_set, problems_of, recognise
-from gaitval.session.read import named
 from gaitval.subjects.subject import MARKERS
 
 TAKEN_OFF = ("Knee.Medial", "Ankle.Medial", "MT2")
@@ -389,21 +387,6 @@ def test_unknown_and_unreadable_sets(tmp_path):
 def test_unlabelled_files_are_said_to_be_unlabelled(form):
     with pytest.raises(RecordError, match="unlabelled"):
         recognise([form.format(number) for number in range(1, 53)])
-
-
-def test_what_a_walk_lacks_may_be_unlabelled_in_it():
-    """Labelled in part: the pelvis and legs that are missing are the numbers."""
-    marker_set = load_marker_set("wbds")
-    essential = marker_set.essential
-    names = (*essential[:8], *(f"C_{n}" for n in range(len(essential) - 8)))
-    walk = Recording("walk.c3d", "project", names, np.zeros((5, len(names), 3)), 100.0)
-    with pytest.raises(RecordError, match=rf"{len(essential) - 8}.*missing.*unlabelled: C_0"):
-        named(walk, marker_set)
-    other = tuple(f"Nose{'abcdefghijklmnopqrstuvwxyz'[n]}" for n in range(len(essential) - 8))
-    labelled = Recording("w.c3d", "project", (*essential[:8], *other), walk.markers, 100.0)
-    with pytest.raises(RecordError) as error:
-        named(labelled, marker_set)
-    assert "unlabelled" not in str(error.value)
 
 
 def test_labelled_files_are_not():

@@ -1080,7 +1080,6 @@ def test_what_is_unusual_in_a_subject_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     person = load_subject("5")
-    grown = {at: tuple(1.15 * each for each in place) for at, place in person.markers.items()}
     moments = {
         curve: each.model_copy(
             update={
@@ -1092,11 +1091,10 @@ def test_what_is_unusual_in_a_subject_is_said(
         for curve, each in person.gait.moments.items()
     }
     gait = person.gait.model_copy(update={"moments": moments})
-    changed = person.model_copy(update={"markers": grown, "gait": gait})
+    changed = person.model_copy(update={"gait": gait})
     listener = Listener()
     with open_run(changed, load_configuration(), tmp_path / "run", listener) as run:
         run_one(run, "scale")
-        assert any("of the stature above the feet" in line for line in listener.lines)
         monkeypatch.setattr(
             "gaitval.walk.reference.dynamic_fit.consistent_reference",
             lambda *_: (_ for _ in ()).throw(KeyboardInterrupt),

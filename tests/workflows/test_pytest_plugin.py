@@ -79,7 +79,6 @@ def test_a_loss_fails_with_its_figures(project: Path) -> None:
     assert done.returncode == 1
     assert "measures are worse than stored by more" in done.stdout
     assert "angle_rmse of knee_angle_" in done.stdout
-    assert "--gaitval-update" in done.stdout
     assert "Traceback" not in done.stdout
 
 
