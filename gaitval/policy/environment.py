@@ -215,11 +215,6 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         seen = mu - self._shift
         return (seen - self._middle) / self._half_range if self._extended else seen
 
-    @property
-    def parameter_range(self) -> tuple[Array, Array]:
-        """Smallest and largest mu (14,) that are drawn at random."""
-        return self._lower + self._shift, self._upper + self._shift
-
     def centre(self, policy: Act, mu: Array, *, key: str | None = None) -> None:
         """Subtract `centring` times the action bias of a `policy`, from observations (100, size) to
         actions (100, A), from its actions from now on.

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from momentum import momentum_residual
 from threadpoolctl import threadpool_info, threadpool_limits
 from unrecorded_verdicts import expected
 
@@ -18,6 +19,13 @@ from gaitval.subjects.subject_file import load_subject
 from gaitval.walk.reference import dynamic_fit
 from gaitval.walk.simulation.simulated_walk import SimulatedWalk
 from gaitval.walk.simulation.walker import WalkingTask
+
+
+def test_only_what_acts_on_a_walker_changes_its_momentum(walk: SimulatedWalk):
+    """Newton's second law over windows of a second: 0.05 % of the body's weight."""
+    residual = momentum_residual(walk, walk.mass_kg)
+    assert residual is not None
+    assert residual < 0.05
 
 
 def test_a_policy_is_stored_whole(policy: StoredPolicy, tmp_path: Path):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from momentum import momentum_residual
 from newton_walk import MASS, STEP, newton_walk
 from synthetic_walk import perfect_walk, periodic, sharp_filter, synthetic_record
 
@@ -11,7 +12,6 @@ from gaitval.constants import GRAVITY
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.whole_body import (
     centre_of_mass_measures,
-    momentum_residual,
     record_centre_of_mass,
     walked_centre_of_mass,
 )

@@ -101,7 +101,7 @@ def test_a_group_is_told_what_each_walker_alone_is(task):
     late = task.with_environment(observation_delays=DELAYS, action_memory=0.1)
     group, alone = WalkingGroup([late] * 8), WalkingEnvironment(late)
     options = {"phase": 0.1, "mu": None, "push": None, "noise": 0.0}
-    options["mu"] = 0.5 * sum(alone.parameter_range)
+    options["mu"] = 0.5 * (alone._lower + alone._upper) + alone._shift
     told = np.array([group.reset(e, seed=0, options=options) for e in range(8)])
     single = alone.reset(seed=0, options=options)[0]
     assert told.shape == (8, 126 + 2 * 26)
