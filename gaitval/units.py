@@ -230,6 +230,7 @@ def _length(*names: str) -> tuple[Unit, ...]:
     return tuple(known[name] for name in names or known)
 
 
+_SI_LENGTHS: Final = ("metres", "centimetres", "millimetres")
 _FORCES: Final = (Unit("N", 1.0, ("n",)), Unit("kN", 1e3, ("kn",)))
 _MOMENTS: Final = (
     Unit("Nm", 1.0, ("nm",)), Unit("Ncm", 1e-2, ("ncm",)), Unit("Nmm", 1e-3, ("nmm",)),
@@ -286,6 +287,10 @@ BODY_MASS: Final = Quantity(
      Unit("newtons", 1.0 / STANDARD_GRAVITY, ("n",)), Unit("grams", 1e-3, ("g",))),
     10.0, 200.0,
 )  # fmt: skip
+KNEE_WIDTH: Final = Quantity("a width of a knee", _length(*_SI_LENGTHS), 0.04, 0.17)
+ANKLE_WIDTH: Final = Quantity("a width of an ankle", _length(*_SI_LENGTHS), 0.03, 0.12)
+ELBOW_WIDTH: Final = Quantity("a width of an elbow", _length(*_SI_LENGTHS), 0.03, 0.12)
+"""Across the bones, of children and adults; nobody measures them in inches."""
 AGE: Final = Quantity(
     "an age",
     (Unit("years", 1.0, ("y", "yr", "yrs", "year", "a")), Unit("months", 1.0 / 12.0, ("mo",))),
@@ -305,6 +310,10 @@ JOINT_SWING: Final = Quantity(
     "the swing of a leg's joint in a walk", _ANGLES, math.radians(3.0), 2.0 * math.pi
 )
 """Over a trial. No joint of a leg is ever turned right round; one of them moves by more than 3°."""
+FREE_MOMENT: Final = Quantity(
+    "a free moment by the force of its foot", (_MOMENTS[0], _MOMENTS[2]), 6e-4, 0.06
+)
+"""Nm for each N: a foot's is 0.004 to 0.04 on average, and friction keeps it below 0.1."""
 ANKLE_MOMENT: Final = Quantity("the largest moment of an ankle", _PER_MASS, 0.35, 4.0)
 """It is 0.6 to 2 Nm/kg in walking, 0.35 at the least on a patient's better side."""
 VERTICAL_FORCE: Final = Quantity("the largest vertical force", _PER_WEIGHT, 0.6, 3.0)

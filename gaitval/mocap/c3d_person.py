@@ -6,20 +6,26 @@ what can be a person's is taken over: a length of 0 means that it was not measur
 """
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from gaitval._internal.text.plain_numbers import plain_float
 from gaitval.mocap.c3d_contents import Contents, check_size, labels_of, read_contents
+from gaitval.units import (
+    AGE,
+    ANKLE_WIDTH,
+    BODY_MASS,
+    ELBOW_WIDTH,
+    KNEE_WIDTH,
+    STATURE,
+    Quantity,
+    unit_of,
+)
 
 SideValues = tuple[float | None, float | None]
 """Right and left; None where it was not measured."""
 
-_LENGTH_UNITS: Final = (1e-3, 1e-2, 1.0)
-"""m. A program that does not say whether mm, cm or m means the one that makes it a person's."""
-_NOT_LENGTHS: Final = ("mass_kg", "age_years")
 _GROUPS: Final = ("PROCESSING", "SUBJECTS", "SUBJECT")
 _WORDS: Final = (
     *((r"^a(?=[^a-z])", ""), (r" (kg|mm|cm|m|years)$", ""), (r"[^a-z]", "")),
@@ -28,15 +34,6 @@ _WORDS: Final = (
 )
 """What makes one name of the names of a parameter: `A_Right_KneeWidth_mm`, `R_kneeWidth` and
 `RKneeWidth` are `rkneewidth`."""
-_RANGES: Final[Mapping[str, tuple[float, float]]] = {
-    "mass_kg": (8.0, 300.0),
-    "height_m": (0.7, 2.4),
-    "age_years": (1.0, 110.0),
-    "knee_width_m": (0.04, 0.17),
-    "ankle_width_m": (0.03, 0.12),
-    "elbow_width_m": (0.03, 0.12),
-}
-"""Lowest and highest plausible value, from children to adults, kg and m."""
 
 
 @dataclass(frozen=True)
@@ -90,19 +87,21 @@ def _stored(contents: Contents) -> dict[str, list[str]]:
 
 def person_of(source: str, contents: Contents) -> PersonFacts:
     """What the parameters of a C3D file, the `contents` of `source`, contain about the person, in
-    SI units; values outside the range of a person's are left out.
+    SI units. A program that does not say in which unit means the one that makes it a person's;
+    what is none in any, or in several but not in SI units, is left out.
     """
     stored = _stored(contents)
 
-    def one(name: str, field: str) -> float | None:
-        low, high = _RANGES[field]
-        # A length of 0, which was not measured, is outside every range.
-        factors = (1.0,) if field in _NOT_LENGTHS else _LENGTH_UNITS
-        values = (factor * plain_float(text) for text in stored.get(name, ()) for factor in factors)
-        return next((value for value in values if low <= value <= high), None)
+    def one(name: str, quantity: Quantity) -> float | None:
+        for value in map(plain_float, stored.get(name, ())):
+            # A length of 0, which was not measured, is outside every range.
+            units = unit_of(quantity, size=value).candidates
+            if units[:1] == quantity.units[:1] or len(units) == 1:
+                return units[0].factor * value
+        return None
 
-    def both(name: str, field: str) -> SideValues:
-        return one(f"r{name}", field), one(f"l{name}", field)
+    def both(name: str, quantity: Quantity) -> SideValues:
+        return one(f"r{name}", quantity), one(f"l{name}", quantity)
 
     # Cortex writes Company and Software, Vicon COMPANY and SOFTWARE
     made = {name.upper(): name for name in contents.parameters.get("MANUFACTURER", {})}
@@ -114,10 +113,10 @@ def person_of(source: str, contents: Contents) -> PersonFacts:
         source=source,
         name=contents.text("SUBJECTS", "NAMES"),
         system=next((name for name in system if name), ""),
-        mass_kg=one("mass", "mass_kg"),
-        height_m=one("height", "height_m"),
-        age_years=one("age", "age_years"),
-        knee_width_m=both("kneewidth", "knee_width_m"),
-        ankle_width_m=both("anklewidth", "ankle_width_m"),
-        elbow_width_m=both("elbowwidth", "elbow_width_m"),
+        mass_kg=one("mass", BODY_MASS),
+        height_m=one("height", STATURE),
+        age_years=one("age", AGE),
+        knee_width_m=both("kneewidth", KNEE_WIDTH),
+        ankle_width_m=both("anklewidth", ANKLE_WIDTH),
+        elbow_width_m=both("elbowwidth", ELBOW_WIDTH),
     )

@@ -12,7 +12,6 @@ Nm; its size shows which. Looked up in November 2026.
 """
 
 import re
-from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -27,18 +26,9 @@ from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.text_cells import numbers, positive
 from gaitval.mocap.text_table import text_lines
-from gaitval.units import MILLIMETRE
+from gaitval.units import FREE_MOMENT, MILLIMETRE, unit_of
 
 _QUANTITIES: Final = ("fx", "fy", "fz", "x", "y", "z", "mz")
-LIMITS: Final[Mapping[str, float]] = {
-    # Free moment over force (median) below which it is in Nm, and above which in Nmm. In Nm
-    # a foot's is 0.004 to 0.04, and friction keeps it below 0.1; in Nmm it is a thousand
-    # times as much.
-    "certainly_nm": 0.06,
-    "certainly_nmm": 0.6,
-}
-"""What decides in this module: each in the unit and for the reason that is said before it."""
-
 _HEADER: Final = ("NumberOfForcePlates", "SampleRate", "NumberOfSamples")
 
 
@@ -117,14 +107,13 @@ def _plate(path: Path, name: str, table: Array, recording: Recording) -> Plate:
         # No step on it: there is nothing to know the unit by, and nothing that needs it.
         return pressed_plate(path, name, force, np.nan_to_num(point), np.zeros_like(force))
     lever = float(np.nanmedian(np.abs(table[strong, 6]) / size[strong]))
-    if LIMITS["certainly_nm"] < lever < LIMITS["certainly_nmm"]:
+    # Hardly any moment is hardly any in each unit.
+    seen = unit_of(FREE_MOMENT, size=max(lever, FREE_MOMENT.low))
+    if seen.unit is None:
         raise RecordError(
-            f"{path}: MZ{name} is {lever:.2g} times the force (median under load), which is too "
-            f"much for Nm (up to {LIMITS['certainly_nm']:g}) and too little for Nmm (from "
-            f"{LIMITS['certainly_nmm']:g} on), so its unit cannot be told. Give the "
-            ".c3d file of the trial, or OpenSim's .mot."
+            f"{path}: MZ{name} is {lever:.2g} times the force (median under load), "
+            f"{seen.sentence}. Give the .c3d file of the trial, or OpenSim's .mot."
         )
-    unit = 1.0 if lever <= LIMITS["certainly_nm"] else 1e-3
-    torque = np.outer(unit * table[:, 6], vertical_of(force[strong]))
+    torque = np.outer(seen.unit.factor * table[:, 6], vertical_of(force[strong]))
     sign = sign_on_person(recording, force, point)
     return pressed_plate(path, name, sign * force, point, sign * torque)

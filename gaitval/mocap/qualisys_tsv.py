@@ -25,10 +25,10 @@ from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.separate_forces import with_plates
 from gaitval.mocap.text_cells import cells_of, markers_named, numbers, positive
 from gaitval.mocap.text_table import text_lines, with_gaps
-from gaitval.units import MILLIMETRE
+from gaitval.units import FREE_MOMENT, MILLIMETRE
 
 _QUADRANTS: Final = ("POSX_POSY", "NEGX_POSY", "NEGX_NEGY", "POSX_NEGY")
-_MOMENTS: Final = {"Nm": 1.0, "Nmm": 1e-3}
+_MOMENTS: Final = {unit.name: unit.factor for unit in FREE_MOMENT.units}
 _FORCE_COLUMNS: Final = 9
 
 _PlateForces = tuple[float, float, tuple[Plate, ...]]

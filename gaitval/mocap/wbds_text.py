@@ -16,6 +16,7 @@ from gaitval.mocap.force_plates import plate_or_fault
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.text_table import XYZ, numbers_of, sample_rate, text_lines, with_gaps
+from gaitval.units import MILLIMETRE
 
 WBDS_MARKER_RATE: Final = 150.0
 WBDS_FORCE_RATE: Final = 300.0
@@ -62,7 +63,7 @@ def read_wbds_markers(path: Path) -> Recording:
         source=str(path),
         axes="laboratory",
         names=tuple(names),
-        markers=with_gaps(table[:, 1:].reshape(len(table), -1, 3)) * 1e-3,
+        markers=with_gaps(table[:, 1:].reshape(len(table), -1, 3)) * MILLIMETRE,
         marker_rate=rate,
         start=float(table[0, 0]),
     )
@@ -100,10 +101,10 @@ def read_wbds_forces(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
                 "Download it again."
             )
         force = table[:, [places[f"F{axis}"] for axis in XYZ]]
-        point = table[:, [places[f"COP{axis}"] for axis in XYZ]] * 1e-3
+        point = table[:, [places[f"COP{axis}"] for axis in XYZ]] * MILLIMETRE
         torque = np.zeros_like(force)
         # y is up in WBDS, so the free moment is about y; Nmm to Nm.
-        torque[:, 1] = table[:, places["Ty"]] * 1e-3
+        torque[:, 1] = table[:, places["Ty"]] * MILLIMETRE
         make = partial(pressed_plate, path, name, force, point, torque)
         plates.append(plate_or_fault(name, len(force), make))
     return WBDS_FORCE_RATE, 0.0, tuple(plates)

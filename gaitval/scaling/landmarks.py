@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import ScalingError
-from gaitval.units import REACH, from_middle, looks_like
+from gaitval.units import ANKLE_WIDTH, ELBOW_WIDTH, KNEE_WIDTH, REACH, from_middle, looks_like
 
 Place = Sequence[float] | Array
 
@@ -38,8 +38,8 @@ which lie in the frontal plane of the segment; Knee.Axis is the end of an alignm
 knee's axis; the crests replace an ASIS without a marker (`markers.spines`); Toe is any marker
 beyond the metatarsal heads, Wrist a single marker on the wrist."""
 
-WIDTHS = {"knee_width": (0.04, 0.17), "ankle_width": (0.03, 0.12), "elbow_width": (0.03, 0.12)}
-"""Plausible widths across the epicondyles and malleoli, m."""
+WIDTHS = {"knee_width": KNEE_WIDTH, "ankle_width": ANKLE_WIDTH, "elbow_width": ELBOW_WIDTH}
+"""Across the epicondyles and malleoli."""
 
 Width = float | tuple[float, float] | None
 """Width of a joint, m: of both sides, of the right and the left side, or not known."""
@@ -76,13 +76,15 @@ def check_widths(*given: Width) -> None:
     """Refuse widths of knee, ankle and elbow (m, in this order) that no person has."""
     problems = []
     widths = [
-        (name, limits, width_of(width, side))
-        for (name, limits), width in zip(WIDTHS.items(), given, strict=True)
+        (name, quantity, width_of(width, side))
+        for (name, quantity), width in zip(WIDTHS.items(), given, strict=True)
         for side in ("RL" if isinstance(width, tuple) else "R")
     ]
-    for name, (low, high), width in widths:
-        if width is not None and not low <= width <= high:
-            problems.append(f"{_option(name)} {width:g} (plausible: {low:g} to {high:g} m)")
+    for name, quantity, width in widths:
+        if width is not None and not quantity.fits(width):
+            problems.append(
+                f"{_option(name)} {width:g} (plausible: {quantity.low:g} to {quantity.high:g} m)"
+            )
     _fail("implausible width of a joint", problems, "Measure it across the bones, in metres.")
 
 

@@ -332,7 +332,7 @@ class TestMotionAnalysis:
             for plate in trial.plates
         ]
         path = motion_analysis(tmp_path / "a.forces", replace(trial, plates=tuple(strong)))
-        refused(tmp_path / "walk.trc", "MZ1", "cannot be told", forces=path)
+        refused(tmp_path / "walk.trc", "MZ1", "of a free moment", forces=path)
 
 
 class TestKistler:
