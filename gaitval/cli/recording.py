@@ -183,8 +183,9 @@ def say_what_was_made(imported: "Imported", out: Path) -> None:
     page = out / FOLDER / "recording.html"
     display.plain(f"Page: {page} (files beside it: {len(imported.files)})")
     path = imported.subject_file
-    # a prosthesis keeps them apart by itself
-    wanted = not imported.found.body.chosen.symmetric and imported.subject.prosthesis not in SIDES
+    # a prosthesis, and legs of unlike length, keep them apart by themselves
+    chosen = imported.found.body.chosen
+    wanted = not (chosen.symmetric or chosen.legs_differ or imported.subject.prosthesis in SIDES)
     two = " --set scaling.symmetric=false" if wanted else ""
     display.plain(f"Subject: {path}; continue with: gaitval subject {shlex.quote(str(path))}{two}")
     display.print_warnings(imported.found)

@@ -34,6 +34,7 @@ FINDINGS: Final[tuple[Finding, ...]] = (
     feet.MOVED,
     feet.HEIGHT,
     pelvis.LEVEL,
+    standing.UNLIKE,
     standing.SIDES,
     standing.LEGS,
     standing.ANKLES,

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.coordinates import COORDINATES, ROOT, split_side
+from gaitval.coordinates import ARM, COORDINATES, ROOT, split_side
 from gaitval.findings.finding import Finding, Seen
 from gaitval.kinetics.inverse.inverse_kinematics import InverseKinematics
 from gaitval.model.markers import ModelMarker
@@ -30,13 +30,16 @@ def _not_found(of: Poses) -> Iterator[Seen]:
 
 def _held(of: Poses, *, fewest: int) -> Iterator[Seen]:
     """Share of the frames that show an angle in which it is at an end of its range; of the subtalar
-    angle only where `fewest` markers on the foot show it.
+    angle only where `fewest` markers on the foot show it. Of arms it says nothing: straight ones
+    show no rotation, the markers of an elbow lie beside its axis, and no result contains them.
     """
     kinematics = of.kinematics
     for i, name in enumerate(COORDINATES):
         side, joint = split_side(name)
         seen = [each.segment for each in of.markers if each.name in kinematics.names]
         shown = kinematics.determined[:, i]
+        if joint in ARM:
+            continue
         if joint == "subtalar_angle" and seen.count(f"foot_{side[:1]}") < fewest:
             continue
         held = shown & kinematics.at_limit[:, i]

@@ -12,6 +12,7 @@ import numpy as np
 
 from gaitval.findings.finding import Finding, Seen
 from gaitval.scaling.landmarks import Place
+from gaitval.scaling.measurements import UNLIKE_LEGS
 from gaitval.scaling.scaling import PLAUSIBLE
 from gaitval.scaling.segments import ScaledSegment
 
@@ -47,6 +48,7 @@ class StandingBody:
     height : stature, m.
     stood : False for a pose that was put together from the walk: the heights of its feet say
         nothing.
+    longer_leg : right over left, of thigh, shank and foot alike (`Measurements.longer_leg`).
     """
 
     points: Mapping[str, Place]
@@ -54,13 +56,14 @@ class StandingBody:
     widths: Mapping[str, float | tuple[float, float] | None]
     height: float
     stood: bool = True
+    longer_leg: float = 1.0
 
 
 def _sides(of: StandingBody) -> Iterator[Seen]:
     """m, by which the two sides differ."""
     for (one, other), limit in DISTANCES.items():
         sides = [_apart(of.points, f"{side}.{one}", _end(side, other)) for side in "RL"]
-        yield from _unlike(f"{one} to {other}", sides, limit)
+        yield from _differ(f"{one} to {other}", sides, limit)
     heights = {
         name: [of.points[f"{side}.{name}"][2] for side in "RL"]
         for name in HEIGHTS
@@ -72,7 +75,7 @@ def _sides(of: StandingBody) -> Iterator[Seen]:
         up = {name: each for name, each in up.items() if name not in REAR_FOOT}
     if up:  # one marker makes several of them
         name = max(up, key=lambda each: abs(up[each]) / HEIGHTS[each])
-        yield from _unlike(f"{name} above the floor", heights[name], HEIGHTS[name])
+        yield from _differ(f"{name} above the floor", heights[name], HEIGHTS[name])
 
 
 def _end(side: str, name: str) -> str:
@@ -91,11 +94,18 @@ def _apart(points: Mapping[str, Place], one: str, other: str) -> float:
     return float(np.linalg.norm(np.subtract(points[one], points[other])))
 
 
-def _unlike(where: str, sides: Sequence[float], limit: float) -> Iterator[Seen]:
+def _differ(where: str, sides: Sequence[float], limit: float) -> Iterator[Seen]:
     right, left = (float(each) for each in sides)
     if np.isfinite(right - left):
         words = {"right": right, "left": left}
         yield Seen(abs(right - left), where, words, limits=(-np.inf, limit))
+
+
+def _unlike(of: StandingBody) -> Iterator[Seen]:
+    """How much longer one leg is, in every length."""
+    side = "right" if of.longer_leg > 1.0 else "left"
+    ratio = max(of.longer_leg, 1.0 / of.longer_leg)
+    yield Seen(ratio, f"{side} leg" if ratio > 1.0 else "legs", {"more": ratio - 1.0})
 
 
 def _legs(of: StandingBody) -> Iterator[Seen]:
@@ -124,6 +134,22 @@ def _widths(of: StandingBody) -> Iterator[Seen]:
             yield Seen(float(np.mean(given)) / of.height, joint, words, limits=(low, high))
 
 
+UNLIKE: Final[Finding] = Finding(
+    name="one leg is longer",
+    needs=StandingBody,
+    values=_unlike,
+    limits=UNLIKE_LEGS,
+    unit="1",
+    sentence=(
+        "its thigh, shank and foot are all longer than the other ones, by {more:.0f %} at least: "
+        "no misplaced marker does that, so the legs differ, or the markers of one are those of "
+        "somebody else. Each leg keeps its own lengths and markers' places"
+    ),
+    remedy="Say so beside the results",
+    source=(
+        "1.007 at most in twelve children (McGill); a patient of Plug-in Gait's samples has 1.09"
+    ),
+)
 SIDES: Final[Finding] = Finding(
     name="sides that differ",
     needs=StandingBody,
@@ -142,6 +168,7 @@ SIDES: Final[Finding] = Finding(
         "in 17 people, to the sacrum 12.5 in thirteen; heights of feet 4.5 (SD) of 27 people of "
         "twelve laboratories, 2.2 to 3.3 of the forefeet"
     ),
+    hidden_by=("one leg is longer",),
 )
 LEGS: Final[Finding] = Finding(
     name="legs that differ",
@@ -166,6 +193,7 @@ ANKLES: Final[Finding] = Finding(
         "shoes have thick soles, the heels are up, or the floor is not at z = 0 (floor = 0.02 in a "
         "session file says that the person stands 2 cm higher)"
     ),
+    hidden_by=("one leg is longer",),
 )
 JOINT_WIDTHS: Final[Finding] = Finding(
     name="widths",

@@ -158,7 +158,8 @@ def scale_subject(subject: "Person", *, symmetric: bool = True) -> ScaledBody:
     """
     measured = measurements_of(subject)
     # A marker's error makes lengths differ; a mass of one side is somebody's word.
-    own = getattr(subject, "prosthesis", None) in SIDES or measured.masses_differ
+    own = getattr(subject, "prosthesis", None) in SIDES
+    own = own or measured.masses_differ or measured.legs_differ
     body = build_body(subject, replace(measured, symmetric=symmetric and not own))
     slope = getattr(subject, "slope_percent", None)
     if slope is None:
@@ -276,7 +277,12 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
         low, high = (
             PLAUSIBLE.plausible_ankle_factor if row.segment == "ankle height" else of_lengths
         )
-        if not low <= row.factor <= high:
+        factor = row.factor
+        if measured.legs_differ:
+            # The stature may be that of either leg, and the other one may stand on a lift.
+            both = (each.factor for each in table if each.segment == row.segment)
+            factor = min(both, key=lambda each: abs(each - 1.0))
+        if not low <= factor <= high:
             problems.append(
                 f"{row.name}: {row.length_m:.3f} m is {row.factor:.2f} of the length expected "
                 f"for a stature of {subject.height_m:.3f} m (plausible: {low:g} to {high:g})"
@@ -290,6 +296,17 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
                     f"{row.segment}: right {row.right_m:.3f} m and left {row.left_m:.3f} m "
                     f"differ by more than {most:g} m"
                 )
+    if measured.legs_differ:
+        ankles, reach = (
+            abs(sum(right.length(name) - left.length(name) for name in names))
+            for right, left in [(measured.right, measured.left)]
+            for names in (("ankle height",), ("ankle height", "thigh", "shank"))
+        )
+        if min(ankles, reach) > PLAUSIBLE.largest_asymmetry:
+            problems.append(
+                f"ankle height: right {measured.right.ankle_height:.3f} m and left "
+                f"{measured.left.ankle_height:.3f} m do not make up for legs that differ"
+            )
     for name, (low, high) in PLAUSIBLE_HALF_WIDTH.items():
         half = getattr(measured, f"{name}_half_width")
         if half is not None and not low <= half / subject.height_m <= high:

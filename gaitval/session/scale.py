@@ -171,7 +171,7 @@ def _by_standing(
         measured = measure(
             on_landmarks, **request.widths, centres=centres, centres_source=centres_source
         )
-        measured = replace(measured, symmetric=symmetric)
+        measured = replace(measured, symmetric=symmetric and not measured.legs_differ)
         if "midfoot" in measured.sources.get("foot", ""):
             notify("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
         scaled = build_body(request, measured)
@@ -182,6 +182,7 @@ def _by_standing(
                 widths={"knee width": request.knee_width, "ankle width": request.ankle_width},
                 height=request.height_m,
                 stood=not request.stands_in_walk,
+                longer_leg=measured.longer_leg,
             )
         )
         for warning in odd.flags:
