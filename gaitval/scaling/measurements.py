@@ -104,8 +104,6 @@ LENGTH_FIELDS: Final = {
     **{"foot": "heel", "forearm": "forearm", "hand": "hand"},
 }
 """Rows of the scaling table -> the field of `Limbs` that they are measured by; a hand has none."""
-LEG: Final = ("thigh", "shank", "foot")
-"""Rows that say how large a leg is."""
 LIMB_FIELDS: Final = tuple(each.name for each in fields(Limbs))
 UNLIKE_LEGS: Final = 1.05
 """Of thigh, shank and foot alike, from which on one leg is longer than the other: a misplaced
@@ -167,7 +165,12 @@ class Measurements:
         """By what the right thigh, shank and foot are all longer than the left ones, as a factor;
         below 1 if they are shorter, 1 if they are not alike in that.
         """
-        ratios = [self.right.length(name) / self.left.length(name) for name in LEG]
+        right, left = self.right, self.left
+        ratios = (
+            right.thigh / left.thigh,
+            right.shank / left.shank,
+            right.foot_length / left.foot_length,
+        )
         return float(max(min(ratios), 1.0) * min(max(ratios), 1.0))
 
     @property

@@ -297,15 +297,13 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
                     f"differ by more than {most:g} m"
                 )
     if measured.legs_differ:
-        ankles, reach = (
-            abs(sum(right.length(name) - left.length(name) for name in names))
-            for right, left in [(measured.right, measured.left)]
-            for names in (("ankle height",), ("ankle height", "thigh", "shank"))
-        )
-        if min(ankles, reach) > PLAUSIBLE.largest_asymmetry:
+        right, left = measured.right, measured.left
+        lift = right.ankle_height - left.ankle_height
+        reach = lift + right.thigh - left.thigh + right.shank - left.shank
+        if min(abs(lift), abs(reach)) > PLAUSIBLE.largest_asymmetry:
             problems.append(
-                f"ankle height: right {measured.right.ankle_height:.3f} m and left "
-                f"{measured.left.ankle_height:.3f} m do not make up for legs that differ"
+                f"ankle height: right {right.ankle_height:.3f} m and left "
+                f"{left.ankle_height:.3f} m do not make up for legs that differ"
             )
     for name, (low, high) in PLAUSIBLE_HALF_WIDTH.items():
         half = getattr(measured, f"{name}_half_width")
