@@ -12,7 +12,7 @@ OWN = ("value", "limit", "low", "high")
 
 
 def words_of(finding: Finding) -> dict[str, tuple[object, str]]:
-    """A number for each word that a sentence shows in a format, else a text; and how it shows it."""
+    """A number for each word that is shown in a format, else a text; and how it is shown."""
     parts = string.Formatter().parse(f"{finding.sentence} {finding.remedy}")
     return {
         name: (0.123, format(Figure(0.123), spec)) if spec else (f"<{name}>", f"<{name}>")

@@ -67,14 +67,12 @@ def test_plates_that_carry_another_weight(carried, limit):
     assert [each.limit for each in warnings] == ([] if limit is None else [pytest.approx(limit)])
     for each in warnings:
         assert each.value == pytest.approx(carried)
-        assert f"{carried:.2f} times" in each.message
 
 
 def test_with_an_aid_the_feet_carry_less():
     loads = walked()
     (warning,) = weight_warnings(needs(loads) / 0.9, loads, "crutches")
     assert (warning.check, warning.value) == ("aid", pytest.approx(0.9))
-    assert "with crutches the feet carry 0.90 times" in warning.message
 
 
 @pytest.mark.parametrize(("shown", "judged"), [(0.29, False), (0.31, True)])
@@ -119,7 +117,6 @@ def test_a_frame_rate_changes_accelerations_by_its_square(ratio, limit, certain)
         assert not warnings
         return
     (warning,) = warnings
-    assert f"looks {ratio**0.5:.1f} times the true one" in warning.message
     assert (warning.limit, warning.certain) == (limit, certain)
     assert warning.value == pytest.approx(ratio)
 
@@ -142,8 +139,8 @@ def test_no_frame_rate_from_forces_that_have_nothing_to_do_with_the_motion():
     assert "frame rate" not in {each.check for each in found(with_rate(loads, 4.0), loads)}
 
 
-@pytest.mark.parametrize(("axis", "words"), [(0, "6.0 % of its weight forward"), (1, "6.0 % to")])
-def test_a_horizontal_channel_that_is_not_zeroed(axis, words):
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_horizontal_channel_that_is_not_zeroed(axis):
     loads = walked()
     for share, warned in ((0.06, True), (0.04, False), (-0.06, True)):
         needed = needs(loads)
@@ -152,7 +149,6 @@ def test_a_horizontal_channel_that_is_not_zeroed(axis, words):
         assert len(warnings) == warned
         for each in warnings:
             assert each.value == pytest.approx(0.06)
-            assert ("-" if share < 0.0 else "") + words in each.message
 
 
 @pytest.mark.parametrize(("off", "words"), [(-0.5, "50 % of the body weight less"),
@@ -193,7 +189,6 @@ def test_a_swing_of_a_pendulum(relative, words):
     for each in warnings:
         assert each.value == pytest.approx(relative)
         assert each.limit == (1.0 if relative < 1.0 else 2.2)
-        assert f"a swing takes {swing:.2f} s" in each.message
         assert words in each.message
     with_forces = list(look(Swings(swings(swing), height, forces=True)).flags)
     assert len(with_forces) == (relative < 1.0)
