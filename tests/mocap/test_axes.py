@@ -196,21 +196,6 @@ class TestGiven:
         assert words in str(caught.value)
         assert "forward=+x up=+y" in str(caught.value)
 
-    @pytest.mark.parametrize(
-        ("text", "words"),
-        [
-            ("forward=+x up=+y", "up is +y"),
-            ("forward=+x up=-z", "up is -z"),
-            ("forward=-x up=+z", "forward is -x"),
-            ("forward=+y up=+z", "forward is +y"),
-        ],
-    )
-    def test_against_the_standing_trial(self, text, words):
-        with pytest.raises(RecordError) as caught:
-            check_axes(parse_axes(text), standing(), LANDMARKS)
-        assert words in str(caught.value)
-        assert "standing.c3d" in str(caught.value)
-
     @pytest.mark.parametrize(("side", "foot"), [("R", "right"), ("L", "left")])
     def test_one_foot_whose_heel_and_toes_are_exchanged(self, side, foot):
         recording = standing()
@@ -300,19 +285,6 @@ class TestWalkingDirection:
         fewer = recording.with_markers(names, recording.columns(names))
         with pytest.raises(RecordError, match=r"feet point .*backwards"):
             turn_to_walking_direction(fewer, LANDMARKS)
-
-    def test_a_standing_trial(self):
-        still = walking(0.0, belt=False)
-        markers = np.tile(np.array(list(PERSON.values())), (len(still.time), 1, 1))
-        with pytest.raises(RecordError, match="not a walking trial"):
-            turn_to_walking_direction(still.with_markers(still.names, markers), LANDMARKS)
-
-    @pytest.mark.parametrize(("factor", "called"), [(1e-3, "metres"), (10.0, "millimetres")])
-    def test_another_unit_than_the_standing_trial(self, factor, called):
-        recording = walking(1.2, belt=False)
-        other = recording.with_markers(recording.names, factor * recording.markers)
-        with pytest.raises(RecordError, match=f"wrong unit, {called} that are called"):
-            turn_to_walking_direction(other, LANDMARKS)
 
     @pytest.mark.parametrize(
         "lost", [("Ankle",), ("Ankle", "Heel"), ("Ankle", "Heel", "MT1", "MT5")]

@@ -8,11 +8,11 @@ in a criterion at all was seen on him, too (`sharing.CRITERIA`).
 """
 
 import csv
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from knee_implant import HEIGHT, MASS, knee_request
 
 from gaitval.configuration import load_configuration
 from gaitval.constants import GRAVITY
@@ -23,81 +23,21 @@ from gaitval.kinetics.musculature.bands import draw
 from gaitval.kinetics.musculature.electromyography import seen_activations
 from gaitval.kinetics.musculature.gait import _cycle_of, muscles_of
 from gaitval.mocap.reading import read_recording
-from gaitval.mocap.trc_writing import write_trc
-from gaitval.session.importing.importing import request_of, work_out
+from gaitval.session.importing.importing import work_out
 from gaitval.session.loaded import loaded_motion, measured_knees
-from gaitval.session.request import ImportOptions, checked, silent
+from gaitval.session.request import silent
 from gaitval.session.session import ImportProgress
 
 TRIALS = ("ss1", "ss3", "ss11")
-MASS, HEIGHT = 75.0, 1.80
-FLOOR = 0.02
-"""Of the standing trial, m: where the markers on the edges of the soles then are."""
-
-
-def _marker_set() -> str:
-    """What `gaitval markers` drafts, with the forefoot's markers taken for metatarsal heads."""
-    pelvis = {"Asis": "ASIS", "Psis": "PSIS"}
-    foot = {"Heel": "Heel", "MidfootMedial": "MT1", "MidfootLateral": "MT5"}
-    lines = ['title = "instrumented knee"', 'source = "test"', "[markers]"]
-    lines.append('"Sacral" = { segment = "pelvis", landmark = "Sacrum", weight = 5 }')
-    for side, s in (("R", "r"), ("L", "l")):
-        for name, mark in pelvis.items():
-            lines.append(
-                f'"{side}{name}" = {{ segment = "pelvis", landmark = "{side}.{mark}", weight = 5 }}'
-            )
-        for part, weight in (("Thigh", 0.5), ("Shank", 1)):
-            for where in ("Superior", "Inferior", "Lateral"):
-                segment = f"{part.lower()}_{s}"
-                lines.append(
-                    f'"{side}{part}{where}" = {{ segment = "{segment}", weight = {weight} }}'
-                )
-        ankle_medial = "RankleMedial" if side == "R" else "LAnkleMedial"
-        for name, segment, mark in (
-            (f"{side}KneeLateral", "thigh", "Knee"),
-            (f"{side}KneeMedial", "thigh", "Knee.Medial"),
-            (f"{side}AnkleLateral", "shank", "Ankle"),
-            (ankle_medial, "shank", "Ankle.Medial"),
-        ):
-            lines.append(
-                f'"{name}" = {{ segment = "{segment}_{s}", landmark = "{side}.{mark}", '
-                "static_only = true }"
-            )
-        for name, mark in foot.items():
-            lines.append(f'"{side}{name}" = {{ segment = "foot_{s}", landmark = "{side}.{mark}" }}')
-        lines.append(f'"{side}MidfootSuperior" = {{ segment = "foot_{s}" }}')
-        lines.append(
-            f'"{side}Shoulder" = {{ segment = "torso", landmark = "{side}.Acromion", '
-            "optional = true }"
-        )
-    for name in ("Sternum", "Neck", "Xiphoid"):
-        lines.append(f'"{name}" = {{ segment = "torso", weight = 0.5, optional = true }}')
-    return "\n".join(lines)
 
 
 @pytest.fixture(scope="module")
 def progress(gait_data, tmp_path_factory) -> ImportProgress:
-    folder, out = gait_data / "knee_implant", tmp_path_factory.mktemp("knee")
-    (out / "markers.toml").write_text(_marker_set())
-    # The standing trial has y up and he faces +x; the walks are in the laboratory's axes, z up,
-    # and he walks along -x.
-    standing = read_recording(folder / "PS_static.trc")
-    x, y, z = np.moveaxis(standing.markers, 2, 0)
-    write_trc(out / "stand.trc", replace(standing, markers=np.stack([-x, z, y], axis=2)))
-    options = checked(
-        ImportOptions,
-        {
-            "static": str(out / "stand.trc"),
-            "trials": [str(folder / f"PS_{name}.c3d") for name in TRIALS],
-            "mass": MASS,
-            "height": HEIGHT,
-            "sex": "M",
-            "marker_set": str(out / "markers.toml"),
-            "floor": FLOOR,
-        },
+    request, found = (
+        knee_request(gait_data, tmp_path_factory.mktemp("knee"), TRIALS),
+        ImportProgress(),
     )
-    found = ImportProgress()
-    work_out(request_of(options, out, silent), load_configuration().processing, silent, found)
+    work_out(request, load_configuration().processing, silent, found)
     return found
 
 

@@ -19,6 +19,14 @@ def wbds01_t01(gait_data: Path) -> Request:
     )
 
 
+def wbds01_overground(gait_data: Path) -> Request:
+    """WBDS01 over ground at 1.26 m/s, markers only, with gaps."""
+    trials = (gait_data / "wbds" / "raw" / "WBDS01walkO01Cmkr.txt",)
+    return wbds01_t01(gait_data).model_copy(
+        update={"trials": trials, "kinematics_only": True, "consistent": False}
+    )
+
+
 def rajagopal_walk(gait_data: Path) -> Request:
     """The walk over plates of OpenSim's full-body model; mass and height of its scale set-up."""
     data = gait_data / "opensim_rajagopal" / "ExpData"
