@@ -134,20 +134,6 @@ def test_all_problems_of_a_file_are_told_at_once(tmp_path: Path) -> None:
         load_configuration(file)
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [(None, "no such configuration file"), (b"seed = ", "not valid TOML"), (b"\xff", "not valid")],
-)
-def test_an_unreadable_file_is_an_error(
-    tmp_path: Path, content: bytes | None, message: str
-) -> None:
-    file = tmp_path / "run.toml"
-    if content is not None:
-        file.write_bytes(content)
-    with pytest.raises(ConfigurationError, match=message):
-        load_configuration(file)
-
-
 def test_the_stored_form_gives_the_same_configuration(tmp_path: Path) -> None:
     configuration = load_configuration(settings=["seed=9", "validation.start_phases=[0.1]"])
     file = tmp_path / "configuration.toml"

@@ -21,7 +21,6 @@ from synthetic_recording import (
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
-from gaitval.errors import RecordError
 from gaitval.gait.events import (
     EVENTS,
     FOOT_SPREAD,
@@ -272,20 +271,6 @@ def test_stance_from_markers() -> None:
     stance = marker_stance(walk(), landmarks=LANDMARKS)
     assert stance.mean() == pytest.approx(STANCE, abs=0.1)
     assert stance.any(axis=1).all()  # one foot is always down
-
-
-@pytest.mark.parametrize(
-    ("without", "message"),
-    [
-        (("R.Heel",), "right heel"),
-        (("L.MT1", "L.MT5"), r"left forefoot \(MT1, MT2, MT5\)"),
-        (("R.PSIS", "L.PSIS", "R.ASIS"), "no pair of markers on the pelvis"),
-    ],
-)
-def test_lacking_markers_are_named(without: tuple[str, ...], message: str) -> None:
-    landmarks = {name: name for name in LANDMARKS if name not in without}
-    with pytest.raises(RecordError, match=message):
-        marker_events(walk(), landmarks=landmarks)
 
 
 # -- both -----------------------------------------------------------------------------------------

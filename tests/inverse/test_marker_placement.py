@@ -11,7 +11,6 @@ from standing_person import (
 )
 
 from gaitval.coordinates import COORDINATES
-from gaitval.errors import ScalingError
 from gaitval.kinetics.inverse.marked_body import marker_positions
 from gaitval.kinetics.inverse.marker_placement import place_markers, placement_checks
 from gaitval.mocap.c3d import read_c3d
@@ -108,21 +107,6 @@ def test_feet_turned_outwards_do_not_pull_the_knees_off_the_middle_of_their_epic
         assert abs(away @ frames[SEGMENTS.index(f"thigh_{end}"), :3, 0]) < 0.001
     # The landmarks are still judged all alike, and the feet do not fit the shanks.
     assert placement.distances["R.Knee"] > 0.005
-
-
-@pytest.mark.parametrize(("name", "swapped"), [("wbds", "HF"), ("rajagopal", "TH2")])
-def test_swapped_tracking_markers_are_named(name, swapped):
-    person, marker_set = standing_person(), load_marker_set(name)
-    places, _ = person.markers(marker_set)
-    for side, away in (("R", -0.05), ("L", 0.05)):  # where a cluster is, not across the midline
-        segment = marker_set.markers[f"{side}.{swapped}"].segment
-        frame = person.frames[SEGMENTS.index(segment)]
-        places[f"{side}.{swapped}"] = frame[:3, 3] + frame[:3, :3] @ [0.0, away, -0.2]
-    right, left = f"R.{swapped}", f"L.{swapped}"
-    place_markers(person.model, person.measured, places, marker_set)
-    places[right], places[left] = places[left], places[right]
-    with pytest.raises(ScalingError, match=rf"swapped in the standing trial.*: {swapped}\."):
-        place_markers(person.model, person.measured, places, marker_set)
 
 
 def test_raised_arms_move_to_the_model_shoulders():

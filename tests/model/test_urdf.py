@@ -248,24 +248,6 @@ def test_another_urdf_is_refused_with_the_place(path, tmp_path, old, new, messag
         read_urdf(changed(path, tmp_path, old, new))
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (b"", "not XML"),
-        (b"<gazebo/>", "not <robot>"),
-        (b"\x00\x01\x02", "not XML"),
-        (b"<robot name='x'/>", "link pelvis: missing"),
-        (b'<?xml version="1.0" encoding="utf-7"?><robot/>', "not XML"),
-        (b"<robot name='x'>" + b" " * 1_000_000 + b"</robot>", "bytes"),
-    ],
-)
-def test_what_is_no_urdf_is_refused(tmp_path, content, message):
-    file = tmp_path / "model.urdf"
-    file.write_bytes(content)
-    with pytest.raises(ModelError, match=message):
-        read_urdf(file)
-
-
 def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(ModelError, match=r"no such file\. Check the path"):
         read_urdf(tmp_path / "none.urdf")

@@ -314,17 +314,6 @@ def test_a_prefix_that_ends_in_no_colon_is_named():
     recognise([name.replace("_", ":", 1) for name in names])
 
 
-def test_an_unknown_set_says_what_to_do():
-    names = ["R_ASI", "L_ASI", "R_Kne", "L_Kne", "Sternum"]
-    with pytest.raises(RecordError) as error:
-        recognise(names)
-    message = str(error.value)
-    assert "found: R_ASI, L_ASI, R_Kne" in message
-    assert "missing: RTHI, RTIB, RANK" in message  # of the nearest, by name
-    assert "`gaitval markers FILE`" in message
-    assert "--marker-set FILE" in message
-
-
 @pytest.mark.parametrize(
     ("text", "problems"),
     [
@@ -375,18 +364,6 @@ def test_unknown_and_unreadable_sets(tmp_path):
     binary.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(RecordError, match="cannot be read"):
         load_marker_set(binary)
-
-
-@pytest.mark.parametrize(
-    "form",
-    [
-        *("{:04d}", "*{}", "C_{}", "M{:03d}", "Unlabeled {}", "uname*{}"),
-        *("Unlabeled", "Unidentified", "unlabelled#{}", "Anna:*{}"),
-    ],
-)
-def test_unlabelled_files_are_said_to_be_unlabelled(form):
-    with pytest.raises(RecordError, match="unlabelled"):
-        recognise([form.format(number) for number in range(1, 53)])
 
 
 def test_labelled_files_are_not():
