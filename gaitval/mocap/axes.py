@@ -6,9 +6,6 @@ to the pelvis, forward the one nearest to the line from the heels to the toes.
 
 Landmarks are named as in `gaitval.scaling.joint_centres`: `R.` or `L.` and ASIS, PSIS, Knee, Ankle,
 Heel, MT1, MT5 …; any other marker on the toes or the metatarsals counts as `Toe`, `MT2`.
-
-It is long because the same few measures of the body (up, facing, sides) find the axes, check those
-that the user gives, and turn a walk.
 """
 
 from collections.abc import Mapping
@@ -20,15 +17,19 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.activities import check_level, check_on_ground
+from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Recording
 from gaitval.units import PELVIS_HEIGHT, confused
 
-LARGEST_LEAN: Final = float(np.radians(20.0))
-"""A standing person's pelvis is above the ankles to within this angle, rad."""
+LARGEST_LEAN: Final = 20.0
+"""A standing person's pelvis is above the ankles to within this angle, degrees."""
 OPPOSITE: Final = float(np.cos(np.radians(130.0)))
-"""Cosine of the angle between the feet beyond which one points backwards; feet turn out by 25°."""
-LARGEST_TURN: Final = float(np.radians(30.0))
-"""A person who faces along an axis of the laboratory does so to within this angle, rad."""
+"""Cosine of the angle between pelvis and feet beyond which one faces backwards; feet turn out by
+25°."""
+LARGEST_TURN: Final = 30.0
+"""A person who faces along an axis of the laboratory does so to within this angle, degrees."""
+LARGEST_TURN_SAID: Final = 60.0
+"""Degrees, likewise, of axes that the user says: who stands at an angle to the walkway says them."""
 
 LIMITS: Final[Mapping[str, float]] = {
     # Degrees. In the median frame a walking person's pelvis is above the middle of the
@@ -92,43 +93,48 @@ def axis_name(vector: Array) -> str:
     return f"{'-' if vector[index] < 0 else '+'}{LETTERS[index]}"
 
 
-def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> LaboratoryAxes:
-    """Axes of the laboratory from `recording`, a standing trial in them. `landmarks` names the
-    marker of each, such as {"R.ASIS": "RASI"}; those present are used.
+def detect_axes(
+    recording: Recording, landmarks: Mapping[str, str], said: LaboratoryAxes | None = None
+) -> LaboratoryAxes:
+    """Axes of the laboratory from `recording`, a standing trial in them, or those that the user
+    `said`, if it does not contradict them. `landmarks` names the marker of each, such as
+    {"R.ASIS": "RASI"}; those present are used.
 
     Raises RecordError if the markers needed are missing; the person's size is wrong by a power of
-    ten (unit); the person does not stand, or stands across the axes; left and right, or front and
-    rear, of pelvis and feet do not agree (markers exchanged).
+    ten (unit); the person does not stand, or stands across the axes (up to 60° across those said);
+    pelvis and feet do not face one way (markers exchanged).
     """
     _check_straight(recording, landmarks)
-    points = standing_points(recording, landmarks)
-    up, lean = nearest_axis(upward_of(points))
-    where = recording.source
+    where, points = recording.source, standing_points(recording, landmarks)
+    upward = upward_of(points)
+    up = nearest_axis(upward) if said is None else said.rotation[2]
+    lean = _apart(upward, up)
+    taken = "taken to be" if said is None else "said to be (--axes)"
     if lean > LARGEST_LEAN:
         raise RecordError(
-            f"{where}: the direction from the ankles to the pelvis is {np.degrees(lean):.0f}° off "
-            f"the nearest axis, more than {np.degrees(LARGEST_LEAN):.0f}°: this is not a standing "
-            "trial, or the floor is not parallel to two of the laboratory's axes. Give a "
-            'standing trial, or give the axes, for example --axes "forward=+x up=+z".'
+            f"{where}: the direction from the ankles to the pelvis is {lean:.0f}° off "
+            f"{axis_name(up)}, which is {taken} up, more than {LARGEST_LEAN:.0f}° (nearest: "
+            f"{axis_name(upward)}): this is not a standing trial, or the floor is not parallel to "
+            "two of the laboratory's axes, or other axes were said. Give a standing trial, or the "
+            'axes, for example --axes "forward=+x up=+z".'
         )
-    _check_feet(where, points, up)
-    facing = facing_of(points, up)
-    forward, turn = nearest_axis(facing)
-    if turn > LARGEST_TURN:
+    ahead = _facing(where, points, up)
+    forward = nearest_axis(ahead) if said is None else said.rotation[0]
+    turn, most = _apart(ahead, forward), LARGEST_TURN if said is None else LARGEST_TURN_SAID
+    if turn > most:
         raise RecordError(
-            f"{where}: the feet point {np.degrees(turn):.0f}° off the nearest axis of the "
-            f"laboratory, more than {np.degrees(LARGEST_TURN):.0f}°, so it is not clear which "
-            "axis is forward. Give the axis that the person walks along, for example --axes "
-            f'"forward={axis_name(forward)} up={axis_name(up)}".'
+            f"{where}: the feet point {turn:.0f}° off {axis_name(forward)}, which is {taken} "
+            f"forward, more than {most:.0f}° (nearest: {axis_name(ahead)}). Give the axis that "
+            f'the person walks along, for example --axes "forward={axis_name(ahead)} '
+            f'up={axis_name(up)}".'
         )
     # y = z × x is to the left of a person who faces along x.
     axes = LaboratoryAxes(np.stack([forward, np.cross(up, forward), up]), "")
-    check_pelvis(where, points, axes)
     return LaboratoryAxes(
         axes.rotation,
-        f"Axes of the laboratory found from the standing trial: {axes.spoken} (the direction "
-        f"from the ankles to the pelvis is {np.degrees(lean):.1f}° off the vertical, and the feet "
-        f"point {np.degrees(turn):.1f}° off {axis_name(forward)}).",
+        f"Axes of the laboratory {taken} {axes.spoken} (in the standing trial the direction from "
+        f"the ankles to the pelvis is {lean:.1f}° off the vertical, and the feet point {turn:.1f}° "
+        f"off {axis_name(forward)}).",
     )
 
 
@@ -176,13 +182,15 @@ def _check_height(where: str, height: float) -> None:
 
 
 def _mean(points: Mapping[str, Array], names: tuple[str, ...], sides: str = "RL") -> Array:
-    """Mean of the two sides' means, so that a side with more landmarks does not weigh more."""
+    """Mean of the two sides' means, so that a side with more landmarks does not weigh more; NaN
+    without a landmark. The sacrum has no side.
+    """
     means = []
     for side in sides:
-        there = [points[f"{side}.{name}"] for name in names if f"{side}.{name}" in points]
-        if there:
+        at = [name if name == "Sacrum" else f"{side}.{name}" for name in names]
+        if there := [points[name] for name in at if name in points]:
             means.append(np.mean(there, axis=0))
-    return np.asarray(np.mean(means, axis=0))
+    return np.mean(means, axis=0) if means else np.full(3, np.nan)
 
 
 def upward_of(points: Mapping[str, Array]) -> Array:
@@ -190,43 +198,33 @@ def upward_of(points: Mapping[str, Array]) -> Array:
     return _mean(points, _PELVIS) - _mean(points, ("Ankle",))
 
 
-def facing_of(points: Mapping[str, Array], up: Array) -> Array:
+def _facing(where: str, points: Mapping[str, Array], up: Array) -> Array:
     """Horizontal unit vector (3,) from the heels to the toes of `points`, at right angles to `up`;
-    toeing out cancels.
+    toeing out cancels. RecordError, about `where`, if pelvis and feet do not face one way.
     """
-    # One unit vector a foot: the direction of their sum halves the angle between the feet.
-    feet = _feet_of(points, up)
-    if not feet:
-        return unit_vector(_level(_mean(points, _TOES) - _mean(points, _HEEL), up))
-    return unit_vector(np.sum([*feet.values()], axis=0))
-
-
-def _feet_of(points: Mapping[str, Array], up: Array) -> dict[str, Array]:
-    """Horizontal unit vector (3,) from heel to toes of each side ("R", "L") that has both."""
-    return {
-        side: unit_vector(_level(_mean(points, _TOES, side) - _mean(points, _HEEL, side), up))
-        for side in "RL"
-        if all(any(f"{side}.{name}" in points for name in part) for part in (_HEEL, _TOES))
+    # One unit vector each: the direction of the feet's sum halves the angle between them.
+    ways = {
+        what: unit_vector(_level(_mean(points, front, sides) - _mean(points, rear, sides), up))
+        for what, front, rear, sides in (
+            ("the right foot", _TOES, _HEEL, "R"),
+            ("the left foot", _TOES, _HEEL, "L"),
+            ("the pelvis", ("ASIS",), ("PSIS", "Sacrum"), "RL"),
+        )
     }
-
-
-def _check_feet(where: str, points: Mapping[str, Array], up: Array) -> None:
-    """RecordError, about `where`, if one foot points backwards."""
-    feet = _feet_of(points, up)
-    # Two heels, or toes, that are exchanged between the sides turn both feet by less.
-    if len(feet) < 2 or feet["R"] @ feet["L"] > OPPOSITE:
-        return
-    front = [points[name] for name in _FRONT if name in points]
-    rear = [points[name] for name in _REAR if name in points]
-    ahead = np.mean(front, axis=0) - np.mean(rear, axis=0) if front and rear else feet["L"]
-    side = min(feet, key=lambda each: float(feet[each] @ ahead))
-    which = (
-        {"R": "the right foot", "L": "the left foot"}[side] if front and rear else "one of the two"
-    )
-    raise RecordError(
-        f"{where}: the feet point in opposite directions: heel and toes of {which} are exchanged. "
-        "Correct these labels in the recording program, in all trials, and export them again."
-    )
+    ways = {what: way for what, way in ways.items() if np.isfinite(way).all()}
+    for what, way in ways.items():
+        others = [other for name, other in ways.items() if name != what]
+        # Two heels, or toes, that are exchanged between the sides turn both feet by less.
+        if others and way @ np.sum(others, axis=0) < OPPOSITE:
+            raise RecordError(
+                f"{where}: {what} faces away from the rest: its front and rear markers (ASIS and "
+                "PSIS, or toes and heel), or those of all others, are exchanged. Correct these "
+                "labels in the recording program, in all trials, and export them again."
+            )
+    feet = [way for what, way in ways.items() if "foot" in what]
+    if not feet:
+        feet = [_level(_mean(points, _TOES) - _mean(points, _HEEL), up)]
+    return unit_vector(np.sum(feet, axis=0))
 
 
 def _level(vector: Array, up: Array) -> Array:
@@ -239,23 +237,17 @@ def unit_vector(vector: Array) -> Array:
     return vector / length if length else vector
 
 
-def nearest_axis(vector: Array) -> tuple[Array, float]:
-    """The signed laboratory axis nearest to a `vector`, and the angle between them, rad."""
+def nearest_axis(vector: Array) -> Array:
+    """The signed laboratory axis nearest to a `vector`."""
     index = int(np.argmax(np.abs(vector)))
     axis = np.zeros(3)
     axis[index] = np.sign(vector[index])
-    return axis, float(np.arccos(np.clip(unit_vector(vector) @ axis, -1, 1)))
+    return axis
 
 
-def check_pelvis(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) -> None:
-    """RecordError, about `where`, if in `points` and `axes` the pelvis faces away from the feet."""
-    front = [points[name] for name in _FRONT if name in points]
-    rear = [points[name] for name in _REAR if name in points]
-    if front and rear and (np.mean(front, axis=0) - np.mean(rear, axis=0)) @ axes.rotation[0] < 0:
-        raise RecordError(
-            f"{where}: the pelvis faces away from where the feet point: front and rear markers of "
-            "the pelvis (ASIS, PSIS), or heels and toes, are exchanged. Check the markers' names."
-        )
+def _apart(one: Array, other: Array) -> float:
+    """Degrees between two vectors."""
+    return float(np.degrees(np.arccos(np.clip(unit_vector(one) @ unit_vector(other), -1, 1))))
 
 
 def turn_to_walking_direction(
@@ -332,7 +324,7 @@ def _check_same_axes(recording: Recording, landmarks: Mapping[str, str], pelvis:
         what = {"Ankle": "the ankles", "Knee": "the knees"}.get(names[0], "the feet")
         if names != ("Knee",):
             _check_height(where, float(np.linalg.norm(middle)))
-        off = float(np.degrees(np.arccos(np.clip(unit_vector(middle)[2], -1, 1))))
+        off = _apart(middle, np.array([0.0, 0.0, 1.0]))
         if off > LIMITS["farthest_lean"]:
             raise RecordError(
                 f"{where}: in the axes of the standing trial the direction from {what} to the "
@@ -426,21 +418,10 @@ def _ground_velocity(recording: Recording, landmarks: Mapping[str, str]) -> Arra
 
 def _check_facing(recording: Recording, landmarks: Mapping[str, str]) -> None:
     """Refuse a person who walks along +x but does not face it."""
-    feet = [tuple(f"{side}.{name}" for side in "RL" for name in of) for of in (_TOES, _HEEL)]
-    for ahead, behind in ((_FRONT, _REAR), (feet[0], feet[1])):
-        front, rear = _path(recording, landmarks, ahead), _path(recording, landmarks, behind)
-        facing = front[:, :2] - rear[:, :2]
-        facing = facing[np.isfinite(facing).all(axis=1)]
-        if len(facing):
-            break
-    if not len(facing):
-        return
-    what = "pelvis faces" if ahead == _FRONT else "feet point"
-    mean = facing.mean(axis=0)
-    off = float(np.degrees(np.arccos(np.clip(mean[0] / np.linalg.norm(mean), -1, 1))))
-    if off > 60.0:
+    off = _apart(facing(recording, landmarks), np.array([1.0, 0.0, 0.0]))
+    if off > LARGEST_TURN_SAID:
         raise RecordError(
-            f"{recording.source}: the {what} {off:.0f}° off the direction of walking: the "
-            "person walks backwards or sideways, or front and rear markers of the pelvis (ASIS, "
-            "PSIS) are exchanged. Only forward walking can be analysed; check the markers' names."
+            f"{recording.source}: the person faces {off:.0f}° off the direction of walking: walks "
+            "backwards or sideways, or front and rear markers (ASIS and PSIS, or toes and heel) "
+            "are exchanged. Only forward walking can be analysed; check the markers' names."
         )

@@ -24,6 +24,7 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.raised_plates import without_raised
 from gaitval.mocap.axes import LaboratoryAxes, detect_axes, turn_to_walking_direction
 from gaitval.mocap.cleaning import clean
+from gaitval.mocap.given_axes import parse_axes
 from gaitval.mocap.lost_markers import without_lost
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
@@ -186,13 +187,8 @@ def _axes(request: Request, standing: Recording, landmarks: Mapping[str, str]) -
     """The laboratory's axes: as the user says, else by the standing trial, in which the person is
     upright.
     """
-    if request.axes is None:
-        return detect_axes(standing, landmarks)
-    from gaitval.mocap.given_axes import check_axes, parse_axes
-
-    axes = parse_axes(request.axes)
-    check_axes(axes, standing, landmarks)
-    return axes
+    said = None if request.axes is None else parse_axes(request.axes)
+    return detect_axes(standing, landmarks, said)
 
 
 def _doubts_beside(

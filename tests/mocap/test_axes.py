@@ -7,7 +7,7 @@ import pytest
 
 from gaitval.errors import RecordError
 from gaitval.mocap.axes import detect_axes, turn_to_walking_direction
-from gaitval.mocap.given_axes import check_axes, parse_axes
+from gaitval.mocap.given_axes import parse_axes
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Plate, Recording
 
@@ -82,7 +82,7 @@ class TestDetect:
         axes = detect_axes(standing(rotation), LANDMARKS)
         np.testing.assert_array_equal(axes.rotation, rotation)
         np.testing.assert_array_equal(parse_axes(axes.option).rotation, rotation)
-        check_axes(axes, standing(rotation), LANDMARKS)
+        detect_axes(standing(rotation), LANDMARKS, axes)
 
     @pytest.mark.parametrize(
         ("rotation", "words"), [(about_z(20), "20.0° off +x"), (about_y(10), "0.0° off +x")]
@@ -116,7 +116,7 @@ class TestDetect:
         ("recording", "words"),
         [
             (standing(about_y(35)), "not a standing trial"),
-            (standing(about_z(40)), "40° off the nearest axis"),
+            (standing(about_z(40)), "40° off +x"),
             (standing(scale=1e3), "wrong unit, millimetres that are called metres"),
             (standing(scale=1e-3), "wrong unit, metres that are called millimetres"),
             (standing(scale=10.0), "wrong unit, millimetres that are called centimetres"),
@@ -145,7 +145,7 @@ class TestDetect:
                 PERSON[f"{side}.PSIS"],
                 PERSON[f"{side}.ASIS"],
             )
-        with pytest.raises(RecordError, match="front and rear markers"):
+        with pytest.raises(RecordError, match=r"the pelvis faces away.*front and rear markers"):
             detect_axes(standing(points=points), LANDMARKS)
 
     @pytest.mark.parametrize(
@@ -164,11 +164,8 @@ class TestGiven:
         [
             ("forward=+x up=+z", np.eye(3)),
             ("up=z, forward=x", np.eye(3)),
-            ("Forward=+X Left=+Y", np.eye(3)),
-            ("left=y up=z", np.eye(3)),
-            ("right=-y down=-z", np.eye(3)),
+            ("Up=+Z Forward=+X", np.eye(3)),
             ("forward=+x up=+y", [[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
-            ("forward=x up=y right=z", [[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
             ("forward=-y up=z", [[0, -1, 0], [1, 0, 0], [0, 0, 1]]),
         ],
     )
@@ -178,23 +175,15 @@ class TestGiven:
         np.testing.assert_array_equal(parse_axes(axes.option).rotation, rotation)
 
     @pytest.mark.parametrize(
-        ("text", "words"),
+        "text",
         [
-            ("", "two directions are needed"),
-            ("forward=x", "two directions are needed"),
-            ("forward=+x up=+x", "share an axis"),
-            ("forward=+w up=+z", "'forward=+w' is not understood"),
-            ("ahead=+x up=+z", "'ahead=+x' is not understood"),
-            ("xyz", "'xyz' is not understood"),
-            ("up=+z down=-y", "up is given twice"),
-            ("forward=x left=z up=y", "left-handed"),
+            *("", "forward=x", "forward=+x up=+x", "forward=x up=-x", "forward=+w up=+z"),
+            *("ahead=+x up=+z", "xyz", "up=+z up=-y", "forward=x left=z up=y"),
         ],
     )
-    def test_refusals_show_the_form(self, text, words):
-        with pytest.raises(RecordError) as caught:
+    def test_refusals_show_the_form(self, text):
+        with pytest.raises(RecordError, match=r"is not understood.*forward=\+x up=\+y"):
             parse_axes(text)
-        assert words in str(caught.value)
-        assert "forward=+x up=+y" in str(caught.value)
 
     @pytest.mark.parametrize(("side", "foot"), [("R", "right"), ("L", "left")])
     def test_one_foot_whose_heel_and_toes_are_exchanged(self, side, foot):
@@ -204,14 +193,14 @@ class TestGiven:
         middle = recording.markers[:, toes].mean(axis=1)
         recording.markers[:, toes] = recording.markers[:, [heel]]
         recording.markers[:, heel] = middle
-        with pytest.raises(RecordError, match=f"heel and toes of the {foot} foot"):
+        with pytest.raises(RecordError, match=f"the {foot} foot faces away"):
             detect_axes(recording, LANDMARKS)
 
     def test_a_person_who_stands_diagonally_needs_them(self):
         recording = standing(about_z(40))
         with pytest.raises(RecordError, match="--axes"):
             detect_axes(recording, LANDMARKS)
-        check_axes(parse_axes("forward=+x up=+z"), recording, LANDMARKS)
+        detect_axes(recording, LANDMARKS, parse_axes("forward=+x up=+z"))
 
 
 class TestWalkingDirection:
@@ -279,11 +268,11 @@ class TestWalkingDirection:
 
     def test_walking_backwards(self):
         recording = walking(-1.2, belt=False)
-        with pytest.raises(RecordError, match=r"pelvis faces .*backwards"):
+        with pytest.raises(RecordError, match=r"person faces 180° .*backwards"):
             turn_to_walking_direction(recording, LANDMARKS)
         names = [name for name in recording.names if not name.endswith("_ASIS")]
         fewer = recording.with_markers(names, recording.columns(names))
-        with pytest.raises(RecordError, match=r"feet point .*backwards"):
+        with pytest.raises(RecordError, match=r"person faces 180° .*backwards"):
             turn_to_walking_direction(fewer, LANDMARKS)
 
     @pytest.mark.parametrize(
