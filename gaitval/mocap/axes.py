@@ -29,7 +29,7 @@ OPPOSITE: Final = float(np.cos(np.radians(130.0)))
 LARGEST_TURN: Final = 30.0
 """A person who faces along an axis of the laboratory does so to within this angle, degrees."""
 LARGEST_TURN_SAID: Final = 60.0
-"""Degrees, likewise, of axes that the user says: who stands at an angle to the walkway says them."""
+"""Degrees, likewise, of axes that the user says, as for who stands at an angle to the walkway."""
 
 LIMITS: Final[Mapping[str, float]] = {
     # Degrees. In the median frame a walking person's pelvis is above the middle of the

@@ -14,7 +14,7 @@ from gaitval.mocap.exchanges import exchange_back, mirrored_arms
 from gaitval.mocap.lost_markers import leave_out_lost
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.repairs import Repair, repair, seen_frames
-from gaitval.mocap.spikes import cut_spikes, jumps
+from gaitval.mocap.spikes import cut_spikes
 
 
 def clean(
@@ -80,10 +80,8 @@ def clean(
             repair(recording, "swap", pair, 0, len(markers), "left and right exchanged back")
         )
     findings += leave_out_lost(recording, markers, segments, standing)
-    spiked = np.zeros(markers.shape[:2], dtype=bool)
-    if jumps(markers, recording.marker_rate):
-        found, spiked = cut_spikes(recording, markers)
-        findings += found
+    found, spiked = cut_spikes(recording, markers)
+    findings += found
     if not (seen_frames(markers) | never).all():
         from gaitval.mocap.gaps import fill_gaps
 

@@ -1,25 +1,23 @@
 """Markers that change places within a trial, and labels with left and right exchanged."""
 
-import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping
 from itertools import combinations
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Recording
-from gaitval.mocap.repairs import Repair, repair, seen_frames
+from gaitval.mocap.repairs import Repair, repair
 from gaitval.mocap.spikes import jump_tolerance, surprise_of
 
-_Exchange = tuple[int, int, int]
-"""First frame of an exchange, and the columns of the two markers."""
 LIMITS: Final[Mapping[str, float]] = {
-    # Share of a trial. Two markers that change places once are corrected if the shorter part
-    # is less than this; otherwise it is unclear which part is right.
+    # Share of a trial. Labels that are another marker's for less than this are corrected;
+    # otherwise it is unclear which part is right.
     "ambiguous_share": 0.25,
     # s. In this time the line between two markers of a segment turns far less than the half
     # turn that an exchange causes (the shank turns at up to 400 deg/s).
@@ -30,113 +28,103 @@ LIMITS: Final[Mapping[str, float]] = {
     "on_one_line_m": 0.02,
 }
 """What decides in this module: each in the unit and for the reason that is said before it."""
+ARMS: Final = frozenset(
+    ("torso", *(f"{part}_{side}" for part in ("upper_arm", "forearm") for side in "rl"))
+)
+"""Segments whose markers no leg needs."""
+INNER: Final = ("Medial", "MT1")
+"""Landmarks at the inside of legs, which are on the other's side where steps are narrow."""
 
 
 def exchange_back(
     recording: Recording, markers: Array, segments: Mapping[str, str]
 ) -> list[Repair]:
-    """Undo exchanges of two trajectories within the trial: a finding for each part that was
-    exchanged back.
+    """Undo exchanges of trajectories within the trial: a finding for each part that was exchanged
+    back.
 
     `recording` has names and rate; `markers` (T, M, 3) m, NaN where not seen, are changed in place;
-    `segments` has the segment of the body model of each marker. Raises RecordError if two markers
-    change places once, near the middle of the trial, so it is unclear which part is right.
+    `segments` has the segment of the body model of each marker. Raises RecordError if a label is
+    another marker's for so long that it is unclear which part is right.
     """
-    next_change = partial(_next_change, recording, markers, segments)
-    if next_change(set()) is None:
-        return []
-    return undo_exchanges(recording, markers, next_change)
+    names, count = recording.names, markers.shape[1]
+    # The column that each path is in, frame by frame; named after its first one.
+    columns = np.tile(np.arange(count), (len(markers), 1))
+    paths = markers.copy()
+    for frame, before, which in _candidates(recording, markers, segments):
+        held = np.flatnonzero(np.isin(columns[frame], which))
+        order = _order(paths, frame, before, held)
+        paths[frame:] = paths[frame:][:, order]
+        columns[frame:] = columns[frame:][:, order]
+    usual = np.array([np.bincount(each).argmax() for each in columns.T])
+    off = columns != usual
+    if off.mean() and off.mean(axis=0).max() > LIMITS["ambiguous_share"]:
+        path = int(off.mean(axis=0).argmax())
+        frame = int(np.flatnonzero(np.diff(columns[:, path]))[0]) + 1
+        pair = " and ".join(names[i] for i in sorted(set(columns[frame - 1 : frame + 1, path])))
+        raise RecordError(
+            f"{recording.source}: markers {pair} change places at frame {frame} "
+            f"({recording.start + frame / recording.marker_rate:.3f} s), so it is unclear whether "
+            "the labels are right before or after it. Correct the labels of the wrong part in the "
+            "recording program, or cut the trial there."
+        )
+    markers[:, usual] = paths
+    found: dict[tuple[int, int], list[str]] = {}
+    for path in np.flatnonzero(off.any(axis=0)):
+        for begin, end in zip(*runs(off[:, path]), strict=True):
+            found.setdefault((int(begin), int(end)), []).append(names[usual[path]])
+    return [
+        repair(recording, "swap", sorted(who), *when, "trajectories exchanged back")
+        for when, who in found.items()
+    ]
 
 
-def _next_change(
-    recording: Recording,
-    markers: Array,
-    segments: Mapping[str, str],
-    done: set[tuple[int, int, int]],
-) -> tuple[int, int, int] | None:
-    """First frame at which two markers take each other's place, and the two; none of `done`."""
+def _candidates(
+    recording: Recording, markers: Array, segments: Mapping[str, str]
+) -> list[tuple[int, int, tuple[int, ...]]]:
+    """Frames at which markers may take each other's place, in order of time, the frame before in
+    which they were seen, and which they are: those that leave their paths in one frame, or two of a
+    segment that vanish for a moment, between which the line is reversed.
+    """
     rate = recording.marker_rate
-    surprise = np.stack([surprise_of(markers[:, i]) for i in range(markers.shape[1])], axis=1)
-    allowed = [jump_tolerance(markers[:, i], rate) for i in range(markers.shape[1])]
-    jumped = surprise > np.array(allowed)
-    # An exchange makes two markers jump in the same frame.
-    for frame in np.flatnonzero(jumped.sum(axis=1) >= 2):
-        for first, second in combinations(np.flatnonzero(jumped[frame]), 2):
-            pair = [first, second]
-            # Where both would be if they kept their velocities.
-            ahead = 2.0 * markers[frame - 1, pair] - markers[frame - 2, pair]
-            crossed = np.linalg.norm(markers[frame, pair[::-1]] - ahead, axis=1)
-            change = int(frame), int(first), int(second)
-            # after a swap each is where the other was; two spikes do not meet this
-            if (crossed < 0.5 * surprise[frame, pair]).all() and change not in done:
-                return change
-    return _change_over_gap(recording, markers, segments, done)
+    jumped = np.stack(
+        [
+            surprise_of(markers[:, i]) > jump_tolerance(markers[:, i], rate)
+            for i in range(markers.shape[1])
+        ],
+        axis=1,
+    )
+    found = [
+        (int(frame), int(frame) - 1, tuple(np.flatnonzero(jumped[frame]).tolist()))
+        for frame in np.flatnonzero(jumped.sum(axis=1) >= 2)
+    ]
+    longest = round(LIMITS["longest_hidden_swap"] * rate) + 1
+    for pair in combinations(range(markers.shape[1]), 2):
+        of = {segments.get(recording.names[i]) for i in pair}
+        if len(of) == 1 and of != {None}:
+            line = markers[:, pair[0]] - markers[:, pair[1]]
+            shown = np.flatnonzero(np.isfinite(line).all(axis=1))
+            gaps = np.flatnonzero((np.diff(shown) > 1) & (np.diff(shown) <= longest))
+            found += [(int(shown[i + 1]), int(shown[i]), pair) for i in gaps]
+    return sorted(found)
 
 
-def _change_over_gap(
-    recording: Recording,
-    markers: Array,
-    segments: Mapping[str, str],
-    done: set[tuple[int, int, int]],
-) -> tuple[int, int, int] | None:
-    """The same for two markers of a segment that vanish together before they change places.
-
-    The vector between two markers of a segment turns little during a short gap, but an exchange
-    reverses it.
+def _order(paths: Array, frame: int, before: int, which: NDArray[np.int64]) -> list[int]:
+    """The columns that the `paths` (T, M, 3) m go on in from a `frame` on, if `which` of them were
+    last seen in the frame `before`.
     """
-    names, rate = recording.names, recording.marker_rate
-    longest = round(LIMITS["longest_hidden_swap"] * rate)
-    seen = seen_frames(markers)
-    for first, second in combinations(range(len(names)), 2):
-        segment = segments.get(names[first])
-        if segment is None or segment != segments.get(names[second]):
-            continue
-        begins, ends = runs(~(seen[:, first] & seen[:, second]))
-        for begin, end in zip(begins, ends, strict=True):
-            if begin == 0 or end == len(markers) or end - begin > longest:
-                continue
-            before = markers[begin - 1, first] - markers[begin - 1, second]
-            after = markers[end, first] - markers[end, second]
-            change = int(end), first, second
-            # If the vector is reversed its two values nearly cancel in the sum.
-            reversed_ = np.linalg.norm(after + before) < 0.5 * np.linalg.norm(after - before)
-            if reversed_ and change not in done:
-                return change
-    return None
-
-
-ARMS: Final = frozenset(
-    ("torso", *(f"{part}_{side}" for part in ("upper_arm", "forearm") for side in "rl"))
-)
-"""Segments whose markers no leg needs."""
-# How names mark a side, the clearest way first: a whole word, a capital at the beginning of a word,
-# a single small letter, a capital at the end.
-_LEFT_RIGHT: Final = (
-    (r"(?i)(?<![a-z])left(?![a-z])", "right"),
-    (r"(?i)(?<![a-z])right(?![a-z])", "left"),
-    (r"(?<![A-Za-z])L", "R"),
-    (r"(?<![A-Za-z])R", "L"),
-    (r"(?<![A-Za-z])l(?![a-z])", "r"),
-    (r"(?<![A-Za-z])r(?![a-z])", "l"),
-    (r"L$", "R"),
-    (r"R$", "L"),
-)
-
-
-def opposite_marker(name: str, names: Iterable[str]) -> str | None:
-    """The marker among the `names` of a trial at the same place on the other side of the body than
-    that of this `name`, from which the side is read; None if there is none.
-
-    >>> opposite_marker("R.Knee", ["R.Knee", "L.Knee"])
-    'L.Knee'
-    """
-    known = set(names)
-    for pattern, other in _LEFT_RIGHT:
-        for found in re.finditer(pattern, name):
-            candidate = name[: found.start()] + other + name[found.end() :]
-            if candidate in known and candidate != name:
-                return candidate
-    return None
+    last, now = paths[before, which], paths[frame, which]
+    if frame - before == 1:  # where they would be if they kept their velocities
+        last = 2.0 * last - paths[before - 1, which]
+    else:  # they may have moved far, but not turned about each other
+        last, now = last - last.mean(axis=0), now - now.mean(axis=0)
+    away = np.linalg.norm(last[:, None] - now, axis=2)
+    order = np.arange(paths.shape[1])
+    if np.isfinite(away).all():
+        own, taken = linear_sum_assignment(away)
+        # After an exchange each is where another was; two spikes do not meet this.
+        if (away[own, taken] < 0.5 * away[own, own])[own != taken].all():
+            order[which] = which[taken]
+    return order.tolist()
 
 
 def mirrored_arms(
@@ -152,18 +140,16 @@ def mirrored_arms(
     forward = facing(recording, landmarks)
     leftward = np.array([-forward[1], forward[0], 0.0])
     wrong = []
-    for name in recording.names:
-        partner = opposite_marker(name, recording.names)
-        if partner is None or not _is_left(name, partner, landmarks):
+    for at, left in landmarks.items():
+        right = landmarks.get(f"R.{at[2:]}", "")
+        if not at.startswith("L.") or at.endswith(INNER) or not {left, right} <= {*recording.names}:
             continue
-        apart = (recording.marker(name) - recording.marker(partner)) @ leftward
+        apart = (recording.marker(left) - recording.marker(right)) @ leftward
         apart = apart[np.isfinite(apart)]
         # Legs may cross for a moment, but not in the median of all frames; runners and people whose
         # legs scissor land on one line, where markers are a little across it.
         if len(apart) and np.median(apart) < -LIMITS["on_one_line_m"]:
-            wrong.append((name, partner))
-    if "pelvis" not in {segments.get(left) for left, _ in wrong}:
-        wrong = [pair for pair in wrong if not _rigid(recording, pair, segments, wrong)]
+            wrong.append((left, right))
     if not {segments.get(name) for pair in wrong for name in pair} <= ARMS:
         pairs = "; ".join(f"{left} and {right}" for left, right in wrong)
         raise RecordError(
@@ -173,91 +159,3 @@ def mirrored_arms(
             "markers are listed, the file is mirrored: its axes must be right-handed."
         )
     return wrong
-
-
-def _rigid(
-    recording: Recording,
-    pair: tuple[str, str],
-    segments: Mapping[str, str],
-    wrong: Sequence[tuple[str, str]],
-) -> bool:
-    """Whether a left marker across its partner keeps its distance from those of its own segment
-    that are not across theirs, and the partner does not: then the steps are narrow.
-    """
-    across = {each for both in wrong for each in both}
-    away = [
-        np.nanstd(np.linalg.norm(recording.marker(one) - recording.marker(other), axis=1))
-        for other in set(recording.names) - across
-        if segments.get(other, "") == segments.get(pair[0])
-        for one in pair
-    ]
-    own, exchanged = np.array(away).reshape(-1, 2).T
-    return bool(len(own)) and bool(np.median(own) < 0.5 * np.median(exchanged))
-
-
-def _is_left(name: str, partner: str, landmarks: Mapping[str, str]) -> bool:
-    """Whether a name is the left one of two: by the landmark that it marks, else by the first
-    letter that differs from its `partner`.
-    """
-    marked = [at[0] for at, marker in landmarks.items() if marker == name and at[1:2] == "."]
-    differing = (a for a, b in zip(name, partner, strict=False) if a != b)
-    return next(iter((*marked, *differing))) in "Ll"
-
-
-def undo_exchanges(
-    recording: Recording, markers: Array, next_change: Callable[[set[_Exchange]], _Exchange | None]
-) -> list[Repair]:
-    """Change back what changes places; see `exchanges.exchange_back`.
-
-    Parameters
-    ----------
-    recording : for names, rate and messages.
-    markers : (T, M, 3) m, changed in place; NaN where not seen.
-    next_change : the first exchange in `markers` as they are, none of those given.
-
-    Raises
-    ------
-    RecordError : two markers change places once, near the middle of the trial.
-    """
-    names = recording.names
-    changes: dict[tuple[int, int], list[int]] = {}
-    done: set[_Exchange] = set()
-    # Each change is undone up to the end of the trial, so a change back shows up as the next one.
-    # `done` keeps a pair from being exchanged at the same frame for ever.
-    while (change := next_change(done)) is not None:
-        done.add(change)
-        frame, first, second = change
-        _exchange(markers, first, second, frame, len(markers))
-        changes.setdefault((first, second), []).append(frame)
-    findings = []
-    for (first, second), frames in changes.items():
-        pair = names[first], names[second]
-        # An odd number of changes leaves the two in each other's places at the end of the trial.
-        if len(frames) % 2:
-            opened = frames.pop()
-            tail = len(markers) - opened
-            head = opened - (frames[-1] if frames else 0)
-            if min(head, tail) > LIMITS["ambiguous_share"] * len(markers):
-                time = recording.start + opened / recording.marker_rate
-                raise RecordError(
-                    f"{recording.source}: markers {pair[0]} and {pair[1]} change places at frame "
-                    f"{opened} ({time:.3f} s) and do not change back, so it is unclear whether "
-                    "the labels are right before or after it. Correct the labels of the wrong "
-                    "part in the recording program, or cut the trial there."
-                )
-            if tail <= head:
-                frames += [opened, len(markers)]
-            else:
-                begin = frames[-1] if frames else 0
-                _exchange(markers, first, second, begin, len(markers))
-                # exchanging all the rest leaves only the first part exchanged
-                frames = [*frames[:-1], opened] if frames else [0, opened]
-        for begin, end in zip(frames[::2], frames[1::2], strict=True):
-            findings.append(
-                repair(recording, "swap", pair, begin, end, "trajectories exchanged back")
-            )
-    return findings
-
-
-def _exchange(markers: Array, first: int, second: int, begin: int, end: int) -> None:
-    markers[begin:end, [first, second]] = markers[begin:end, [second, first]]

@@ -10,8 +10,8 @@ from gaitval.mocap.axes import LETTERS, LaboratoryAxes
 
 
 def parse_axes(text: str) -> LaboratoryAxes:
-    """Laboratory axes as a user writes them: `forward=+x up=+y`. A plus sign may be left out (`up=z`
-    is `up=+z`). Raises RecordError if the text has another form, or both share an axis.
+    """Laboratory axes as a user writes them: `forward=+x up=+y`; a plus sign may be left out.
+    Raises RecordError if the text has another form, or both share an axis.
     """
     found: dict[str, Array] = {}
     for part in text.replace(",", " ").lower().split():

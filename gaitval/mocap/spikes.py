@@ -7,7 +7,6 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.errors import count_of
-from gaitval.mocap.lost_frames import lost_frames, lost_text
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.repairs import Repair, repair, seen_frames
 
@@ -55,17 +54,6 @@ def surprise_of(path: Array) -> Array:
     return np.nan_to_num(distance)
 
 
-def jumps(markers: Array, rate: float) -> bool:
-    """Whether any of `markers` (T, M, 3), m at `rate` Hz, leaves its path; NaN where not seen."""
-    for column in range(markers.shape[1]):
-        path = markers[:, column]
-        tolerance = jump_tolerance(path, rate)
-        # backwards, too: the start of the trial or of a block hides a spike
-        if any((surprise_of(view) > tolerance).any() for view in (path, path[::-1])):
-            return True
-    return False
-
-
 def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Repair], Flags]:
     """Turn frames in which a marker briefly leaves its path into gaps.
 
@@ -80,16 +68,10 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Repair], Flag
         Findings of spikes and of jumps that remain, and (T, M) True in frames that were cut.
     """
     rate = recording.marker_rate
-    lost = lost_frames(markers)
-    findings = [
-        repair(
-            recording, "jump", ["all markers"], at, at + 1, f"{lost_text(frames)}; left as it is"
-        )
-        for at, frames in lost
-    ]
-    # A step that is too long changes two velocities: the one before it, and the one after.
-    of_all = [frame for at, _ in lost for frame in (at, at + 1)]
+    findings = []
     spiked = np.zeros(markers.shape[:2], dtype=bool)
+    surprise = np.zeros(markers.shape[:2])
+    jumped = np.zeros(markers.shape[:2], dtype=bool)
     for column, name in enumerate(recording.names):
         path = markers[:, column]
         for begin, end, away in _spikes(path, rate):
@@ -98,12 +80,15 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Repair], Flag
             action = f"up to {1000 * away:.0f} mm off its path; removed"
             findings.append(repair(recording, "spike", [name], begin, end, action))
         # A jump that is left when the spikes are cut does not come back.
-        surprise = surprise_of(path)
-        surprise[of_all] = 0.0
-        jumps = np.flatnonzero(surprise > jump_tolerance(path, rate))
+        surprise[:, column] = surprise_of(path)
+        jumped[:, column] = surprise[:, column] > jump_tolerance(path, rate)
+    # Where all jump, frames are missing: `gaitval.findings` says so.
+    jumped[jumped.mean(axis=1) > 0.5] = False
+    for column, name in enumerate(recording.names):
+        jumps = np.flatnonzero(jumped[:, column])
         if len(jumps):
             action = (
-                f"leaves its path by up to {1000 * surprise[jumps].max():.0f} mm in "
+                f"leaves its path by up to {1000 * surprise[jumps, column].max():.0f} mm in "
                 f"{count_of(len(jumps), 'frame')} and does not return; left as it is: "
                 "check the label"
             )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gaitval.mocap.gap_filling import FLATTEST_CLUSTER, LARGEST_DEFORMATION, bridge, rebuilt
+from gaitval.mocap.gaps import FLATTEST_CLUSTER, LARGEST_DEFORMATION, bridge, rebuilt
 
 BODY = np.array([[0.1, 0.0, 0.0], [-0.1, 0.05, 0.0], [0.0, -0.1, 0.1], [0.05, 0.1, -0.05]])
 """m, markers on a segment; the first is the one that is lost."""
