@@ -18,6 +18,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 from scipy.signal import find_peaks
 
 from gaitval.arrays import Array, Flags, runs
@@ -250,7 +251,10 @@ def _foot_events(
         # A heel that comes down later, in stance, is no landing.
         late = at is None or (agreed is not None and at - agreed > EVENTS.same_event_seconds * rate)
         landings += [each for each in (agreed if late else at,) if each is not None]
-    landings = _edge_landings(landings, sunk, middle, int(np.flatnonzero(known)[-1]), rate)
+    last = int(np.flatnonzero(known)[-1])
+    landings = _edge_landings(landings, sunk, middle, last, rate)
+    # Beside a gap the filter shows the bridge's bend; after the last frame landings were judged.
+    near = binary_dilation(~known[: last + 1], iterations=max(1, round(EVENTS.edge_seconds * rate)))
     found_at: dict[EventKind, list[float]] = {
         "toe_off": [_mean_of_near(_vertex(ahead, at), others["toe_off"], rate) for at in offs],
         "heel_strike": landings,
@@ -259,7 +263,7 @@ def _foot_events(
         Event(float(time[0] + at / rate), side, kind)
         for kind, frames in found_at.items()
         for at in frames
-        if known[round(at)]
+        if known[round(at)] and not near[round(at)]
     ]
 
 

@@ -18,7 +18,6 @@ from gaitval.errors import RecordError
 from gaitval.gait.events import foot_contacts, marker_events
 from gaitval.gait.feet_on_plates import FEET, Feet, distances_to_feet, nearest_foot, over_plate
 from gaitval.mocap.force_plates import RENUMBER, numbered_other_way
-from gaitval.mocap.lost_frames import lost_frames, lost_text
 from gaitval.mocap.recording import Event, Plate, Recording
 from gaitval.mocap.repairs import Repair, repair
 
@@ -72,7 +71,8 @@ def owners_of(vertical: Array, distances: Array, shared: Flags) -> NDArray[np.in
 
     There is one foot for each period in which no other is on the plate; a period that is `shared`
     (n,) stays with the foot before it (and is not valid for either). `vertical` (n,) N is the force
-    of the contact, `distances` (n, 2) m are those of `distances_to_feet`.
+    of the contact, `distances` (n, 2) m are those of `distances_to_feet`. What is outside one foot
+    belongs to the other, if that is not seen.
     """
     load = np.maximum(vertical, 0.0)
     owner = np.zeros(len(vertical), dtype=np.int64)
@@ -84,7 +84,7 @@ def owners_of(vertical: Array, distances: Array, shared: Flags) -> NDArray[np.in
         weight = np.where(np.isfinite(distances[start:stop]), load[start:stop, None], 0.0)
         mean = (weight * np.nan_to_num(distances[start:stop])).sum(axis=0)
         total = weight.sum(axis=0)
-        mean = np.where(total > 0.0, mean / np.maximum(total, 1e-12), np.inf)
+        mean = np.where(total > 0.0, mean / np.maximum(total, 1e-12), CONTACTS.outside_foot)
         owner[start:stop] = int(np.argmin(mean))
         # A contact that begins shared has no foot before; it goes to the first foot alone on it.
         if previous == 0 and start > 0:
@@ -118,7 +118,7 @@ def judge_contact(
         # Of both feet: a plate measures the sum of two forces.
         valid[first:last] = False
         names = (f"plate {plate.name}", *(f"{side} foot" for side in SIDES))
-        action = _why_shared(recording, plate, feet, slice(first, last))
+        action = "both feet on this plate; forces not used"
         findings.append(repair(recording, "contact", names, first, last, action))
     load = plate.force[begin:end, 2]
     heavy = load > CONTACTS.well_loaded * load.max()
@@ -143,26 +143,6 @@ def judge_contact(
 def _placed_plates(recording: Recording) -> list[Plate]:
     """The plates whose position is known."""
     return [plate for plate in recording.plates if np.isfinite(plate.corners).all()]
-
-
-def _why_shared(recording: Recording, plate: Plate, feet: Feet, samples: slice) -> str:
-    """Why both feet are on a `plate` in these `samples`."""
-    points = [
-        (over_plate(plate, feet.outlines[c][samples]) & feet.low[c][samples]).mean(axis=0)
-        for c in (0, 1)
-    ]
-    # The foot with the smaller part on this plate has come onto the other one's.
-    guest = int(np.argmin([share.mean() for share in points]))
-    if any(
-        other is not plate
-        and (over_plate(other, feet.outlines[guest][samples]) & feet.low[guest][samples]).any()
-        for other in _placed_plates(recording)
-    ):
-        return (
-            f"the {SIDES[guest]} foot crosses onto this plate, where the {SIDES[1 - guest]} one "
-            "is standing; forces not used"
-        )
-    return "both feet on this plate; forces not used"
 
 
 def _seen_whole(feet: Feet, column: int, begin: int, end: int) -> Flags:
@@ -247,58 +227,37 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
     `marker_events`.
     """
     events = marker_events(recording, landmarks=landmarks)
-    lags = _lags(recording, touched, events)
+    most = CONTACTS.largest_lag_seconds
+    found = _lags(recording, touched, events)
+    late = [float(np.median(each)) for each in found.values()]
     # A shifted clock moves strikes and toe-offs the same way. If only one is late the contacts are
     # longer or shorter, for which there are other reasons.
-    early, late = sorted(lags.values())
-    lag = (
-        late
-        if early > CONTACTS.largest_lag_seconds
-        else early
-        if late < -CONTACTS.largest_lag_seconds
-        else 0.0
-    )
-    if not lag:
-        # Half a stride is as near to the strike before as to the one after, so that medians of both
-        # signs may be anything.
-        lags = _lags(recording, touched, events, sizes=True)
-        lag = min(lags.values())
-        other = _lags(recording, touched[:, ::-1], events, sizes=True)
-        if lag < CONTACTS.largest_lag_seconds or max(other.values()) > CONTACTS.largest_lag_seconds:
-            return
-    when = "after" if lag > 0 else "before"
+    shifted = min(late) > most or max(late) < -most
+    # Half a stride is as near to the strike before as to the one after, so that medians of both
+    # signs may be anything.
+    exchanged = max(_sizes(_lags(recording, touched[:, ::-1], events))) < most < min(_sizes(found))
+    if not (shifted or exchanged):
+        return
     seen = (
-        f"{recording.source}: by the forces the feet strike the ground "
-        f"{abs(lags['heel_strike']):.2f} s and leave it {abs(lags['toe_off']):.2f} s {when} the "
-        "markers show it (medians)"
+        f"{recording.source}: by the forces the feet strike the ground {abs(late[0]):.2f} s and "
+        f"leave it {abs(late[1]):.2f} s {'after' if late[0] > 0 else 'before'} the markers show it "
+        "(medians)"
     )
-    exchanged = _lags(recording, touched[:, ::-1], events)
-    if max(map(abs, exchanged.values())) < CONTACTS.largest_lag_seconds:
+    if exchanged:
         raise RecordError(
             f"{seen}, but with right and left of the plates exchanged they do so at the same time: "
             f"the plates show each foot's forces under the other one. {_why_exchanged(recording)}"
             " (Forces that are half a stride late would look the same.)"
         )
-    if lost := lost_frames(recording.markers):
-        at = recording.start + lost[0].frame / recording.marker_rate
-        raise RecordError(
-            f"{seen}: before {at:.2f} s of the markers {lost_text(lost[0].frames)}, so the two "
-            "clocks differ. Export the trial again, with all its frames and the forces of the "
-            "same time, or use a part without a loss (--trial-time)."
-        )
     raise RecordError(
         f"{seen}: the forces are of another trial, or not synchronised with the cameras, or the "
-        "rate of both is not that of the recording. Give the forces of this trial, exported on "
-        "the markers' clock."
+        "rate of both is not that of the recording, or frames of the markers are missing. Give the "
+        "forces of this trial, exported on the markers' clock."
     )
 
 
-def _lags(
-    recording: Recording, touched: Flags, events: Sequence[Event], *, sizes: bool = False
-) -> dict[str, float]:
-    """Median time, s, by which the plates show each kind of the markers' `events` later, or of its
-    `sizes`.
-    """
+def _lags(recording: Recording, touched: Flags, events: Sequence[Event]) -> dict[str, list[float]]:
+    """Times, s, by which the plates show each kind of the markers' `events` later."""
     lags = {}
     for kind, edge in (("heel_strike", 0), ("toe_off", 1)):
         found: list[float] = []
@@ -309,30 +268,26 @@ def _lags(
             if len(shown):
                 away = recording.start + samples[:, None] / recording.force_rate - shown
                 nearest = np.argmin(np.abs(away), axis=1)
-                near = away[np.arange(len(samples)), nearest]
-                found += (np.abs(near) if sizes else near).tolist()
-        lags[kind] = float(np.median(found)) if found else 0.0
+                found += away[np.arange(len(samples)), nearest].tolist()
+        lags[kind] = found or [0.0]
     return lags
 
 
+def _sizes(lags: Mapping[str, Sequence[float]]) -> list[float]:
+    """Median size, s, of the `lags` of each kind of event."""
+    return [float(np.median(np.abs(each))) for each in lags.values()]
+
+
 def _why_exchanged(recording: Recording) -> str:
-    """Why plates may show the other foot's forces, the likeliest first, and what to look at."""
-    known = [plate for plate in recording.plates if np.isfinite(plate.corners).all()]
-    said = [f"{plate.name}={plate.foot}" for plate in recording.plates if plate.foot]
-    if said:
-        return f"Whose foot stood on them was said (--plate {', '.join(said)}): exchange the sides."
-    round_ = [plate.name for plate in known if numbered_other_way(plate)]
+    """Why plates may show the other foot's forces, and what to look at."""
+    placed = [plate for plate in _placed_plates(recording) if plate.foot is None]
+    round_ = [plate.name for plate in placed if numbered_other_way(plate)]
     if round_:
         return f"The corners of plate {', '.join(round_)} are {RENUMBER}."
-    if known:
-        return (
-            "The channels of two plates (C3D: FORCE_PLATFORM:CHANNEL), or their corners, are "
-            "exchanged, or the corners are mirrored: compare both with the laboratory and export "
-            "again."
-        )
     return (
-        "The columns of right and left are exchanged in the file of the forces, or their axes are "
-        "mirrored against those of the markers: export both together again."
+        "The channels of two plates (C3D: FORCE_PLATFORM:CHANNEL), their corners, the columns of "
+        "right and left in the file of the forces, or what was said of them, are exchanged, or "
+        "mirrored against the markers: compare with the laboratory, and export both together."
     )
 
 
@@ -375,6 +330,10 @@ def judge_unshown(
         # contact on the plate.
         shown = binary_dilation(touched[:, column], iterations=settling)
         for begin, end in zip(*runs(feet.stance[:, column]), strict=True):
+            if not _seen_whole(feet, column, begin, end).all():
+                # Its events may be hidden, too: only where no plate shows a force is none known.
+                valid[begin:end, column] &= shown[begin:end]
+                continue
             share = float(shown[begin:end].mean())
             cut = ends and _cut_off(touched[:, column], begin, end, recording.force_rate)
             if share >= CONTACTS.least_shown and not cut:

@@ -247,6 +247,25 @@ def test_a_foot_that_is_lost_in_swing_has_not_landed() -> None:
         assert found == pytest.approx(whole[:-1], abs=0.01), before
 
 
+@pytest.mark.parametrize("names", [("R.Heel",), ("R.MT1", "R.MT5"), ("R.Heel", "R.MT1", "R.MT5")])
+@pytest.mark.parametrize(
+    "hidden", [(0.0, 0.5), (2.4, 3.8), (3.1, 3.5), (3.2, 3.4), (3.2, 3.6), (3.3, 4.1), (3.4, 9.0)]
+)
+def test_no_event_is_invented_where_markers_end_or_begin(hidden, names) -> None:
+    recording = walk()
+    whole = marker_events(recording, landmarks=LANDMARKS)
+    markers = recording.markers.copy()
+    gap = slice(*(round(each * recording.marker_rate) for each in hidden))
+    markers[gap, [recording.names.index(name) for name in names]] = np.nan
+    seen = recording.with_markers(recording.names, markers)
+    found = marker_events(seen, landmarks=LANDMARKS)
+    assert {e for e in found if e.side == "left"} == {e for e in whole if e.side == "left"}
+    right = {kind: of(whole, "right", kind) for kind in ("heel_strike", "toe_off")}
+    for event in found:
+        if event.side == "right":
+            assert min(abs(event.time - other) for other in right[event.kind]) < 0.03, event
+
+
 def test_a_landing_at_the_very_end_is_as_far_down_the_path_as_those_before() -> None:
     frames = np.arange(272)  # a foot comes down every 110 frames: at 50, 160 and 270
     height = 0.02 * (1.0 + np.cos(2.0 * np.pi * (frames - 50) / 110 - 1.2)) + 1e-4 * frames
