@@ -36,7 +36,6 @@ def markers(
     from gaitval._internal.io.artefacts import write_text
     from gaitval.mocap.reading import read_recording
     from gaitval.scaling.markers.draft import draft_of
-    from gaitval.scaling.unrecognised import unlabelled
 
     target = out or Path(f"{file.stem}_markers.toml")
     if target.suffix != ".toml":
@@ -50,8 +49,6 @@ def markers(
     draft = draft_of(names)
     title = f"Markers of {file.name}"
     write_text(target, draft.as_toml(title, "drafted by gaitval markers"))
-    if without := unlabelled(names):
-        display.plain(f"Warning:{without}", "yellow")
     display.plain(
         f"{len(draft.sure)} of {len(names)} markers have a name that says one place; "
         f"{len(draft.unsure)} are comments in {target}, for you to fill in."

@@ -51,9 +51,7 @@ def completed(
     markers that stay. Raises RecordError if crests without a rear are all that there is.
     """
     marker_set = _without_absent_spines(marker_set, (standing, *walking))
-    landmarks = marker_set.landmarks
-    pelvis = [name for name, each in marker_set.markers.items() if each.segment == "pelvis"]
-    found: Spines | None = None
+    landmarks, placement_sd, flags = marker_set.landmarks, dict[str, float](), list[QualityFlag]()
     if not set(SPINES) & set(landmarks) and set(CRESTS) <= set(landmarks):
         known = (*CRESTS, *_REAR)
         points = _shape(standing, {at: landmarks[at] for at in known if at in landmarks})
@@ -63,67 +61,61 @@ def completed(
                 f"{standing.source}: no marker on the anterior spines of the pelvis (ASIS), and "
                 "its crests alone do not show them: mark the sacrum or both PSIS too (landmark "
                 f"Sacrum, or R.PSIS and L.PSIS). The set {marker_set.name} has on the pelvis "
-                f"{', '.join(pelvis)}."
+                f"{', '.join(_on(marker_set, 'pelvis'))}."
             )
         marker_set = _with_spines(marker_set)
-    elif set(CRESTS) & set(landmarks):
-        marker_set = _tracking_crests(marker_set)
-    if found is not None:
         # in the frame that the spines were found in
         shape = {landmarks[at]: point for at, point in points.items()}
-        standing = _carried(standing, shape, found.places)
-        walking = [_carried(walk, shape, found.places) for walk in walking]
-        sd = float(np.linalg.norm(found.sd) / np.sqrt(3.0))
-        walks, heels = with_heels(marker_set, standing, walking)
-        return WithSpines(
-            marker_set, standing, walks, dict.fromkeys(SPINES, sd), (_doubt(found), *heels)
-        )
-    off = [
-        name
-        for at, name in marker_set.landmarks.items()
-        if at in (*SPINES, *_REAR)
-        and _seen(standing, name)
-        and (marker_set.markers[name].static_only or not all(_seen(w, name) for w in walking))
-    ]
-    if off:
-        shape = _shape(standing, {name: name for name in pelvis})
-        places = {name: shape.pop(name) for name in off if name in shape}
-        walking = [_carried(walk, shape, places) for walk in walking]
-    walks, heels = with_heels(marker_set, standing, walking)
-    return WithSpines(marker_set, standing, walks, {}, tuple(heels))
+        standing, *walking = [
+            _carried(trial, shape, found.places) for trial in (standing, *walking)
+        ]
+        placement_sd = dict.fromkeys(SPINES, float(np.linalg.norm(found.sd) / np.sqrt(3.0)))
+        flags.append(_doubt(found))
+    elif set(CRESTS) & set(landmarks):
+        marker_set = _tracking_crests(marker_set)
+    walks, taken_off = _with_taken_off(marker_set, standing, walking)
+    return WithSpines(marker_set, standing, walks, placement_sd, (*flags, *taken_off))
 
 
-def with_heels(
+def _with_taken_off(
     marker_set: MarkerSet, standing: Recording, walking: Sequence[Recording]
 ) -> tuple[tuple[Recording, ...], list[QualityFlag]]:
-    """The walks with the paths of heel markers that were taken off after standing, as Plug-in Gait
-    allows, and a warning about each. The other markers of the foot carry them, and those on the
-    malleoli, which lie near the axis that the foot turns about.
+    """The walks with the paths of markers of the pelvis and heels that were taken off after
+    standing, as Plug-in Gait allows, and a warning about each heel. The
+    other markers of the segment carry them; those of the foot, and those on the malleoli, which lie
+    near the axis that it turns about, carry the heel.
     """
     landmarks, walks, flags = marker_set.landmarks, list(walking), list[QualityFlag]()
-    for side in "RL":
-        heel = landmarks.get(f"{side}.Heel")
-        if heel is None or not _seen(standing, heel) or all(_seen(w, heel) for w in walks):
-            continue
-        foot = [
+    for segment, parts, beside in (
+        ("pelvis", (*SPINES, *_REAR), ()),
+        ("foot_r", ("R.Heel",), ("R.Ankle", "R.Ankle.Medial")),
+        ("foot_l", ("L.Heel",), ("L.Ankle", "L.Ankle.Medial")),
+    ):
+        names = [landmarks[at] for at in parts if at in landmarks]
+        off = [
             name
-            for name, each in marker_set.markers.items()
-            if each.segment == f"foot_{side.lower()}" or each.landmark in _malleoli(side)
+            for name in names
+            if _seen(standing, name) and not all(_seen(walk, name) for walk in walks)
         ]
-        shape = _shape(standing, {name: name for name in foot})
-        place = {heel: shape.pop(heel)} if heel in shape else {}
-        walks = [walk if _seen(walk, heel) else _carried(walk, shape, place) for walk in walks]
-        if all(_seen(walk, heel) for walk in walks):
-            flags.append(QualityFlag(
-                "heel taken off", heel, float(len(shape)), 3.0, "markers",
+        carriers = {*_on(marker_set, segment), *(landmarks[at] for at in beside if at in landmarks)}
+        shape = _shape(standing, {name: name for name in marker_set.markers if name in carriers})
+        places = {name: shape.pop(name) for name in off if name in shape}
+        walks = [_carried(walk, shape, places) for walk in walks]
+        flags += [
+            QualityFlag(
+                "heel taken off", name, float(len(shape)), 3.0, "markers",
                 f"the walk has no marker there; {', '.join(shape)} carry it from where it was in "
                 "standing. A foot that bends at its middle moves it otherwise: leave it on",
-            ))  # fmt: skip
+            )
+            for name in off
+            if beside and all(_seen(walk, name) for walk in walks)
+        ]  # fmt: skip
     return tuple(walks), flags
 
 
-def _malleoli(side: str) -> tuple[str, str]:
-    return f"{side}.Ankle", f"{side}.Ankle.Medial"
+def _on(marker_set: MarkerSet, segment: str) -> list[str]:
+    """The markers on a segment."""
+    return [name for name, each in marker_set.markers.items() if each.segment == segment]
 
 
 def _seen(recording: Recording, name: str) -> bool:
