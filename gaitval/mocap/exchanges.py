@@ -69,9 +69,9 @@ def exchange_back(
         )
     markers[:, usual] = paths
     found: dict[tuple[int, int], list[str]] = {}
-    for path in np.flatnonzero(off.any(axis=0)):
-        for begin, end in zip(*runs(off[:, path]), strict=True):
-            found.setdefault((int(begin), int(end)), []).append(names[usual[path]])
+    for moved in np.flatnonzero(off.any(axis=0)):
+        for begin, end in zip(*runs(off[:, moved]), strict=True):
+            found.setdefault((int(begin), int(end)), []).append(names[usual[moved]])
     return [
         repair(recording, "swap", sorted(who), *when, "trajectories exchanged back")
         for when, who in found.items()
