@@ -367,7 +367,7 @@ REFUSED: dict[str, tuple[Callable[[Laboratory], Request], tuple[str, ...]]] = {
     ),
     "axes against the walk": (
         lambda lab: lab.request(axes="forward=-x up=+y"),
-        ("forward is -x", "nearest: +x", "Correct --axes"),
+        ("stand.trc", "off -x", "said to be (--axes) forward", "nearest: +x"),
     ),
     "walk in other axes": (
         lambda lab: lab.request(walking=with_z_up(lab.walking), forces=with_z_up(lab.walking)),
@@ -393,7 +393,7 @@ REFUSED: dict[str, tuple[Callable[[Laboratory], Request], tuple[str, ...]]] = {
     ),
     "sides exchanged in standing": (
         role("standing", lambda one: exchanged(one, "R.HF", "L.HF")),
-        ("stand.trc", "left and right are exchanged", "HF", "xchange the"),
+        ("stand.trc", "left and right markers look swapped", "HF", "Check the names"),
     ),
     "sides exchanged in the walk": (
         role("walking", lambda one: exchanged(one, "R.Knee", "L.Knee")),
