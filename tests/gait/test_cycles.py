@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,7 +13,6 @@ from synthetic_recording import (
     STANCE,
     STRIDE,
     WIDTH,
-    Y_UP,
     strikes,
     toe_offs,
     walk,
@@ -34,13 +32,8 @@ from gaitval.gait.cycles import (
     spatiotemporal,
     travel,
 )
-from gaitval.gait.events import find_events
-from gaitval.gait.foot_forces import assign_forces
-from gaitval.gait.plate_offset import zero_plates
-from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Event, FootForces
-from gaitval.mocap.wbds_text import read_wbds_markers
 from gaitval.session.trial import require_cycles
 
 PROCESSING = ProcessingSettings()
@@ -291,44 +284,6 @@ def test_no_stance_means_no_belt_speed_and_no_cycle_no_parameters() -> None:
     assert none.side == "left"
     assert none.speed.shape == (0,)
     assert np.isnan(none.summary()["stride_time"]).all()
-
-
-def test_wbds01_t01_walks_as_its_authors_say(gait_data: Path) -> None:
-    """Speed set on the treadmill (WBDS), cadence and mean step length of this trial as published
-    by the dataset's authors in h2a_allspeeds_43subs.csv, V1.
-    """
-    recording = read_c3d(gait_data / "wbds" / "raw" / "WBDS01walkT01.c3d").turned(Y_UP)
-    landmarks = {name: name for name in recording.names}
-    recording, _ = zero_plates(recording, landmarks=landmarks)
-    forces, _ = assign_forces(recording, PROCESSING, landmarks=landmarks)
-    events = find_events(recording, forces, PROCESSING, landmarks=landmarks)
-    speed = belt_speed(recording, events, landmarks=landmarks)
-    assert speed == pytest.approx(0.49, abs=0.005)
-    cadence, step = [], []
-    for side in SIDES:
-        cycles = cut_cycles(events, side, forces=forces)
-        assert sum(cycle.kinematics_valid for cycle in cycles) >= 15
-        assert all(cycle.kinetics_valid for cycle in cycles)
-        result = spatiotemporal(recording, events, cycles, side, landmarks=landmarks, belt=speed)
-        cadence.append(np.nanmean(result.cadence))
-        step.append(np.nanmean(result.step_length))
-    assert np.mean(cadence) == pytest.approx(67.797, rel=0.01)
-    assert np.mean(step) == pytest.approx(0.4341, rel=0.01)
-
-
-def test_wbds01_over_ground_walks_at_its_speed(gait_data: Path) -> None:
-    # 1.26 m/s: README of the data
-    path = gait_data / "wbds" / "raw" / "WBDS01walkO01Cmkr.txt"
-    recording = read_wbds_markers(path).turned(Y_UP)
-    landmarks = {name: name for name in recording.names}
-    events = find_events(recording, None, PROCESSING, landmarks=landmarks)
-    assert belt_speed(recording, events, landmarks=landmarks) == 0.0
-    speeds = []
-    for side in SIDES:
-        cycles = cut_cycles(events, side)
-        found = spatiotemporal(recording, events, cycles, side, landmarks=landmarks, belt=0.0)
-        speeds.append(found.speed)
-    assert np.mean(speeds) == pytest.approx(1.26, rel=0.02)
 
 
 # -- edges ----------------------------------------------------------------------------------------

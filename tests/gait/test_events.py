@@ -40,7 +40,6 @@ from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
-from gaitval.mocap.trc import read_trc
 
 PROCESSING = ProcessingSettings()
 KINDS: tuple[EventKind, ...] = ("heel_strike", "toe_off")
@@ -383,20 +382,6 @@ def test_force_and_markers_agree_over_ground(gait_data: Path) -> None:
     for event in from_force:
         others = of(from_markers, event.side, event.kind)
         assert np.abs(others - event.time).min() < 0.030
-
-
-def test_markers_of_the_walk_alone_need_no_plates(gait_data: Path) -> None:
-    path = gait_data / "opensim_rajagopal" / "ExpData" / "motion_capture_walk.trc"
-    recording = read_trc(path).turned(Y_UP)
-    events = find_events(recording, None, PROCESSING, landmarks=own_landmarks(recording))
-    kinds = [(event.side, event.kind) for event in events]
-    cycle = [
-        ("right", "heel_strike"),
-        ("left", "toe_off"),
-        ("left", "heel_strike"),
-        ("right", "toe_off"),
-    ]
-    assert kinds == cycle + cycle
 
 
 # -- single rules ---------------------------------------------------------------------------------

@@ -100,19 +100,6 @@ class TestDetect:
         )
 
     @pytest.mark.parametrize(
-        ("folder", "name", "option"),
-        [
-            ("wbds/raw", "WBDS01static1.c3d", "forward=+x up=+y"),
-            ("opensim_rajagopal/ExpData", "static_walk_1.trc", "forward=+z up=+y"),
-            ("opensim_rajagopal/ExpData", "static_walk_2.trc", "forward=+z up=+y"),
-        ],
-    )
-    def test_laboratories_of_which_we_have_data(self, gait_data, folder, name, option):
-        same = {landmark: landmark for landmark in PERSON} | {"R.Toe": "R.Toe", "L.Toe": "L.Toe"}
-        axes = detect_axes(read_recording(gait_data / folder / name), same)
-        assert axes.option == option
-
-    @pytest.mark.parametrize(
         ("recording", "words"),
         [
             (standing(about_y(35)), "not a standing trial"),

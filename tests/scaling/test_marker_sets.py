@@ -2,8 +2,6 @@ import numpy as np
 import pytest
 
 from gaitval.errors import RecordError
-from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.trc import read_trc
 from gaitval.scaling.landmarks import LANDMARKS
 from gaitval.scaling.marker_set import MarkerDefinition, MarkerSet
 from gaitval.scaling.marker_sets import builtin_marker_sets, load_marker_set, problems_of, recognise
@@ -248,23 +246,6 @@ def test_medial_markers_of_madison_are_those_of_the_set():
     renamed = marker_set.renamed(standing)
     found = {marker_set.markers[renamed[name]].landmark for name in standing[-4:]}
     assert found == {f"{s}.{joint}.Medial" for s in "RL" for joint in ("Knee", "Ankle")}
-
-
-def test_recorded_trials_are_recognised(gait_data):
-    for name, count in (("WBDS01static1.c3d", 28), ("WBDS01walkT01.c3d", 22)):
-        names = read_c3d(gait_data / "wbds/raw" / name).names
-        marker_set = recognise(names)
-        assert (marker_set.name, len(marker_set.renamed(names))) == ("wbds", count)
-        assert marker_set.ignored(names) == ()
-    folder = gait_data / "opensim_rajagopal/ExpData"
-    standing = read_trc(folder / "static_walk_1.trc").names
-    walking = read_trc(folder / "motion_capture_walk.trc").names
-    rajagopal = recognise(standing)
-    assert recognise(walking) == rajagopal == load_marker_set("rajagopal")
-    assert len(rajagopal.renamed(walking)) == 41
-    # 64 names, of which 17 are points computed from markers.
-    assert len(rajagopal.renamed(standing)) == 47
-    assert {"R_HJC", "MidASIS", "L.AnkleJointGround"} <= set(rajagopal.ignored(standing))
 
 
 def test_names_are_mapped_to_the_set_and_others_listed():
