@@ -18,7 +18,6 @@ from synthetic_recording import (
     walk,
 )
 
-from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
@@ -35,8 +34,6 @@ from gaitval.gait.cycles import (
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Event, FootForces
 from gaitval.session.trial import require_cycles
-
-PROCESSING = ProcessingSettings()
 
 
 def true_events(duration: float = 6.0) -> list[Event]:
