@@ -599,30 +599,6 @@ def gaitval(request: Request, out: Path, *more: str, **person: str) -> Any:
     return CliRunner().invoke(cli.app, arguments)
 
 
-def test_the_command_says_why_and_leaves_no_subject(
-    laboratory: Laboratory, plain_messages: io.StringIO
-) -> None:
-    """One error of each stage: reading, axes, scaling, forces."""
-    walking, out = laboratory.walking, laboratory.folder / "out"
-    unloaded = with_plates(walking, lambda p: replace(p, force=0 * p.force))
-    for change, words in (
-        ({"standing": laboratory.folder / "no [1].c3d"}, "no [1].c3d: no such file"),
-        ({"standing": in_axes(laboratory.standing, UP_IS_Z)}, "other axes"),
-        ({"standing": without(laboratory.standing, "R.Knee")}, "standing pose: R.Knee"),
-        ({"forces": unloaded}, "no foot is on"),
-    ):
-        result = gaitval(laboratory.request(**change), out)
-        assert result.exit_code == 2, words
-        assert isinstance(result.exception, SystemExit)
-        text = plain_messages.getvalue()
-        assert words in text
-        assert "Traceback" not in text
-        assert not (out / "subject.toml").exists()
-        pages = [(out / "recording" / f"{name}.html").exists() for name in ("refused", "recording")]
-        # a typing error leaves no folder behind
-        assert sum(pages) == (0 if "no such file" in words else 1), words
-
-
 def test_a_folder_that_cannot_be_written(
     laboratory: Laboratory, plain_messages: io.StringIO
 ) -> None:
@@ -642,21 +618,6 @@ def test_a_folder_that_cannot_be_written(
         assert words in plain_messages.getvalue()
         assert "--out" in plain_messages.getvalue()
     assert (kept / "subject.toml").read_text() == "mine"
-
-
-@pytest.mark.slow
-def test_a_full_disk(
-    laboratory: Laboratory, plain_messages: io.StringIO, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left on device", str(laboratory.folder / "out" / "x"))
-
-    monkeypatch.setattr("gaitval.session.opensim.of_import.write_osim", full)
-    result = gaitval(laboratory.request(), laboratory.folder / "out")
-    assert result.exit_code == 2
-    assert (
-        "cannot be written (No space left on device). Free disk space" in plain_messages.getvalue()
-    )
 
 
 KILLED = """

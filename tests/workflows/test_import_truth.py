@@ -237,24 +237,6 @@ def test_the_motion_alone_gives_the_force_on_both_feet(imported, noise, processi
     assert total.up.mean == pytest.approx(1.0, abs=1e-3)
 
 
-@pytest.mark.slow  # its parts are tested in tests/inverse
-def test_making_consistent_lowers_the_residuals(sessions):
-    """Below the limits of OpenSim's checklist: 15 N and 50 Nm RMS, 25 N and 75 Nm peak."""
-    request = sessions[0.003].request.model_copy(update={"consistent": True})
-    changed = work_out(request, ProcessingSettings()).trials[0].consistent
-    assert changed is not None
-    before, after = changed.before, changed.after
-    assert before.force_rms > 15.0
-    assert before.force_peak > 25.0
-    assert after.force_rms < 0.5 * before.force_rms
-    assert after.moment_rms < 0.5 * before.moment_rms
-    assert after.force_rms < 15.0
-    assert after.force_peak < 25.0
-    assert after.moment_rms < 50.0
-    assert after.moment_peak < 75.0
-    assert changed.marker_change_rms < 0.005
-
-
 def command(session: MadeUpSession, out: Path) -> list[str]:
     return [
         "import",
