@@ -144,8 +144,9 @@ class ScalingSettings(Section):
     """How a person's measurements become the body."""
 
     symmetric: bool = True
-    """Both sides of the body are the mean of right and left. If false, each arm and leg has its own
-    lengths, masses and inertia, and its own row in the scaling table."""
+    """Both sides of the body are the mean of right and left. If false, or if one leg is longer in
+    every length, each arm and leg has its own lengths, masses and inertia, and its own row in the
+    scaling table."""
 
 
 class ContactSettings(Section):

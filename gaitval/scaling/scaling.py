@@ -145,7 +145,8 @@ def scale_subject(subject: "Person", *, symmetric: bool = True) -> ScaledBody:
     subject : sex "F" or "M", mass in kg, stature in m, markers of a standing trial in m
         (x forward, y left, z up, floor at z = 0).
     symmetric : both sides are the mean of right and left; otherwise each side is its own, as it
-        always is of a `subject` with a prosthesis, or with masses that differ between the sides.
+        always is of a `subject` with a prosthesis, with masses that differ between the sides, or of
+        whom one leg is longer in every length (`Measurements.legs_differ`).
 
     Returns
     -------
