@@ -1,10 +1,10 @@
 """Implausible values of a subject, one sentence each: what was seen, why it is wrong, how to fix
-it.
+it. `VALUES` and `RELATIONS` are the tables of what is held against what people are like.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -18,11 +18,11 @@ from gaitval.units import (
     BODY_MASS,
     LEFT_PHASE,
     MEAN_FORCE,
+    PELVIS_HEIGHT,
     REACH,
     STANCE,
     STATURE,
     STRIDE_TIME,
-    VERTICAL_FORCE,
     WALKING_SPEED,
     Quantity,
     from_middle,
@@ -30,90 +30,77 @@ from gaitval.units import (
     unit_of,
 )
 
-BUILD: Final[Mapping[str, float]] = {
-    "thinnest": 10.0,
-    "fattest": 80.0,
-    "thin": 14.0,
-    "obese": 45.0,
-    "obese child": 35.0,
-    "small": 1.4,
+VALUES: Final[Mapping[str, Quantity]] = {
+    "mass_kg": BODY_MASS,
+    "height_m": STATURE,
+    "leg_length_m": PELVIS_HEIGHT,
+    "age_years": AGE,
+    "walking_speed_m_s": WALKING_SPEED,
+    "stride_time_s": STRIDE_TIME,
+    "left_phase": LEFT_PHASE,
+    "mean_vertical_force": MEAN_FORCE,
+    "stance_fraction.right": STANCE,
+    "stance_fraction.left": STANCE,
 }
-"""Body mass index, kg/m²: the least and most that a person has; below which an adult hardly walks,
-and many a child is so; above which pounds for kilograms are as likely, and the same of children,
-who weigh less for their stature. And the stature, m, below which hardly an adult is. Convention."""
-LEG_RATIO: Final = (0.38, 0.60)
-"""Leg length over stature: WBDS 0.48 to 0.56, at two years 0.42."""
-STEP_LIKE: Final = 2.3
-"""Stride time over sqrt(leg length / g): a fast walker's is 2.7, a runner's 2.3."""
+"""What each value of a subject is."""
 LEAST_WITH_AID: Final = 0.1
 """Body weights on the feet of a person whose aid carries the rest."""
-LARGEST: Final[Mapping[str, tuple[float, str]]] = {
-    "angles": (3.0, "rad"),
-    "moments": (5.0, "Nm/kg"),
-}
-"""Of curves in a file of a subject: what nobody reaches."""
 
 
-_STATURES: Final = {
-    24.0: ((0.941523967, 86.45220101, 0.040321528), (1.07244896, 84.97555512, 0.040791394)),
-    60.5: ((1.266367398, 109.1751441, 0.042593311), (-0.057729947, 107.9566031, 0.044276588)),
-    84.5: ((0.753244292, 122.0305342, 0.044403374), (-0.210210748, 121.7616844, 0.045460702)),
-    108.5: ((0.415687443, 133.7344759, 0.046217028), (0.08414848, 133.1303527, 0.04688401)),
-    144.5: ((0.420919142, 149.3088178, 0.049947823), (1.303044695, 151.4865636, 0.048599314)),
+class Relation(NamedTuple):
+    """A number that two values of a person, of these `names`, have together; the least and the
+    most that anybody has; and what is said of another one.
+    """
+
+    names: tuple[str, str]
+    value: Callable[[float, float], float]
+    low: float
+    high: float
+    sentence: str
+
+
+RELATIONS: Final = (
+    Relation(
+        ("mass_kg", "height_m"), lambda mass, height: mass / height**2, 10.0, 80.0,
+        "mass_kg = {0:g} and height_m = {1:g}: the body mass index is {value:.1f} kg/m², outside "
+        "{low:g}-{high:g}. Check both values and their units.",
+    ),
+    # WBDS 0.48 to 0.56, at two years 0.42.
+    Relation(
+        ("leg_length_m", "height_m"), lambda leg, height: leg / height, 0.38, 0.60,
+        "leg_length_m = {0:g}: {value:.2f} of height_m = {1:g}, outside {low:g}-{high:g}. Leg "
+        "length is from hip to floor, in metres.",
+    ),
+    # A fast walker's is 2.7, a runner's 2.3.
+    Relation(
+        ("stride_time_s", "leg_length_m"),
+        lambda time, leg: time / float(np.sqrt(max(leg, 0.1) / STANDARD_GRAVITY)), 2.3, np.inf,
+        "stride_time_s = {0:g}: nobody walks so fast on legs of {1:g} m; this looks like the time "
+        "of a step. A stride is two: give twice the time.",
+    ),
+)  # fmt: skip
+LARGEST: Final = {"angles": 3.0, "moments": 5.0}
+"""rad, Nm/kg. Of a curve's mean and harmonics in a file of a subject: what nobody reaches."""
+ADULT: Final = 18.0
+"""Years of age from which a person is held against adults, where there are any."""
+OLDEST_CHILD: Final = 12.0
+"""Years of age until which children are about as tall as the rule says."""
+BUILD: Final[Mapping[str, tuple[float, float]]] = {
+    "child": (10.0, 35.0),
+    "youth": (10.0, 45.0),
+    "adult": (14.0, 45.0),
 }
-"""L, M (cm), S of statures of boys and girls by age in months: CDC growth charts of 2000
-(Kuczmarski et al., Adv Data 314; table statage, in the public domain, read in a program that has
-it). A stature z SD from the median is M (1 + L S z)^(1/L)."""
-OLDEST_CHILD: Final = max(_STATURES) / 12.0
-"""Years of age until which a stature is held against them; later people grow at unlike ages, and
-are no smaller than then."""
+"""Body mass index, kg/m², beyond which a mistake is as likely as such a person. Convention."""
+SMALLEST_ADULT: Final = 1.4
+"""m. Hardly an adult is smaller."""
 
 
 def statures_at(age: float) -> tuple[float, float]:
-    """m, within which all but one child in a thousand of an `age` (years) are tall: three SD from
-    the median, of boys and girls together. Of later ages those of `OLDEST_CHILD`.
+    """m, within which children of an `age` (years) are tall: Weech's rule, 6 cm a year and 77, and
+    three standard deviations of 4.3 %. Youths are no smaller than children of `OLDEST_CHILD`.
     """
-
-    def at(z: float, which: Callable[[Iterable[float]], float]) -> float:
-        tall = [
-            which(m * (1.0 + power * share * z) ** (1.0 / power) for power, m, share in both)
-            for both in _STATURES.values()
-        ]
-        return 0.01 * float(np.interp(12.0 * age, list(_STATURES), tall))
-
-    return at(-3.0, min), at(3.0, max)
-
-
-ADULT: Final = 18.0
-"""Years of age from which a person is held against adults, where there are any."""
-
-
-def _number(values: Mapping[str, Any], name: str) -> float | None:
-    """The finite number stored under `name`, or None: other checks report anything else."""
-    value = values.get(name)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-        return None
-    return float(value)
-
-
-def _within(value: float, limits: tuple[float, float]) -> bool:
-    return limits[0] <= value <= limits[1]
-
-
-def mass_and_height_problems(mass: float, height: float) -> list[str]:
-    """What is wrong with a body `mass` (kg) and a stature `height` (m), one sentence each."""
-    given = {"mass_kg": mass, "height_m": height}
-    problems = [
-        *_range_problem(given, "mass_kg", BODY_MASS),
-        *_range_problem(given, "height_m", STATURE),
-    ]
-    if problems:
-        return problems
-    index, thin, fat = mass / height**2, BUILD["thinnest"], BUILD["fattest"]
-    return [] if thin <= index <= fat else [
-        f"mass_kg = {mass:g} and height_m = {height:g}: the body mass index is {index:.1f} kg/m², "
-        f"outside {thin:g}-{fat:g}. Check both values and their units."
-    ]  # fmt: skip
+    usual = 0.77 + 0.06 * min(age, OLDEST_CHILD)
+    return 0.87 * usual, 1.13 * usual if age <= OLDEST_CHILD else STATURE.high
 
 
 def unusual_build(mass: float, height: float, age: float | None) -> Iterator[QualityFlag]:
@@ -121,47 +108,59 @@ def unusual_build(mass: float, height: float, age: float | None) -> Iterator[Qua
     `age` (years): a body mass index or a stature that is rare at this age.
     """
     index = mass / height**2
-    child = age is not None and age <= OLDEST_CHILD
     years = "no age was given" if age is None else f"{age:g} years old"
-    thin, fat = BUILD["thinnest"], BUILD["obese child" if child else "obese"]
-    low, high = BUILD["small"], STATURE.high
+    group, tall = "adult", (SMALLEST_ADULT, STATURE.high)
     if age is not None and age < ADULT:
-        low, high = statures_at(age)[0], statures_at(age)[1] if child else STATURE.high
-    elif height >= low:
-        thin = BUILD["thin"]
-    for value, limits, unit, what in (
-        (index, (thin, fat), "kg/m²", f"a body mass index of {index:.0f} kg/m²"),
-        (height, (low, high), "m", f"{height:g} m"),
+        group, tall = "child" if age <= OLDEST_CHILD else "youth", statures_at(age)
+    for value, (low, high), unit, what in (
+        (index, BUILD[group], "kg/m²", f"a body mass index of {index:.0f} kg/m²"),
+        (height, tall, "m", f"{height:g} m"),
     ):
-        if not _within(value, limits):
+        if not low <= value <= high:
             yield QualityFlag(
-                "build", "the person", value, limits[0] if value < limits[0] else limits[1], unit,
+                "build", "the person", value, low if value < low else high, unit,
                 f"{mass:g} kg at {height:g} m, and {years}: {what} is hardly anybody's of this age "
-                f"({limits[0]:.3g} to {limits[1]:.3g} {unit}). Check mass, stature and age, and "
-                "their units",
+                f"({low:.3g} to {high:.3g} {unit}). Check mass, stature and age, and their units",
             )  # fmt: skip
 
 
-def _range_problem(values: Mapping[str, Any], name: str, of: Quantity) -> list[str]:
-    """A sentence on a value that is out of the range of its quantity, and the unit it may be in."""
-    value = _number(values, name)
-    if value is None or of.fits(value):
-        return []
-    first = of.units[0].name
-    for unit in unit_of(of, size=value).candidates:
-        return [
+def value_problems(
+    values: Mapping[str, float | None], *, of: Mapping[str, Quantity] = VALUES
+) -> list[str]:
+    """What is wrong with `values` of a person by their name in a subject's file, one sentence
+    each; those that are None or no number are not looked at.
+    """
+    problems, fitting = list[str](), dict[str, float]()
+    for name, quantity in of.items():
+        value = values.get(name)
+        if value is None or not np.isfinite(value):
+            continue
+        if quantity.fits(value):
+            fitting[name] = value
+            continue
+        first = quantity.units[0].name
+        like = unit_of(quantity, size=value).candidates[:1]
+        problems += [
             f"{name} = {value:g}: this looks like {unit.name}; "
             f"give {first}: {name} = {value * unit.factor:g}."
+            for unit in like
+        ] or [
+            f"{name} = {value:g}: outside the plausible {quantity.low:g}-{quantity.high:g} "
+            f"{first}. Check value and unit."
         ]
-    return [
-        f"{name} = {value:g}: outside the plausible {of.low:g}-{of.high:g} {first}. "
-        "Check value and unit."
-    ]
+    for names, together, low, high, sentence in RELATIONS:
+        given = [fitting[name] for name in names if name in fitting]
+        if len(given) == len(names) and not low <= (found := together(*given)) <= high:
+            problems.append(sentence.format(*given, value=found, low=low, high=high))
+    return problems
 
 
-def age_problems(age: float | None) -> list[str]:
-    """What is wrong with an `age` in years, in a sentence; nothing if it is not known."""
-    return _range_problem({"age_years": age}, "age_years", AGE)
+_PLACES: Final = (
+    ("R.ASIS", "above", "R.Knee", 2),
+    ("L.ASIS", "above", "L.Knee", 2),
+    ("L.ASIS", "to the left of", "R.ASIS", 1),
+)
+"""Markers, where they lie in everybody who stands, and the axis that shows it."""
 
 
 def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
@@ -181,15 +180,13 @@ def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
             f"middle of the person (the first is {far[0]} at {positions[far[0]].tolist()}). "
             f"Correct their places, or the unit{looks_like(2.0 * float(np.median(away)))}."
         ]
-    hips, knees = ([positions.get(f"{side}.{name}") for side in "RL"] for name in ("ASIS", "Knee"))
     wrong = [
-        f"{side}.ASIS is not above {side}.Knee"
-        for side, hip, knee in zip("RL", hips, knees, strict=True)
-        if hip is not None and knee is not None and hip[2] <= knee[2]
+        f"{upper} is not {where} {lower}"
+        for upper, where, lower, axis in _PLACES
+        if upper in positions
+        and lower in positions
+        and positions[upper][axis] <= positions[lower][axis]
     ]
-    right, left = hips
-    if right is not None and left is not None and left[1] <= right[1]:
-        wrong.append("L.ASIS is not to the left of R.ASIS")
     return [
         f"markers: {each}. Axes must be x forward, y left, z up, and the sides the person's own; "
         "ISB axes (y up, z right) convert as x, -z, y."
@@ -197,40 +194,15 @@ def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _curve_values(curve: Any, until: float = 1.0) -> np.ndarray[Any, np.dtype[np.float64]] | None:
-    """Samples of a curve as written in the TOML, over phases 0…`until`; None if malformed."""
-    try:
-        periodic = FittedCurve.model_validate(curve).periodic()
-    except ValidationError:
-        return None
-    return periodic(np.linspace(0, until, 100))
-
-
-def _curve_problems(gait: Mapping[str, Any], stance: Mapping[str, Any]) -> list[str]:
-    problems = []
-    for group, (largest, unit) in LARGEST.items():
-        curves = gait.get(group)
-        for name, curve in curves.items() if isinstance(curves, Mapping) else ():
-            values = _curve_values(curve)
-            if values is not None and np.abs(values).max() > largest:
-                problems.append(
-                    f"gait.{group}.{name}: reaches {np.abs(values).max():.3g} {unit}, more than "
-                    f"anybody's {largest:g}. Check the unit."
-                )
-    forces = gait.get("forces")
-    for side in SIDES:
-        until = _number(stance, side)
-        force = forces.get(side) if isinstance(forces, Mapping) else None
-        up = force.get("up") if isinstance(force, Mapping) else None
-        values = None if until is None or up is None else _curve_values(up, until)
-        if values is None:
-            continue
-        if np.abs(values).max() > VERTICAL_FORCE.high or values.mean() <= 0:
-            problems.append(
-                f"gait.forces.{side}.up: goes from {values.min():.3g} to {values.max():.3g} body "
-                f"weights in stance, where the ground pushes up. Check sign and unit."
-            )
-    return problems
+def _curve_problems(gait: Mapping[str, Any]) -> Iterator[str]:
+    for group, largest in LARGEST.items():
+        for name, curve in _table(gait, group).items():
+            try:
+                fitted = FittedCurve.model_validate(curve)
+            except ValidationError:  # said elsewhere
+                continue
+            if max(map(abs, (fitted.mean, *fitted.cosine, *fitted.sine))) > largest:
+                yield f"gait.{group}.{name}: nobody has so large a curve. Check the unit."
 
 
 def implausible(values: Mapping[str, Any]) -> list[str]:
@@ -238,45 +210,29 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
 
     It works on the keys that are there, so it can add to the list of missing and malformed keys.
     """
-    mass, height = _number(values, "mass_kg"), _number(values, "height_m")
-    leg = _number(values, "leg_length_m")
-    problems = []
-    if mass is not None and height is not None:
-        problems += mass_and_height_problems(mass, height)
-    if leg and height and STATURE.fits(height) and not _within(leg / height, LEG_RATIO):
-        problems.append(
-            f"leg_length_m = {leg:g}: {leg / height:.2f} of height_m = {height:g}, outside "
-            f"{LEG_RATIO[0]:g}-{LEG_RATIO[1]:g}. Leg length is from hip to floor, in metres."
-        )
-    problems += age_problems(_number(values, "age_years"))
-    problems += _range_problem(values, "walking_speed_m_s", WALKING_SPEED)
-    problems += _range_problem(values, "stride_time_s", STRIDE_TIME)
-    time = _number(values, "stride_time_s")
-    if time is not None and leg is not None and time >= STRIDE_TIME.low and leg <= STATURE.high:
-        pendulum = np.sqrt(max(leg, 0.1) / STANDARD_GRAVITY)
-        if time < STEP_LIKE * pendulum:
-            problems.append(
-                f"stride_time_s = {time:g}: nobody walks so fast on legs of {leg:g} m; this looks "
-                f"like the time of a step. A stride is two: stride_time_s = {2 * time:g}."
-            )
-    problems += _range_problem(values, "left_phase", LEFT_PHASE)
-    aided = MEAN_FORCE if values.get("aid") is None else replace(MEAN_FORCE, low=LEAST_WITH_AID)
-    share = _number(values, "mean_vertical_force")
-    carried = "" if mass is None or share is None else f" The plates carry {share * mass:.1f} kg."
-    problems += [f"{p}{carried}" for p in _range_problem(values, "mean_vertical_force", aided)]
-    stance = values.get("stance_fraction")
-    stance = stance if isinstance(stance, Mapping) else {}
-    gait = values.get("gait")
-    lacking = gait.get("not_recorded") if isinstance(gait, Mapping) else None
-    for side in SIDES:
-        unseen = isinstance(lacking, Mapping) and side in lacking.values()
-        if stance and stance.get(side) is None and not unseen:
-            problems.append(f"stance_fraction.{side}: missing. Add it.")
-        problems += [
-            f"stance_fraction.{problem}" for problem in _range_problem(stance, side, STANCE)
-        ]
-    if isinstance(values.get("markers"), Mapping):
-        problems += _marker_problems(values["markers"])
-    if isinstance(values.get("gait"), Mapping):
-        problems += _curve_problems(values["gait"], stance)
-    return problems
+    stance, gait = (_table(values, name) for name in ("stance_fraction", "gait"))
+    aided = replace(MEAN_FORCE, low=LEAST_WITH_AID)
+    of = VALUES if values.get("aid") is None else {**VALUES, "mean_vertical_force": aided}
+    shares = {f"stance_fraction.{side}": stance.get(side) for side in SIDES}
+    problems = value_problems({n: _number({**values, **shares}.get(n)) for n in of}, of=of)
+    unseen = _table(gait, "not_recorded").values()
+    problems += [
+        f"stance_fraction.{side}: missing. Add it."
+        for side in SIDES
+        if stance and stance.get(side) is None and side not in unseen
+    ]
+    markers = _marker_problems(_table(values, "markers"))
+    return [*problems, *markers, *_curve_problems(gait)]
+
+
+def _number(value: Any) -> float | None:
+    """A finite number, or None: other checks report anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        return None
+    return float(value)
+
+
+def _table(values: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """The table of this `name`; an empty one where there is none."""
+    found = values.get(name)
+    return found if isinstance(found, Mapping) else {}

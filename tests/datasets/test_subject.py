@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from gaitval.errors import SubjectError
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, REQUIRED_ANGLES, LowPass
 from gaitval.scaling.scaling import scale_subject
-from gaitval.subjects.plausible import mass_and_height_problems, unusual_build
+from gaitval.subjects.plausible import unusual_build, value_problems
 from gaitval.subjects.subject import Subject, make_subject
 from gaitval.subjects.subject_file import BUILTIN, builtin_subjects, load_subject, parse_subject
 
@@ -127,7 +127,6 @@ def test_nobody_is_refused_for_who_they_are(values):
 def test_only_an_aid_explains_a_missing_weight():
     message = refusal(changed(mean_vertical_force=0.55, mass_kg=60.0))
     assert "mean_vertical_force = 0.55" in message
-    assert "The plates carry 33.0 kg." in message
     assert "mean_vertical_force = 1.3" in refusal(changed(mean_vertical_force=1.3, aid="rail"))
     assert "aid = 'dog'" in refusal(changed(aid="dog"))
 
@@ -146,7 +145,7 @@ def test_only_an_aid_explains_a_missing_weight():
         ({"mass_kg": 20}, ["body mass index is 8.5", "outside 10-80"]),
         ({"mass_kg": -64.95}, ["mass_kg = -64.95: outside the plausible 10-200"]),
         ({"mass_kg": 0, "height_m": 0}, ["mass_kg = 0: outside", "height_m = 0: outside"]),
-        ({"leg_length_m": 80}, ["leg_length_m = 80: 52.29 of height_m", "in metres"]),
+        ({"leg_length_m": 80}, ["leg_length_m = 80: this looks like centimetres"]),
         ({"leg_length_m": 1.2}, ["0.78 of height_m = 1.53, outside 0.38-0.6"]),
         ({"age_years": 372}, ["age_years = 372: this looks like months", "age_years = 31"]),
         ({"age_years": 1.5}, ["age_years = 1.5: outside the plausible 2-105 years"]),
@@ -233,8 +232,6 @@ def scaled(curve, factor):
         (lambda t: t["markers"].update({"R.ASIS": [0, 0]}), r"markers.R.ASIS.2: missing"),
         (lambda t: scaled(t["gait"]["angles"]["knee_angle_r"], 57.3), "Check the unit"),
         (lambda t: scaled(t["gait"]["moments"]["ankle_angle_l"], 65), "Check the unit"),
-        (lambda t: scaled(t["gait"]["forces"]["right"]["up"], 9.8), "Check sign and unit"),
-        (lambda t: scaled(t["gait"]["forces"]["left"]["up"], -1), "Check sign and unit"),
         (lambda t: t["gait"]["angles"].pop("knee_angle_r"), "gait.angles: missing: knee_angle_r"),
         (lambda t: t["gait"]["moments"].pop("knee_angle_r"), "gait.moments: missing: knee_angle_r"),
         (
@@ -320,12 +317,12 @@ def test_lengths_by_tape_measure_scale_a_subject_without_markers(tmp_path):
         ((15.5, 0.95, None), ["no age was given"]),
         ((22.0, 1.10, 72.0), ["72 years old", "age"]),  # months
         ((15.5, 0.95, 4.0), []),
-        ((64.0, 1.53, 6.0), ["6 years old", "1 to 1.31 m"]),
+        ((64.0, 1.53, 6.0), ["6 years old", "0.983 to 1.28 m"]),
         ((45.0, 1.53, 10.0), []),
         ((75.0, 1.50, 10.0), []),  # 33 kg/m²
         ((70.0, 1.30, 8.0), ["index of 41", "mass, stature and age"]),
         ((70.0, 1.30, 14.0), []),
-        ((30.0, 1.20, 15.0), ["15 years old", "1.28 to 2.3 m"]),
+        ((30.0, 1.20, 15.0), ["15 years old", "1.3 to 2.3 m"]),
         ((90.0, 1.95, 15.0), []),
         ((27.0, 1.42, 30.0), ["30 years old", "index of 13"]),
         ((27.0, 1.42, None), ["no age was given"]),
@@ -338,7 +335,7 @@ def test_unusual_bodies_are_taken_with_a_word(
     body: tuple[float, float, float | None], words: list[str]
 ) -> None:
     """Nobody is refused for who they are."""
-    assert mass_and_height_problems(*body[:2]) == []
+    assert value_problems(dict(zip(("mass_kg", "height_m"), body, strict=False))) == []
     message = " ".join(str(each) for each in unusual_build(*body))
     assert all(each in message for each in words)
     assert bool(message) == bool(words)

@@ -86,11 +86,11 @@ HALF = round(100 * STRIDE / 2)
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"ik": times("knee_angle_l", factor=np.pi / 180)}, "knee_angle_l is in radians"),
+        ({"ik": times("knee_angle_l", factor=np.pi / 180)}, "knee_angle_l moves by 1.*radians"),
         ({"ik": times("ankle_angle_r", "ankle_angle_l", factor=-1.0)},
-         "ankle_angle_r and ankle_angle_l have the other sign"),
-        ({"ik": times("pelvis_tilt", factor=-1.0)}, "pelvis_tilt has the other sign"),
-        ({"ik": sides_exchanged}, "right and left are exchanged"),
+         "ankle_angle_r and angle_ankle_angle_l have the other sign"),
+        ({"ik": times("pelvis_tilt", factor=-1.0)}, "left sole is -?[0-9]+° off the level"),
+        ({"ik": sides_exchanged}, "beside the feet: right and left are exchanged"),
         ({"ik": lambda names, time, values: values - 0.055 * np.array(
             [name == "pelvis_ty" for name in names])}, "off the floor"),
         ({"ik": rolled(HALF, "_l")}, "the left foot strikes .* half a stride off, or a copy"),
@@ -100,6 +100,7 @@ HALF = round(100 * STRIDE / 2)
          "forward and back they point away"),
         ({"id": moments_exchanged}, "moments are over the other side's cycle, half a str"),
         ({"id": times("knee_angle_r_moment", factor=0.0)}, "of knee_angle_r .* not judged"),
+        ({"id": lambda names, time, values: 0.0 * values}, "of .* not judged"),
         ({"id": times("knee_angle_r_moment", factor=np.nan)}, "of knee_angle_r .* not judged"),
         ({"id": lambda names, time, values: (
             [n.replace("pelvis", "hips") for n in names], time, values)},
@@ -118,7 +119,7 @@ def test_what_no_walk_is_like_is_named_and_is_no_pass(changed, changes, message)
 
 
 def test_forces_of_the_other_step_are_said_before_axes_are_blamed(changed):
-    with pytest.raises(RecordError, match="100% of the forces act beside the feet"):
+    with pytest.raises(RecordError, match="100 % of the forces act beside the feet"):
         judge(changed({"grf": rolled(HALF, "x", "y", "z")}))
 
 
@@ -139,7 +140,6 @@ def test_the_sound_walk_is_not_doubted(changed):
         ({"ik": times(*ROOT, factor=1e2)}, "looks like centimetres"),
         ({"id": lambda names, time, values: values / 64.95}, "looks like Nm/kg "),
         ({"id": lambda names, time, values: 1e3 * values}, "looks like Nmm "),
-        ({"id": lambda names, time, values: 0.0 * values}, "all moments and forces are 0"),
     ],
 )  # fmt: skip
 def test_numbers_that_cannot_be_are_refused(changed, changes, message):

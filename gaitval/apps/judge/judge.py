@@ -12,19 +12,17 @@ from gaitval.apps.judge import markers as of_markers
 from gaitval.apps.judge.beside_import import with_import
 from gaitval.apps.judge.body import body_measures, stature_of_legs
 from gaitval.apps.judge.doubts import (
+    Moments,
+    Walk,
     check_times,
-    find_doubts,
-    noise,
+    found_in,
     odd_columns,
     odd_curves,
-    odd_forces,
-    stands_still,
 )
 from gaitval.apps.judge.gait import (
     JudgedGait,
     find_gait,
     mean_curve,
-    project_axes,
     valid,
     weight_ratio,
 )
@@ -50,9 +48,7 @@ from gaitval.scaling.opensim.model_file import read_model
 from gaitval.scaling.opensim.placing import (
     Motion,
     at_times,
-    centre_of_mass,
     motion_of,
-    place,
 )
 from gaitval.units import ANKLE_MOMENT, unit_of
 
@@ -163,12 +159,11 @@ def _judged(request: JudgeRequest) -> Judgement:
         return found
     table = read_storage(request.ik)
     found.motion = motion_of(model, table, str(request.ik))
-    found.findings += check_times(table.time, request.ik)
+    check_times(table.time, request.ik)
     if table.in_degrees:
         found.motion, turned = without_turns(found.skeleton, found.motion)
         found.findings += turned
     check_units(found.skeleton, found.motion, table.in_degrees, str(request.ik))
-    found.doubted(stands_still(found.skeleton, found.motion))
     _coordinates(found)
     _markers(found)
     _walk(found)
@@ -244,9 +239,6 @@ def _coordinates(found: Judgement) -> None:
         beyond = max(float(values.max()) - high, low - float(values.min()), 0.0)
         if np.isfinite(beyond):
             found.measures.append(measured("angle_beyond_range", target, float(np.degrees(beyond))))
-    knees = {name: motion.values[name] for name in motion.given
-             if ours.get(name, "").startswith("knee_angle")}  # fmt: skip
-    found.findings += noise("Motion", motion.time, knees)
     for name, error in motion.coupler_errors.items():
         if model.coordinates[name].motion != "translational":
             found.measures.append(measured("coupler_error", name, float(np.degrees(error))))
@@ -269,7 +261,6 @@ def _markers(found: Judgement) -> None:
         found.not_judged.append("Marker errors: give the trial with --markers.")
         return
     recording = read_recording(request.markers)
-    found.findings += check_times(recording.time, request.markers)
     found.marker_errors = of_markers.placed_errors(found.model, motion, recording)
     errors = found.marker_errors
     found.measures += [
@@ -289,18 +280,16 @@ def _walk(found: Judgement) -> None:
             found.not_judged.append("Forces: they cannot be put on feet without legs.")
         return
     loads = read_loads(request.grf, request.external_loads, known)
-    doubts = find_doubts(known, motion, loads, request.belt)
+    plain = find_gait(known, motion, None, belt=request.belt)
+    walk = Walk(known, motion, loads, plain, request.belt)
+    doubts = found_in(walk)
     found.doubted(doubts)
-    try:
-        found.gait = find_gait(known, motion, loads, belt=request.belt)
-    except RecordError as error:
+    if isinstance(walk.gait, RecordError):
         if not doubts:
-            raise
-        raise RecordError(f"{request.ik}: {' '.join(doubts)} If not: {error}") from None
+            raise walk.gait
+        raise RecordError(f"{request.ik}: {' '.join(doubts)} If not: {walk.gait}")
+    found.gait = walk.gait
     found.findings += found.gait.findings
-    centre = centre_of_mass(found.model, place(found.model, motion.values))
-    towards = project_axes(found.model.up).T
-    found.doubted(odd_forces(found.gait, centre @ towards, motion.time))
     ratio = weight_ratio(found.gait, found.model.mass)
     if np.isfinite(ratio):
         found.measures.append(measured("weight_error", "model", 100 * abs(ratio - 1)))
@@ -359,11 +348,11 @@ def _dynamics(found: Judgement) -> None:
         return
     table = read_storage(request.id)
     forces = generalised_forces(found.model, table, str(request.id))
-    found.findings += check_times(table.time, request.id)
+    check_times(table.time, request.id)
     found.doubted(odd_columns(found.skeleton, forces, request.id))
     legs = {ours: forces[name] for ours, name in found.skeleton.coordinates.items()
             if ours[:-2] in LEGS and name in forces}  # fmt: skip
-    found.doubted(noise("Moments", table.time, legs))
+    found.doubted(found_in(Moments(table.time, legs)))
     if table.time[0] > motion.time[-1] or table.time[-1] < motion.time[0]:
         raise RecordError(
             f"{request.id}: goes from {table.time[0]:.3f} to {table.time[-1]:.3f} s, the motion "

@@ -5,8 +5,6 @@
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
 
 @dataclass(frozen=True)
 class JudgeLimits:
@@ -27,17 +25,6 @@ class JudgeLimits:
     """Hz. No motion capture is so slow."""
     least_rows: int = 3
     """Of a table over time: accelerations need three."""
-    still_knee: float = float(np.deg2rad(5.0))
-    """rad. In a walk every knee moves by more."""
-    points_away: float = 0.5
-    """Of forces and levers, correlation about zero: in a walk forces point to the centre of
-    mass."""
-    said: float = 3.0
-    """Standard deviations from which something is said."""
-    patients_beyond: float = 2.0
-    """Times these that a patient may be off."""
-    sole: float = 0.015
-    """m, of the origins of heel or toes of models above the sole."""
     least_swing: float = 0.1
     """rad or Nm/kg, standard deviation over the cycle under which a curve has no sign to
     compare."""

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gaitval.errors import ConfigurationError
-from gaitval.subjects.plausible import mass_and_height_problems
-from gaitval.units import BODY_MASS, STATURE
+from gaitval.subjects.plausible import value_problems
 
 
 @dataclass(frozen=True)
@@ -37,16 +36,7 @@ class JudgeRequest:
 
     def check(self) -> None:
         """Raises ConfigurationError if mass and height are not those of a person."""
-        if self.mass is not None and self.height is not None:
-            problems = mass_and_height_problems(self.mass, self.height)
-        else:
-            given = (("mass", self.mass, BODY_MASS), ("height", self.height, STATURE))
-            problems = [
-                f"{name} {value:g}: outside {of.low:g} to {of.high:g} {of.units[0].name}. Check "
-                "value and unit."
-                for name, value, of in given
-                if value is not None and not of.fits(value)
-            ]
+        problems = value_problems({"mass_kg": self.mass, "height_m": self.height})
         if problems:
             raise ConfigurationError(" ".join(problems))
 

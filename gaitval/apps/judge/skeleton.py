@@ -144,7 +144,7 @@ def _defaults(model: OsimModel) -> dict[str, Array]:
 def _senses(
     model: OsimModel, bodies: Mapping[str, str], coordinates: Mapping[str, str]
 ) -> dict[str, int]:
-    axes = _body_axes(model, bodies)
+    axes = body_axes(model, bodies)
     if axes is None:
         return {}
     # The limbs are straight: a bent knee would tilt the axes of the ankle.
@@ -178,7 +178,7 @@ def _turn(model: OsimModel, values: Mapping[str, Array], name: str) -> Array:
     return np.asarray(Rotation.from_matrix(after @ before.T).as_rotvec())
 
 
-def _body_axes(model: OsimModel, bodies: Mapping[str, str]) -> Array | None:
+def body_axes(model: OsimModel, bodies: Mapping[str, str]) -> Array | None:
     """(3, 3), takes vectors of the ground to forward, up, right of the person who stands."""
     if "thigh_r" not in bodies or "thigh_l" not in bodies:
         return None

@@ -16,7 +16,7 @@ from gaitval.scaling.anthropometry import Sex
 from gaitval.scaling.landmarks import Width
 from gaitval.session.request import FILES, ImportOptions, Notify, Request
 from gaitval.subjects.identity import line_of_text
-from gaitval.subjects.plausible import age_problems, mass_and_height_problems
+from gaitval.subjects.plausible import value_problems
 
 _Known = TypeVar("_Known", float | None, Width)
 _DIFFERS: Final = 0.02
@@ -48,13 +48,11 @@ def check_given(
     Raises SubjectError for another sex than F or M, and for swapped or wrong units.
     """
     problems = [
-        problem.replace("mass_kg =", "--mass").replace("height_m =", "--height")
-        # An average stands in for what is still unknown, so that the other one is checked.
-        for problem in mass_and_height_problems(
-            70.0 if mass is None else mass, 1.7 if height is None else height
-        )
+        problem.replace("mass_kg =", "--mass")
+        .replace("height_m =", "--height")
+        .replace("age_years =", "--age")
+        for problem in value_problems({"mass_kg": mass, "height_m": height, "age_years": age})
     ]
-    problems += [each.replace("age_years =", "--age") for each in age_problems(age)]
     if sex not in ("F", "M"):
         problems.append(f"--sex {sex}: give F or M, which choose the segment tables.")
     if problems:
