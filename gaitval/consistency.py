@@ -163,24 +163,13 @@ def verdict_of(logs: Iterable[tuple[Change, float]]) -> Verdict:
     return Verdict(tuple(sorted(found, key=lambda each: -each.probability)))
 
 
-def weigh(
-    changes: Iterable[tuple[Change, float]],
-    sound: float,
-    count: float,
-    *,
-    square: float,
-    other: float | None = None,
-) -> Verdict:
+def weigh(changes: Iterable[tuple[Change, float]], sound: float, other: float) -> Verdict:
     """The probabilities of `changes`.
 
     Parameters
     ----------
     changes : each with the log likelihood of the data with it undone (`log_likelihood`).
-    sound : log likelihood of the data as they are.
-    count : number of independent data.
-    square : sum of squares of the data as they are, over their variance, for "something else".
-    other : log likelihood of the data if something else is wrong, where `square` and `count` are
-        not all that is known of it.
+    sound, other : log likelihood of the data as they are, and if something else is wrong.
     """
     kinds: dict[str, list[tuple[Change, float]]] = {}
     for change, log in changes:
@@ -194,7 +183,5 @@ def weigh(
     if spent >= 1.0:
         raise ValueError(f"the priors of the changes add up to {spent:.2f}: leave room for 'none'")
     logs.append((SOUND, sound + np.log(1.0 - spent)))
-    if other is None:
-        other = log_likelihood(square, count, WIDEST)
     logs.append((OTHER, other + np.log(OTHER.prior)))
     return verdict_of(logs)

@@ -9,6 +9,7 @@ with a sentence for a message. Every reader asks it; none has factors or ranges 
 import math
 import re
 from dataclasses import dataclass
+from itertools import permutations
 from typing import Final
 
 import numpy as np
@@ -155,30 +156,28 @@ def stated_factor(where: str, quantity: Quantity, word: str) -> float:
     return unit.factor
 
 
+CONFUSED: Final = (
+    *permutations(("metres", "centimetres", "millimetres"), 2),
+    ("inches", "millimetres"),
+)
+"""Units of length, and for which each is taken; programs that know no inches call them mm."""
+
+
 def confused(quantity: Quantity, size: float) -> str:
     """Which unit was taken for which, in numbers that are of this `size` in the first unit of
     `quantity` by the unit that their file states: "millimetres that are called metres"; empty if no
     such error makes them plausible.
     """
-    # Nobody takes feet for centimetres; inches are called millimetres by programs that know no
-    # inches.
-    pairs = [
-        (true, called)
-        for true in quantity.units
-        for called in quantity.units
-        if true is not called and (_metric(true) or called.name == "millimetres")
-        if _metric(called) and true.name != "feet"
-    ]
-    middle = math.sqrt(quantity.low * quantity.high)
-
-    def off(pair: tuple[Unit, Unit]) -> float:
-        return abs(math.log(size * pair[0].factor / (pair[1].factor * middle)))
-
-    fits = [each for each in pairs if quantity.fits(size * each[0].factor / each[1].factor)]
-    if quantity.fits(size) or not fits:
+    if quantity.fits(size):
         return ""
-    true, called = min(fits, key=off)
-    return f"{true.name} that are called {called.name}"
+    middle, units = math.sqrt(quantity.low * quantity.high), {u.name: u for u in quantity.units}
+    found = {
+        f"{true} that are called {called}": size * units[true].factor / units[called].factor
+        for true, called in CONFUSED
+    }
+    fits = {words: abs(math.log(true / middle)) for words, true in found.items()
+            if quantity.fits(true)}  # fmt: skip
+    return min(fits, key=lambda words: fits[words], default="")
 
 
 def looks_like(spread: float) -> str:
@@ -194,10 +193,6 @@ def from_middle(points: Array) -> Array:
     wherever in the laboratory a person stands. Twice their median is about the spread.
     """
     return np.asarray(np.linalg.norm(points - np.median(points, axis=0), axis=1))
-
-
-def _metric(unit: Unit) -> bool:
-    return float(math.log10(unit.factor)).is_integer()
 
 
 _PARTS: Final = (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitval.consistency import OTHER, SOUND, Change, log_likelihood, weigh
+from gaitval.consistency import OTHER, SOUND, WIDEST, Change, log_likelihood, weigh
 
 SIGN = Change("sign", "the sign is the other", 0.1, "Change the sign")
 LATE = [Change("late", f"it is {ms} ms late", 0.1, "Shift it") for ms in (10, 20)]
@@ -13,7 +13,8 @@ LOOK = Change("look", "a marker moved", 0.1, "Look at it", alters=False)
 def _verdict(sign=100.0, late=(100.0, 100.0), sound=100.0, *more, count=4):
     tried = [(SIGN, sign), *zip(LATE, late, strict=True), *more]
     squares = [(change, log_likelihood(square, count)) for change, square in tried]
-    return weigh(squares, log_likelihood(sound, count), count, square=sound)
+    other = log_likelihood(sound, count, WIDEST)
+    return weigh(squares, log_likelihood(sound, count), other)
 
 
 def test_probabilities_are_those_of_bayes():
@@ -72,4 +73,4 @@ def test_advice_that_alters_data_needs_more_certainty_than_a_name(rival, advised
 
 def test_priors_leave_room_for_none():
     with pytest.raises(ValueError, match="leave room"):
-        weigh([(Change("a", "a", 0.99), 0.0)], 0.0, 1, square=0.0)
+        weigh([(Change("a", "a", 0.99), 0.0)], 0.0, 0.0)

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Final, Literal
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from gaitval._internal.io import file_gate
 from gaitval._internal.io.text_tables import MISSING, without_unit
@@ -22,7 +21,7 @@ from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import SAMPLES
 from gaitval.subjects.wbds import COLUMNS, MOMENT_SEAM
-from gaitval.units import ANGLE, FORCE_PER_WEIGHT, MOMENT_PER_MASS, Quantity, unit_of
+from gaitval.units import ANGLE, FORCE_PER_WEIGHT, MOMENT_PER_MASS, Quantity, stated_factor
 
 AngleUnit = Literal["deg", "rad"]
 
@@ -137,14 +136,8 @@ def _meaning(header: str) -> tuple[str, int, str]:
 def _factor(path: Path, column: str, name: str, unit: str, angle_unit: AngleUnit) -> float:
     """From the `unit` of a header to `angle_unit`, Nm/kg or body weights."""
     quantity = next(of for kind, of in KINDS.items() if name.startswith(kind))
-    known = quantity.named(unit)
-    if known is None:
-        raise RecordError(
-            f"{path}: column {column.strip()}: {unit_of(quantity, unit).sentence}. Say another one "
-            "in the header, or leave it out."
-        )
-    in_degrees = quantity is ANGLE and angle_unit == "deg"
-    return float(np.degrees(known.factor)) if in_degrees else known.factor
+    factor = stated_factor(f"{path}: column {column.strip()}", quantity, unit)
+    return float(np.degrees(factor)) if quantity is ANGLE and angle_unit == "deg" else factor
 
 
 def _of_cycle(
@@ -153,26 +146,16 @@ def _of_cycle(
     """The columns at 0, 1, … 100 % of the cycle; `place` says where the rows are, in % or as a
     share.
     """
-    even = np.arange(SAMPLES)
-    percent = even.astype(float) if place is None else place
-    if abs(percent[-1] - 1.0) < 1e-6:
-        percent = 100.0 * percent
-    whole = (
-        rows == len(percent) >= FEWEST_ROWS
-        and abs(percent[0]) < SAME_PERCENT > abs(percent[-1] - 100.0)
-        and (np.diff(percent) > 0.0).all()
-    )
-    if not whole:
+    percent = np.linspace(0.0, 100.0, rows)
+    seen = percent if place is None else place * (100.0 if abs(place[-1] - 1.0) < 1e-6 else 1.0)
+    enough = rows == SAMPLES or (place is not None and rows >= FEWEST_ROWS)
+    if not enough or not (np.abs(seen - percent) < SAME_PERCENT).all():
         raise RecordError(
             f"{path}: its {rows} rows are no gait cycle. There must be {SAMPLES}, 0 to 100 % of "
-            f"each side's own cycle; or at least {FEWEST_ROWS} with a column percent that goes up "
-            "from 0 to 100. Several trials, rows of units and of means are to be taken out."
+            f"each side's own cycle; or at least {FEWEST_ROWS}, evenly spaced, with a column "
+            "percent from 0 to 100. Several trials, rows of units and of means are to be taken out."
         )
-    if rows == SAMPLES and (np.abs(percent - even) < SAME_PERCENT).all():
+    if rows == SAMPLES:
         return columns
-    return {
-        name: PchipInterpolator(percent, values)(even)
-        if np.isfinite(values).all()
-        else np.interp(even, percent, values)  # a gap stays one, and is named
-        for name, values in columns.items()
-    }
+    # a gap stays one, and is named
+    return {name: np.interp(np.arange(SAMPLES), percent, c) for name, c in columns.items()}

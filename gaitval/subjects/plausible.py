@@ -19,14 +19,11 @@ from gaitval.units import (
     LEFT_PHASE,
     MEAN_FORCE,
     PELVIS_HEIGHT,
-    REACH,
     STANCE,
     STATURE,
     STRIDE_TIME,
     WALKING_SPEED,
     Quantity,
-    from_middle,
-    looks_like,
     unit_of,
 )
 
@@ -155,45 +152,6 @@ def value_problems(
     return problems
 
 
-_PLACES: Final = (
-    ("R.ASIS", "above", "R.Knee", 2),
-    ("L.ASIS", "above", "L.Knee", 2),
-    ("L.ASIS", "to the left of", "R.ASIS", 1),
-)
-"""Markers, where they lie in everybody who stands, and the axis that shows it."""
-
-
-def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
-    positions = {
-        name: np.array(at, dtype=float)
-        for name, at in markers.items()
-        if isinstance(at, list | tuple)
-        and len(at) == 3
-        and all(isinstance(value, int | float) for value in at)
-        and np.all(np.isfinite(at))
-    }
-    away = from_middle(np.array([*positions.values()])) if positions else np.zeros(0)
-    far = [name for name, distance in zip(positions, away, strict=True) if distance > REACH.high]
-    if far:
-        return [
-            f"markers: {len(far)} of {len(positions)} are more than {REACH.high:g} m from the "
-            f"middle of the person (the first is {far[0]} at {positions[far[0]].tolist()}). "
-            f"Correct their places, or the unit{looks_like(2.0 * float(np.median(away)))}."
-        ]
-    wrong = [
-        f"{upper} is not {where} {lower}"
-        for upper, where, lower, axis in _PLACES
-        if upper in positions
-        and lower in positions
-        and positions[upper][axis] <= positions[lower][axis]
-    ]
-    return [
-        f"markers: {each}. Axes must be x forward, y left, z up, and the sides the person's own; "
-        "ISB axes (y up, z right) convert as x, -z, y."
-        for each in wrong[:1]
-    ]
-
-
 def _curve_problems(gait: Mapping[str, Any]) -> Iterator[str]:
     for group, largest in LARGEST.items():
         for name, curve in _table(gait, group).items():
@@ -221,8 +179,7 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
         for side in SIDES
         if stance and stance.get(side) is None and side not in unseen
     ]
-    markers = _marker_problems(_table(values, "markers"))
-    return [*problems, *markers, *_curve_problems(gait)]
+    return [*problems, *_curve_problems(gait)]
 
 
 def _number(value: Any) -> float | None:

@@ -81,18 +81,18 @@ def test_a_mistake_is_undone_by_what_undoes_it():
         ("sign angle_knee_angle_r", -knee),
         ("radians angle_knee_angle_r", np.radians(knee)),
         ("half angle_knee_angle_r", later(knee, 50)),
-        ("-1 180 angle_knee_angle_r is", 180.0 - knee),
-        ("backwards", knee[::-1]),
+        ("-1 180 angle_knee_angle_r", 180.0 - knee),
+        ("run backwards all curves", knee[::-1]),
     ):
-        undone = found[name].changes({**sound, "angle_knee_angle_r": made})
+        undone = found[name].undo({**sound, "angle_knee_angle_r": made})
         np.testing.assert_allclose(undone["angle_knee_angle_r"], knee, atol=1e-9)
-    ankle = found["1 -90 angle_ankle_angle_l is"].changes
+    ankle = found["1 -90 angle_ankle_angle_l"].undo
     moved = ankle({"angle_ankle_angle_l": sound["angle_ankle_angle_l"] + 90.0})
     np.testing.assert_allclose(moved["angle_ankle_angle_l"], sound["angle_ankle_angle_l"])
     tilted = {
         n: c - sound[f"angle_pelvis_tilt_{n[-1]}"] for n, c in sound.items() if "flexion" in n
     }
-    thigh = found["thigh"].changes({**sound, **tilted})
+    thigh = found["thigh"].undo({**sound, **tilted})
     np.testing.assert_allclose(thigh["angle_hip_flexion_r"], sound["angle_hip_flexion_r"])
     assert sum(PRIORS.values()) < 1.0 - ADVISED / 2
 
@@ -114,5 +114,5 @@ def test_a_unit_is_undone_by_its_factor_of_small_and_large_people(unit, factors)
     own = names[unit in ("N", "N/kg", "% of body weight")]
     words = {"moment": "the moments", "force": "the forces"}[own.partition("_")[0]]
     tried = [m for m in mistakes(sound, sound) if m.name == f"{unit} {words}"]
-    found = [np.ptp(each.changes(sound)[own]) / np.ptp(sound[own]) for each in tried]
+    found = [np.ptp(each.undo(sound)[own]) / np.ptp(sound[own]) for each in tried]
     assert sorted([found[0], found[-1]]) == pytest.approx(sorted(factors), rel=5e-3)

@@ -38,45 +38,27 @@ def check_units(known: Skeleton, motion: Motion, in_degrees: bool, source: str) 
     """Raise RecordError if the translations of the root in `motion`, read from `source`, cannot be
     metres, or its angles not of the unit that the header gives, `in_degrees` or radians.
     """
-    far = {
-        name: float(np.median(np.abs(motion.values[name])))
-        for name in _root(known)
+    root = known.model.root()
+    held = [
+        (PLACE, "metres", float(np.median(np.abs(motion.values[name]))), name)
+        for name in (root.coordinates if root else ())
         if name in motion.given and known.model.coordinates[name].motion == "translational"
-    }
-    for name, size in far.items():
-        seen = unit_of(PLACE, "metres", size)
-        if seen.unit is None:
+    ]
+    header, factor = ("degrees", np.degrees(1.0)) if in_degrees else ("radians", 1.0)
+    swings = {factor * float(np.ptp(each)): name for name, each in _of_legs(known, motion).items()}
+    held += [(JOINT_SWING, header, most, swings[most]) for most in sorted(swings)[-1:]]
+    for quantity, unit, size, name in held:
+        seen = unit_of(quantity, unit, size)
+        # Who stands still in any unit is no walker, which is said elsewhere.
+        if seen.unit is None and (seen.candidates or size > JOINT_SWING.high):
             raise RecordError(
-                f"{source}: {name} is {size:.4g} m in the median, and no laboratory is so long: "
-                f"{seen.sentence}. OpenSim has lengths in metres: export the motion again."
+                f"{source}: {name} goes up to {size:.4g} {unit}, as the file has it: "
+                f"{seen.sentence}. OpenSim has lengths in metres; write inDegrees=yes into the "
+                "header of degrees, inDegrees=no into that of radians, or export it again."
             )
-    header, size_of_one = ("degrees", np.degrees(1.0)) if in_degrees else ("radians", 1.0)
-    swings = {name: float(np.ptp(each)) for name, each in _of_legs(known, motion).items()}
-    most = max(swings, key=lambda name: swings[name], default="")
-    if not most:
-        return
-    seen = unit_of(JOINT_SWING, header, size_of_one * swings[most])
-    # Who stands still in any unit is no walker, which is said elsewhere.
-    if seen.unit is None and (seen.candidates or swings[most] > JOINT_SWING.high):
-        raise RecordError(
-            f"{source}: of the legs {most} moves most, by {size_of_one * swings[most]:.4g} {header}"
-            f", as the header has it: {seen.sentence}. Write inDegrees=yes into the header of "
-            "degrees, inDegrees=no into that of radians, or export it again."
-        )
 
 
 def _of_legs(known: Skeleton, motion: Motion) -> Mapping[str, Array]:
-    """Angles by the model's name of the coordinate: of the legs' joints, or of all joints of a
-    model whose legs have other names.
-    """
-    names = [name for ours, name in known.coordinates.items() if ours[:-2] in LEGS] or [
-        name
-        for name, each in known.model.coordinates.items()
-        if each.motion == "rotational" and name not in _root(known)
-    ]
+    """Angles of the legs' joints by the model's name of the coordinate."""
+    names = [name for ours, name in known.coordinates.items() if ours[:-2] in LEGS]
     return {name: motion.values[name] for name in names if name in motion.given}
-
-
-def _root(known: Skeleton) -> tuple[str, ...]:
-    root = known.model.root()
-    return tuple(root.coordinates) if root else ()
