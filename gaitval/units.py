@@ -49,14 +49,12 @@ class Quantity:
     what : in messages.
     units : those in which programs write it, first the one that gaitval calculates in.
     low, high : its plausible size in that unit.
-    guessed : names of the units that are looked for in numbers; all of them if none are given.
     """
 
     what: str
     units: tuple[Unit, ...]
     low: float = 0.0
     high: float = math.inf
-    guessed: tuple[str, ...] = ()
 
     def named(self, word: str) -> Unit | None:
         """The unit that a header calls by this `word`, in any spelling; None if it is unknown."""
@@ -71,42 +69,33 @@ class Quantity:
 
 @dataclass(frozen=True)
 class UnitSeen:
-    """What is known of the unit of some numbers.
+    """What the size of some numbers shows of their unit.
 
     Attributes
     ----------
     quantity : what they are of.
-    word : what the header says; empty if nothing.
-    stated : the unit that this is; None if it says none, or an unknown one.
-    size : of the numbers as they are written; None if nobody looked at them.
+    stated : the unit that their header names; None if it names none.
+    size : of the numbers as they are written.
     candidates : units in which numbers of this size are plausible: the first of the quantity, then
         those that bring it nearest to the middle of the range.
     """
 
     quantity: Quantity
-    word: str
     stated: Unit | None
-    size: float | None
+    size: float
     candidates: tuple[Unit, ...]
 
     @property
     def unit(self) -> Unit | None:
         """The stated unit, if the numbers allow it; without one the only candidate; else None."""
         if self.stated is not None:
-            return self.stated if self.size is None or self.stated in self.candidates else None
-        return self.candidates[0] if len(self.candidates) == 1 and not self.word.strip() else None
+            return self.stated if self.stated in self.candidates else None
+        return self.candidates[0] if len(self.candidates) == 1 else None
 
     @property
     def sentence(self) -> str:
-        """What the numbers look like, or what is unknown; empty if the unit is the stated one."""
-        if self.unit is not None and self.unit is self.stated:
-            return ""
+        """What the numbers look like."""
         of, first = self.quantity, self.quantity.units[0].name
-        if self.word.strip() and self.stated is None:
-            known = ", ".join(unit.name for unit in of.units)
-            return f"{self.word.strip()!r} is no known unit of {of.what} ({known})"
-        if self.size is None:
-            return "no unit is given"
         if not self.candidates:
             return (
                 f"outside the plausible {of.low:g} to {of.high:g} {first} of {of.what}, in every "
@@ -118,29 +107,20 @@ class UnitSeen:
         )
 
 
-def unit_of(quantity: Quantity, word: str = "", size: float | None = None) -> UnitSeen:
-    """Which unit some numbers are in.
-
-    Parameters
-    ----------
-    quantity : what they are of.
-    word : the unit that their header names; empty if it names none.
-    size : how large they are, as written; None if the word is to be believed.
+def unit_of(quantity: Quantity, word: str = "", *, size: float) -> UnitSeen:
+    """Which unit some numbers are in that are so large as written (`size`), where their header
+    names one by `word`, or none.
     """
-    if size is None:
-        return UnitSeen(quantity, word, quantity.named(word), None, ())
     middle = math.sqrt(max(quantity.low, 1e-2 * quantity.high) * quantity.high)
     found = []
     for unit in quantity.units:
-        if quantity.guessed and unit.name not in quantity.guessed:
-            continue
         low, high = unit.factor / unit.spread * size, unit.factor * unit.spread * size
         if low <= quantity.high and high >= quantity.low:
             off = math.inf if low <= 0.0 else abs(math.log(math.sqrt(low * high) / middle))
             found.append((unit is not quantity.units[0], off, unit))
     found.sort(key=lambda each: each[:2])
     candidates = tuple(unit for *_, unit in found)
-    return UnitSeen(quantity, word, quantity.named(word), size, candidates)
+    return UnitSeen(quantity, quantity.named(word), size, candidates)
 
 
 def stated_factor(where: str, quantity: Quantity, word: str) -> float:
@@ -149,18 +129,31 @@ def stated_factor(where: str, quantity: Quantity, word: str) -> float:
     """
     unit = quantity.named(word)
     if unit is None:
+        known = ", ".join(each.name for each in quantity.units)
+        what = f"{word.strip()!r} is no known unit of {quantity.what} ({known})"
         raise RecordError(
-            f"{where}: {unit_of(quantity, word).sentence}, so the numbers have no meaning: "
-            "set the right unit in the program that made the file, and export again."
+            f"{where}: {what if word.strip() else 'no unit is given'}, so the numbers have no "
+            "meaning: set the right unit in the program that made the file, and export again."
         )
     return unit.factor
 
 
+def _length(*names: str) -> tuple[Unit, ...]:
+    known = {
+        "metres": Unit("metres", 1.0, ("m",)),
+        "centimetres": Unit("centimetres", 1e-2, ("cm",)),
+        "millimetres": Unit("millimetres", 1e-3, ("mm",)),
+        "inches": Unit("inches", 0.0254, ("in",)),
+        "feet": Unit("feet", 0.3048, ("ft",)),
+    }
+    return tuple(known[name] for name in names or known)
+
+
 CONFUSED: Final = (
-    *permutations(("metres", "centimetres", "millimetres"), 2),
-    ("inches", "millimetres"),
+    *permutations(_length("metres", "centimetres", "millimetres"), 2),
+    _length("inches", "millimetres"),
 )
-"""Units of length, and for which each is taken; programs that know no inches call them mm."""
+"""A unit of length, and the one that it is called; programs that know no inches call them mm."""
 
 
 def confused(quantity: Quantity, size: float) -> str:
@@ -170,14 +163,13 @@ def confused(quantity: Quantity, size: float) -> str:
     """
     if quantity.fits(size):
         return ""
-    middle, units = math.sqrt(quantity.low * quantity.high), {u.name: u for u in quantity.units}
-    found = {
-        f"{true} that are called {called}": size * units[true].factor / units[called].factor
+    middle = math.sqrt(quantity.low * quantity.high)
+    fits = {
+        abs(math.log(right / middle)): f"{true.name} that are called {called.name}"
         for true, called in CONFUSED
+        if quantity.fits(right := size * true.factor / called.factor)
     }
-    fits = {words: abs(math.log(true / middle)) for words, true in found.items()
-            if quantity.fits(true)}  # fmt: skip
-    return min(fits, key=lambda words: fits[words], default="")
+    return fits[min(fits)] if fits else ""
 
 
 def looks_like(spread: float) -> str:
@@ -212,17 +204,6 @@ def plain(word: str) -> str:
     for written, part in _PARTS:
         short = re.sub(written, part, short)
     return short
-
-
-def _length(*names: str) -> tuple[Unit, ...]:
-    known = {
-        "metres": Unit("metres", 1.0, ("m",)),
-        "centimetres": Unit("centimetres", 1e-2, ("cm",)),
-        "millimetres": Unit("millimetres", 1e-3, ("mm",)),
-        "inches": Unit("inches", 0.0254, ("in",)),
-        "feet": Unit("feet", 0.3048, ("ft",)),
-    }
-    return tuple(known[name] for name in names or known)
 
 
 _SI_LENGTHS: Final = ("metres", "centimetres", "millimetres")
@@ -266,8 +247,8 @@ FORCE_PER_WEIGHT: Final = Quantity("a force by weight", _PER_WEIGHT[:3])
 
 # ---- Of a person. Ranges catch units, not unusual people: from two years on. ----
 SPREAD: Final = Quantity(
-    "the space of a person's markers", _length(), 0.4, 2.2,
-    ("metres", "centimetres", "millimetres", "inches"),
+    "the space of a person's markers",
+    _length("metres", "centimetres", "millimetres", "inches"), 0.4, 2.2,
 )  # fmt: skip
 """From a child's legs to a tall adult with the arms up; in feet a child's legs would be as far
 apart as an adult is in metres, and no program writes them."""

@@ -39,7 +39,6 @@ from gaitval.units import confused, stated_factor, unit_of
 def test_a_word_of_a_header_is_known_in_every_spelling(quantity, words, factor):
     for word in words.split():
         assert stated_factor("file", quantity, word) == pytest.approx(factor, rel=1e-9)
-        assert unit_of(quantity, word).sentence == ""
 
 
 @pytest.mark.parametrize(
@@ -94,15 +93,15 @@ def test_the_size_of_numbers_shows_their_unit_the_likeliest_first(quantity, size
 
 
 def test_a_stated_unit_that_the_numbers_contradict_is_not_taken():
-    found = unit_of(units.STATURE, "m", 153.0)
+    found = unit_of(units.STATURE, "m", size=153.0)
     assert found.unit is None
     assert found.sentence == "this looks like centimetres (1.53 metres)"
-    assert unit_of(units.STATURE, "cm", 153.0).unit.factor == 1e-2
-    of_two = unit_of(units.WALKING_SPEED, "m/s", 112.0)
+    assert unit_of(units.STATURE, "cm", size=153.0).unit.factor == 1e-2
+    of_two = unit_of(units.WALKING_SPEED, "m/s", size=112.0)
     assert of_two.sentence == "this looks like cm/s (1.12 m/s) or mm/s (0.112 m/s)"
-    by_mass = unit_of(units.ANKLE_MOMENT, "Nm/kg", 100.0)
+    by_mass = unit_of(units.ANKLE_MOMENT, "Nm/kg", size=100.0)
     assert by_mass.sentence == "this looks like Nm (divide by the body mass in kg)"
-    assert "0.8 to 2.3 metres of a stature" in unit_of(units.STATURE, "m", 1e7).sentence
+    assert "0.8 to 2.3 metres of a stature" in unit_of(units.STATURE, "m", size=1e7).sentence
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from gaitval._internal.io import file_gate
 from gaitval._internal.io.text_tables import MISSING, without_unit
@@ -157,5 +158,10 @@ def _of_cycle(
         )
     if rows == SAMPLES:
         return columns
-    # a gap stays one, and is named
-    return {name: np.interp(np.arange(SAMPLES), percent, c) for name, c in columns.items()}
+    even = np.arange(SAMPLES)
+    return {
+        name: PchipInterpolator(percent, values)(even)
+        if np.isfinite(values).all()
+        else np.interp(even, percent, values)  # a gap stays one, and is named
+        for name, values in columns.items()
+    }

@@ -33,6 +33,8 @@ INDEPENDENT: Final = 0.5
 """Share of a group's numbers that count, for neighbouring harmonics go together."""
 DISTURBED: Final = 0.1
 """Share of the groups that a mistake disturbs of which nobody thought."""
+HOPELESS: Final = 20.0
+"""Log likelihood below the best so far, from which a mistake is not looked at further."""
 UNEXPLAINED: Final = 0.4
 """Log likelihood of a group of numbers, in the mean of all, below that of healthy people's means,
 from which on the curves are no walker's: 0.2 of one of the ten, 0.7 of one who runs."""
@@ -306,26 +308,29 @@ def judge_curves(curves: Curves) -> Judged:
     own = {n: c for n, c in curves.items() if n in expected and np.ptp(c) > 0.0}
     seen = [*groups(tuple(own))]
     now = [_log(group, own) for group in seen]
+    perfect = [float(_logs(_count(each), SORTS[each.sort].beyond)[0]) for each in seen]
     touched: dict[str, set[int]] = {}
     for i, group in enumerate(seen):
         for name, *_ in group.terms:
             touched.setdefault(name, set()).add(i)
-
-    def without(mistake: Mistake) -> float:
-        """Log likelihood of the curves without a mistake, less that of those as they are."""
+    best, tried = 0.0, list[tuple[Mistake, float]]()
+    for mistake in mistakes(own, expected):
         changed = mistake.undo(own)
         after = {**own, **changed}
-        concerned = set().union(*(touched[name] for name in changed))
-        return sum(_log(seen[i], after) - now[i] for i in concerned)
-
+        concerned = sorted(set().union(*(touched[name] for name in changed)))
+        better, hope = 0.0, sum(perfect[i] - now[i] for i in concerned)
+        for i in concerned:
+            better += _log(seen[i], after) - now[i]
+            hope -= perfect[i] - now[i]
+            if better + hope < best - HOPELESS:
+                break
+        best = max(best, better)
+        tried.append((mistake, better))
     wide = [_log(group, own, WIDEST) for group in seen]
     other = np.logaddexp(np.log1p(-DISTURBED) + np.array(now), np.log(DISTURBED) + np.array(wide))
-    tried = [(each, without(each)) for each in mistakes(own, expected)]
     verdict = weigh(tried, 0.0, float(other.sum()) - sum(now))
     untold = () if verdict.named else tuple(
         each.columns[0][6:-2] for each, log in tried
         if each.family == "sign" and each.columns[0].startswith("angle_") and log > -UNTOLD
     )  # fmt: skip
-    perfect = sum(float(_logs(_count(each), SORTS[each.sort].beyond)[0]) for each in seen)
-    best = max([0.0, *(log for _, log in tried)]) + sum(now)
-    return Judged(verdict, untold, best > perfect - UNEXPLAINED * len(seen))
+    return Judged(verdict, untold, best > sum(perfect) - sum(now) - UNEXPLAINED * len(seen))

@@ -148,12 +148,13 @@ def mistakes(curves: Curves, expected: Curves) -> list[Mistake]:
 
 
 def _kinds(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """All curves, and those of each kind."""
+    """Curves of each kind, and all where there are several kinds."""
     found = {
-        f"the {k}s": tuple(n for n in names if n.startswith(k))
-        for k in ("angle", "moment", "force")
+        f"the {kind}s": own
+        for kind in ("angle", "moment", "force")
+        if (own := tuple(name for name in names if name.startswith(kind)))
     }
-    return {"all curves": tuple(names)} | {words: own for words, own in found.items() if own}
+    return found if len(found) == 1 else {"all curves": tuple(names), **found}
 
 
 def _columns(names: Sequence[str]) -> Iterator[Columns]:
@@ -218,7 +219,6 @@ def _times(own: Columns) -> Iterator[Mistake]:
             if abs(rows - SAMPLES // 2) <= 4:
                 said = "over the other side's cycle, half a stride off"
             yield own.mistake("late", f"{{are}} {said}", partial(later, rows=rows), CUT, "late")
-    if own.extent == "table":
         yield own.mistake(
             "rows", "run backwards", lambda c: c[::-1],
             "export the curves over 0 to 100 % of one gait cycle",

@@ -82,7 +82,7 @@ def test_a_mistake_is_undone_by_what_undoes_it():
         ("radians angle_knee_angle_r", np.radians(knee)),
         ("half angle_knee_angle_r", later(knee, 50)),
         ("-1 180 angle_knee_angle_r", 180.0 - knee),
-        ("run backwards all curves", knee[::-1]),
+        ("run backwards the angles", knee[::-1]),
     ):
         undone = found[name].undo({**sound, "angle_knee_angle_r": made})
         np.testing.assert_allclose(undone["angle_knee_angle_r"], knee, atol=1e-9)

@@ -427,7 +427,7 @@ def _moments(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None
         found.not_judged.append("Moments: no complete gait cycle in the results.")
         return
     ankles = [np.abs(mean).max() for name, (mean, _) in found.moments.items() if name[:-2] in SIZED]
-    seen = unit_of(ANKLE_MOMENT, "Nm", found.model.mass * max(ankles)) if ankles else None
+    seen = unit_of(ANKLE_MOMENT, "Nm", size=found.model.mass * max(ankles)) if ankles else None
     if seen is not None and seen.unit is None and seen.candidates:
         raise RecordError(
             f"{found.request.id}: the moments of the ankles go up to {seen.size:.3g}: "

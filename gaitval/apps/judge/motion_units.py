@@ -48,7 +48,7 @@ def check_units(known: Skeleton, motion: Motion, in_degrees: bool, source: str) 
     swings = {factor * float(np.ptp(each)): name for name, each in _of_legs(known, motion).items()}
     held += [(JOINT_SWING, header, most, swings[most]) for most in sorted(swings)[-1:]]
     for quantity, unit, size, name in held:
-        seen = unit_of(quantity, unit, size)
+        seen = unit_of(quantity, unit, size=size)
         # Who stands still in any unit is no walker, which is said elsewhere.
         if seen.unit is None and (seen.candidates or size > JOINT_SWING.high):
             raise RecordError(
