@@ -154,7 +154,7 @@ def _kinds(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
         for kind in ("angle", "moment", "force")
         if (own := tuple(name for name in names if name.startswith(kind)))
     }
-    return found if len(found) == 1 else {"all curves": tuple(names), **found}
+    return found if len(found) < 2 else {"all curves": tuple(names), **found}
 
 
 def _columns(names: Sequence[str]) -> Iterator[Columns]:
@@ -267,7 +267,8 @@ def _exchanged(names: Sequence[str]) -> Iterator[Mistake]:
 
     for whose, own in _kinds(names).items():
         sides = [(n, f"{n[:-2]}_l") for n in own if n.endswith("_r") and f"{n[:-2]}_l" in own]
-        yield swapped("exchanged sides", f"right and left are exchanged in {whose}", *sides)
+        if sides:
+            yield swapped("exchanged sides", f"right and left are exchanged in {whose}", *sides)
         if whose == "all curves":
             continue
         for one, other in combinations(sides, 2):

@@ -210,7 +210,7 @@ def both(name, columns):
         (change("angle_hip_flexion_l", np.negative), "Change the sign of angle_hip_flexion_l"),
         (change("moment_ankle_angle_r", np.negative), "the sign of moment_ankle_angle_r: moments"),
         (partial(both, "moment_hip_adduction"), "sign of moment_hip_adduction_r and"),
-        (every("moment_", -1.0), "the moments have the other sign .* Change the sign of the moments: .* internal"),
+        (every("moment_", -1.0), "the sign of the moments: .* are internal"),
         (change("force_forward_r", np.negative), "Change the sign of force_forward_r"),
         (change("force_left_l", np.negative), "Change the sign of force_left_l"),
         (every("angle_", np.pi / 180), "the angles are in radians .* Give --angle-unit rad"),
