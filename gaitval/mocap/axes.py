@@ -16,7 +16,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.activities import check_level, check_on_ground
+from gaitval.mocap.activities import check_level
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Recording
 from gaitval.units import PELVIS_HEIGHT, confused
@@ -169,15 +169,11 @@ def _check_height(where: str, height: float) -> None:
     """Refuse a pelvis that is too near to or too far from the ankles for a person, m."""
     if not PELVIS_HEIGHT.fits(height):
         wrong = confused(PELVIS_HEIGHT, height)
-        hint = (
-            f"the markers are in the wrong unit, {wrong}: correct it in the file"
-            if wrong
-            else "the markers' names are wrong, or the person does not stand upright. Check the "
-            "labels in the recording program"
-        )
         raise RecordError(
             f"{where}: the pelvis is {height:.3g} m from the ankles, but a person's is "
-            f"{PELVIS_HEIGHT.low:g} to {PELVIS_HEIGHT.high:g} m away: {hint}."
+            f"{PELVIS_HEIGHT.low:g} to {PELVIS_HEIGHT.high:g} m away: the markers are in the wrong "
+            f"unit{f', {wrong}' if wrong else ''}, their names are wrong, or the person does not "
+            "stand upright. Check the file and the labels in the recording program."
         )
 
 
@@ -287,7 +283,6 @@ def turn_to_walking_direction(
     velocity, how = _walking_velocity(shown, landmarks, pelvis)
     speed = float(np.linalg.norm(velocity))
     check_level(shown, landmarks)
-    check_on_ground(shown, landmarks)
     angle = float(np.arctan2(velocity[1], velocity[0]))
     quarter = round(angle / (np.pi / 2)) * np.pi / 2
     along = abs(angle - quarter) <= ALONG_AXIS

@@ -27,8 +27,6 @@ LIMITS: Final[Mapping[str, float]] = {
     # m. What an unloaded plate shows may also be a place, where those measured are this
     # near.
     "astray_m": 0.02,
-    # A moment about the middle or a corner of a plate is at most this times the force, m.
-    "longest_plate_m": 1.0,
 }
 """What decides in this module: each in the unit and for the reason that is said before it."""
 
@@ -136,16 +134,11 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
         message = f"{path}: plate {name}: no foot exerts its torque of {size}; it is used as it is"
         passed_over(message)
         return torque
-    why = (
-        "It looks like Nmm: divide the torques by 1000"
-        if lever > LIMITS["longest_plate_m"]
-        else "It looks like the moment about the plate's middle or origin: export the free moment "
-        "about the centre of pressure"
-    )
     raise RecordError(
         f"{path}: plate {name}: the torque is {lever:.3g} m times the force under load (median), "
         f"but a foot can twist on the ground with at most {LONGEST_LEVER_M:g} m times the force, "
-        f"about the vertical alone. {why}."
+        "about the vertical alone. It is in Nmm (divide by 1000), or the moment about the plate's "
+        "middle or origin: export the free moment about the centre of pressure."
     )
 
 

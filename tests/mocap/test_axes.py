@@ -286,7 +286,7 @@ class TestWalkingDirection:
         if abs(degrees) < 4.0:
             turn_to_walking_direction(sloped, LANDMARKS)
             return
-        with pytest.raises(RecordError, match=f"goes {'up' if degrees > 0 else 'down'}"):
+        with pytest.raises(RecordError, match=rf"slope is \{degrees:+.0f}°"):
             turn_to_walking_direction(sloped, LANDMARKS)
 
     def test_stairs_are_no_level_ground(self):
@@ -302,16 +302,7 @@ class TestWalkingDirection:
                 markers[:, i, 2] += 0.34 * done
             else:
                 markers[:, i, 2] += 0.34 * time
-        with pytest.raises(RecordError, match=r"goes up by .*stairs"):
-            turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
-
-    @pytest.mark.parametrize("belt", [False, True], ids=["overground", "treadmill"])
-    def test_who_leaves_the_ground_with_both_feet_does_not_walk(self, belt):
-        """Whoever runs slowly, hops or jumps ahead, at any speed."""
-        recording = walking(1.2, belt=belt)
-        markers = recording.markers.copy()
-        markers[..., 2] += 0.12 * np.maximum(0.0, np.sin(2 * np.pi * 2 * recording.time))[:, None]
-        with pytest.raises(RecordError, match="both feet are off the ground at once"):
+        with pytest.raises(RecordError, match=r"slope is \+\d+°.*stairs"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
     @pytest.mark.parametrize("drop", [-0.3, 0.25])
@@ -323,7 +314,7 @@ class TestWalkingDirection:
             late = 0.5 if name[0] == "L" else 0.0
             begin = 1.0 + (0.6 - late) % 1.0
             markers[:, i, 2] += drop * np.clip((recording.time - begin) / 0.4, 0, 1)
-        with pytest.raises(RecordError, match="two levels that are"):
+        with pytest.raises(RecordError, match=r"heights that are up to 0\.\d\d m apart"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
     def test_still_in_the_laboratorys_axes(self):
