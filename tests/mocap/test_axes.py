@@ -274,21 +274,6 @@ class TestWalkingDirection:
             with pytest.raises(RecordError, match="other axes than the standing trial"):
                 turn_to_walking_direction(fewer.turned(axes), LANDMARKS)
 
-    @pytest.mark.parametrize("degrees", [10.0, -8.0, 2.0])
-    @pytest.mark.parametrize("belt", [True, False])
-    def test_a_slope_is_named(self, degrees, belt):
-        recording = walking(1.2, belt=belt)
-        # Sheared and not turned: who climbs stays upright.
-        markers = recording.markers.copy()
-        ahead = markers[..., 0] if not belt else markers[..., 0] - markers[..., :1, 0]
-        markers[..., 2] += np.tan(np.radians(degrees)) * ahead
-        sloped = recording.with_markers(recording.names, markers)
-        if abs(degrees) < 4.0:
-            turn_to_walking_direction(sloped, LANDMARKS)
-            return
-        with pytest.raises(RecordError, match=rf"slope is \{degrees:+.0f}°"):
-            turn_to_walking_direction(sloped, LANDMARKS)
-
     def test_stairs_are_no_level_ground(self):
         recording = walking(0.6, belt=False)
         markers = recording.markers.copy()
@@ -302,7 +287,7 @@ class TestWalkingDirection:
                 markers[:, i, 2] += 0.34 * done
             else:
                 markers[:, i, 2] += 0.34 * time
-        with pytest.raises(RecordError, match=r"slope is \+\d+°.*stairs"):
+        with pytest.raises(RecordError, match="stairs"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
     @pytest.mark.parametrize("drop", [-0.3, 0.25])
@@ -314,7 +299,7 @@ class TestWalkingDirection:
             late = 0.5 if name[0] == "L" else 0.0
             begin = 1.0 + (0.6 - late) % 1.0
             markers[:, i, 2] += drop * np.clip((recording.time - begin) / 0.4, 0, 1)
-        with pytest.raises(RecordError, match=r"heights that are up to 0\.\d\d m apart"):
+        with pytest.raises(RecordError, match="two levels that are"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
     def test_still_in_the_laboratorys_axes(self):
