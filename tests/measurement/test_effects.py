@@ -5,7 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitval.session.measurement.balance import GroundWrenches, _plate_effects, newton
+from gaitval.session.measurement.balance import (
+    GroundWrenches,
+    _drift,
+    _plate_effects,
+    _Row,
+    newton,
+)
 
 MIDDLE = np.array([0.3, 0.2, 0.0])
 WEIGHT = 700.0
@@ -138,3 +144,19 @@ def test_a_slow_clock_of_the_forces_makes_them_later_and_later():
     inside = slice(5, -5)
     assert np.abs(wrong)[inside].max() > 0.01
     np.testing.assert_allclose(wrong[inside], 0.002 * effects["clock"][inside], atol=1e-3)
+
+
+def test_a_drift_is_what_differs_from_stride_to_stride():
+    """Two bins of three strides, of which the forces of each come later than those before."""
+    pooled = {
+        ("force z", "", b): [
+            _Row("force z", "", b, 0.0, 0.3 * b + 0.004 * later, ("clock",), np.array([later]))
+            for later in (0.0, slope, 2.0 * slope)
+        ]
+        for b, slope in ((0, 1.5), (1, -0.5))
+    }  # fmt: skip
+    value, error = _drift(pooled, {"force z": 0.01})
+    assert value == pytest.approx(0.004)
+    assert error == pytest.approx(2.0 * 0.01 / np.sqrt(2.0 * (1.5**2 + 0.5**2)))
+    once = {key: rows[:1] for key, rows in pooled.items()}
+    assert _drift(once, {"force z": 0.01}) is None

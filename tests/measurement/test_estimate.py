@@ -142,6 +142,15 @@ def test_the_prior_of_a_set_is_the_product_of_its_faults(model):
         assert np.exp(log) == pytest.approx(prior)
 
 
+def test_nothing_is_to_be_corrected_beside_a_fault_that_cannot_be(model):
+    alone, *_ = warnings(found(model[0]({"place x 1": 0.08})))
+    assert "--correct place" in alone.message
+    both = warnings(found(model[0]({"mass": 0.2, "place x 1": 0.08})))
+    assert {each.check for each in both} == {"measurement: mass", "measurement: place"}
+    assert not any("--correct" in each.message for each in both)
+    assert any("weigh the person" in each.message for each in both)
+
+
 def test_what_no_fault_explains_is_something_else(model):
     """A pattern that has no like among the faults, ten times as large as a person's own."""
     pattern = 10.0 * SPREAD * np.sin(np.arange(COUNT) ** 2)

@@ -60,6 +60,11 @@ FALL: Final[tuple[str, ...]] = ("fall of force", "fall of markers")
 markers from 4 and 5 Hz to 8 and 10."""
 
 LENGTH: Final = "length of the legs"
+DRIFT: Final = "drift of the forces"
+"""Share by which the forces come later from stride to stride: what is the same in all strides does
+not show it."""
+DRIFT_ALIKE: Final = 2.0
+"""Times the scatter of single bins that a drift has: neighbouring bins of a stride differ alike."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ class Data:
     Attributes
     ----------
     names : (F,) of the faults.
-    kind : (N,) of `NEWTON`, `PRESSURE`, `FALL`, `standing.KINDS` or `LENGTH`.
+    kind : (N,) of `NEWTON`, `PRESSURE`, `FALL`, `standing.KINDS`, `LENGTH` or `DRIFT`.
     group : (N,) the foot and plate of a pressure, "" of Newton's law.
     phase : (N,) of the stride or of the stance, 0 to 1.
     value : (N,) what was seen.
@@ -185,6 +190,9 @@ def data_of(
         of_legs = {"stature": -1.0, "scale": 1.0}
         effect = np.array([of_legs.get(name, 0.0) for name in names])
         still = [*still, (LENGTH, legs - expected, spread, effect)]
+    drift = _drift(pooled, usual)
+    if drift is not None:
+        still = [*still, (DRIFT, *drift, np.array([float(name == "clock") for name in names]))]
     noises = [usual[key[0]] / np.sqrt(len(values)) for key, _, values, _ in rows]
     return Data(
         names=tuple(names),
@@ -200,6 +208,26 @@ def data_of(
             for plate, middle in zip(trial.walk.recording.plates, trial.middles, strict=True)
         },
     )
+
+
+def _drift(
+    pooled: "Mapping[tuple[str, str, int], Sequence[_Row]]", usual: Mapping[str, float]
+) -> tuple[float, float] | None:
+    """By how much of the time that has passed the forces come later, and the standard error of
+    that; None where no bin is in two strides.
+    """
+    square = towards = 0.0
+    for (kind, *_), rows in pooled.items():
+        if kind in FALL or len(rows) < 2:
+            continue
+        value = np.array([row.value for row in rows])
+        later = np.array([row.effects[row.names.index("clock")] for row in rows])
+        later = (later - later.mean()) / usual[kind]
+        square += float(later @ later)
+        towards += float(later @ (value - value.mean())) / usual[kind]
+    if not square:
+        return None
+    return towards / square, DRIFT_ALIKE / float(np.sqrt(square))
 
 
 USUAL_SCATTER: Final = dict(
@@ -322,10 +350,11 @@ def _of_trial(trial: PlateTrial, mass_kg: float, later: float) -> list[_Row]:
         border_value=0,
     )
     strides = _strides(trial.walk, later)
+    weight = mass_kg * STANDARD_GRAVITY
     rows: list[_Row] = []
     if known.any() and strides is not None:
-        rows += _newton_rows(trial, ground, mass_kg * STANDARD_GRAVITY, known, *strides)
-    return [*rows, *_pressures(trial, ground), *trial.falls]
+        rows += _newton_rows(trial, ground, weight, known, *strides)
+    return [*rows, *_pressures(trial, ground, weight), *trial.falls]
 
 
 def _newton_rows(
@@ -495,8 +524,10 @@ def _strides(walk: WalkingTrial, later: float) -> tuple[Array, Index] | None:
     return np.asarray(count % 1.0), before + np.floor(np.maximum(count, 0.0)).astype(int)
 
 
-def _pressures(trial: PlateTrial, ground: GroundWrenches) -> list[_Row]:
-    """Centre of pressure in the axes of the standing foot, from its ankle, by shares of stance."""
+def _pressures(trial: PlateTrial, ground: GroundWrenches, weight: float) -> list[_Row]:
+    """Centre of pressure in the axes of the standing foot, from its ankle, by shares of stance; an
+    offset is one of a share of the body's `weight`, N.
+    """
     plates = trial.walk.recording.plates
     points = ground.point
     rows: list[_Row] = []
@@ -524,6 +555,7 @@ def _pressures(trial: PlateTrial, ground: GroundWrenches) -> list[_Row]:
                 seen = point[inside] - ankle[inside, :2, 3]
                 lever = point[inside] - trial.middles[number][:2]
                 one, none = np.ones(len(inside)), np.zeros(len(inside))
+                carried = np.maximum(ground.feet[inside, column, 2], LOADED_N)
                 ahead, inwards_ = axes[inside][:, 0], axes[inside][:, 1]
                 since = inside[:, None] / ground.rate
                 changes = {
@@ -535,6 +567,7 @@ def _pressures(trial: PlateTrial, ground: GroundWrenches) -> list[_Row]:
                     f"foot turned {side}": np.stack([-seen[:, 1], seen[:, 0]], axis=1),
                     f"vertical gain {plate.name}": -lever,
                     f"moment gain {plate.name}": lever,
+                    f"offset z {plate.name}": -lever * (weight / carried)[:, None],
                     f"plate delay {plate.name}": later[inside],
                     "scale": -ankle[inside, :2, 3],
                     f"place x {plate.name}": np.stack([one, none], axis=1),

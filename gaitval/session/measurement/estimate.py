@@ -238,7 +238,7 @@ class Search:
             own = sum(KINDS[each.kind].common == common and each.name != common for each in some)
             if own + (common in names) > self.plates or own == self.plates > 1:
                 return False
-        return sum(bool(each.shifts) for each in some) <= 1
+        return sum(bool(each.shifts) or each.kind == "clock" for each in some) <= 1
 
     def found(self) -> tuple[FoundFault, ...]:
         """What is wrong: each fault of the best set, or one, by the probabilities of all sets."""

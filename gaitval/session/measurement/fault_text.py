@@ -73,9 +73,12 @@ def title(part: str) -> str:
 
 def warnings(found: Sequence[FoundFault], corrected: Sequence[str] = ()) -> list[QualityFlag]:
     """A warning for each fault that was `found` and matters. `corrected` are kinds of faults that
-    are taken away where they are found.
+    are taken away where they are found. Nothing is to be corrected beside a fault that cannot be:
+    their sizes are known together only.
     """
-    return [_warning(each, corrected) for each in found if each.matters]
+    some = [each for each in found if each.matters]
+    only = all(each.fault is not None and KINDS[each.fault.kind].corrected for each in some)
+    return [_warning(each, corrected, advised=only) for each in some]
 
 
 def unused(walks: Sequence[WalkingTrial]) -> QualityFlag:
@@ -95,7 +98,7 @@ def unused(walks: Sequence[WalkingTrial]) -> QualityFlag:
     )
 
 
-def _warning(found: FoundFault, corrected: Sequence[str]) -> QualityFlag:
+def _warning(found: FoundFault, corrected: Sequence[str], *, advised: bool) -> QualityFlag:
     verdict, fault = found.verdict, found.fault
     names = [each.change.name for each in verdict.named]
     if fault is None:
@@ -106,7 +109,8 @@ def _warning(found: FoundFault, corrected: Sequence[str]) -> QualityFlag:
     kind, text, where = KINDS[fault.kind], str(verdict), BOTH
     if len(names) == 1:
         where, text = fault.where, text.removeprefix(f"{fault.where}: ")
-        of_it = "corrected, as --correct asks" if fault.kind in corrected else verdict.remedy
+        remedy = verdict.remedy if advised or not kind.corrected else ""
+        of_it = "corrected, as --correct asks" if fault.kind in corrected else remedy
         text += f": {of_it}" if of_it else ""
     kinds = ["unexplained" if name == OTHER.name else kind_of(name) for name in names]
     return QualityFlag(

@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 
+OFTEN: Final = 0.06
 COMMON: Final = 0.04
 RARE: Final = 0.01
 """Probability, before the data, of a kind of fault; all plates share it."""
@@ -85,7 +86,7 @@ KINDS: Final[Mapping[str, Kind]] = {
         f"export the forces {EXPORT}", 1.0, "of such a filter", mean=1.0, shift="late",
     ),
     "clock": Kind(
-        0.0, 0.012, 0.006, RARE,
+        0.0, 0.012, 0.002, RARE,
         "the clock of the forces is {size} too {slow} beside that of the markers",
         "correct the rate in the file, or synchronise plates and cameras",
     ),
@@ -96,7 +97,7 @@ KINDS: Final[Mapping[str, Kind]] = {
         "channels", 1000.0, "ms", whose="each plate", common="delay",
     ),
     "place": Kind(
-        0.004, 0.025, 0.010, COMMON, "its place in the file is {size} of where the feet show it",
+        0.004, 0.025, 0.010, OFTEN, "its place in the file is {size} of where the feet show it",
         f"{CORNERS}place", 1000.0, "mm", parts=("place x", "place y"), directions=XY,
         whose="each plate or all", common="place all", corrected=True,
     ),
@@ -106,7 +107,7 @@ KINDS: Final[Mapping[str, Kind]] = {
         corrected=True,
     ),
     "gain": Kind(
-        0.015, 0.08, 0.05, COMMON, "it shows forces {size} too {large}",
+        0.008, 0.08, 0.05, COMMON, "it shows forces {size} too {large}",
         "make sure that no handrail, hand or crutch carried weight (aid in a session file), check "
         "its sensitivity and the range of its amplifier, or correct it with --correct gain",
         whose="each plate", common="mass", channel=True, corrected=True,
@@ -173,7 +174,7 @@ KINDS: Final[Mapping[str, Kind]] = {
         whose="each foot",
     ),
     "mass": Kind(
-        0.02, 0.09, 0.04, COMMON,
+        0.012, 0.09, 0.04, COMMON,
         "the body mass that was given is {size} too {large}, or the forces of all plates are too "
         "{small}",
         "weigh the person with all that they carried; a handrail, a hand or a crutch carries what "
