@@ -157,6 +157,7 @@ def test_a_drift_is_what_differs_from_stride_to_stride():
     }  # fmt: skip
     value, error = _drift(pooled, {"force z": 0.01})
     assert value == pytest.approx(0.004)
-    assert error == pytest.approx(2.0 * 0.01 / np.sqrt(2.0 * (1.5**2 + 0.5**2)))
+    own = 2.0 * 0.01 / np.sqrt(2.0 * (1.5**2 + 0.5**2))
+    assert error == pytest.approx(np.hypot(own, 0.0005))
     once = {key: rows[:1] for key, rows in pooled.items()}
     assert _drift(once, {"force z": 0.01}) is None

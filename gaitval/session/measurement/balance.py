@@ -65,6 +65,8 @@ DRIFT: Final = "drift of the forces"
 not show it."""
 DRIFT_ALIKE: Final = 2.0
 """Times the scatter of single bins that a drift has: neighbouring bins of a stride differ alike."""
+OWN_DRIFT: Final = 0.0005
+"""Drift, SD, of a walk that slowly changes: .0001 and .0002 in two sound treadmill walks."""
 
 
 @dataclass(frozen=True)
@@ -227,7 +229,7 @@ def _drift(
         towards += float(later @ (value - value.mean())) / usual[kind]
     if not square:
         return None
-    return towards / square, DRIFT_ALIKE / float(np.sqrt(square))
+    return towards / square, float(np.hypot(DRIFT_ALIKE / np.sqrt(square), OWN_DRIFT))
 
 
 USUAL_SCATTER: Final = dict(

@@ -3,7 +3,8 @@
 Sizes are standard deviations in the unit of SI (s, m, rad) or shares: what a sound session has of a
 fault, what one has of which somebody speaks, and from where on it matters. A laboratory's own
 mistakes are known by their reports alone, so the probabilities are round numbers: one of twenty
-sessions has a delay or a wrong mass, one of fifty a rarer one.
+sessions has a plate that is not where the file says, a delay or a wrong mass, one of a hundred each
+rarer one.
 """
 
 from collections.abc import Mapping, Sequence
