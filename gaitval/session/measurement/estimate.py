@@ -18,7 +18,7 @@ from scipy.linalg import cho_solve
 from scipy.special import logsumexp
 
 from gaitval.arrays import Array, Flags
-from gaitval.consistency import OTHER, SOUND, Change, Verdict, verdict_of
+from gaitval.consistency import NAMED, OTHER, SOUND, Change, Verdict, verdict_of
 from gaitval.gait.plate_contacts import CONTACTS
 from gaitval.session.measurement.balance import PRESSURE, Data, PlateTrial, data_of
 from gaitval.session.measurement.kinds import KINDS, Fault, faults, kind_of
@@ -40,6 +40,8 @@ MOST: Final = 3
 BEAM: Final = 10
 """Most probable sets to which one more fault is added."""
 
+LIKELY: Final = 0.5
+"""Probability from which on a fault is named though others are not much less probable."""
 FARTHEST: Final = 4.0
 """Standard deviations of real faults, beyond which a size is none of them."""
 
@@ -266,7 +268,7 @@ class Search:
             for each, log in sets.items()
         ]
         verdict = verdict_of([*logs, (OTHER, self.other)])
-        if not verdict.named:
+        if not verdict.named or _vague(verdict):
             return None
         name = verdict.named[0].change.name
         likeliest = next((each for each in sizes if each.name == name), None)
@@ -291,6 +293,12 @@ class Search:
         size = float(np.linalg.norm(values))
         aside = size * self.recorded.reach if fault.name == "rotation all" else 0.0
         return size > KINDS[fault.kind].matters or aside > KINDS["place"].matters
+
+
+def _vague(verdict: Verdict) -> bool:
+    """Whether many faults are each a little probable, and no few of them explain the data."""
+    first, *_ = verdict.named
+    return first.probability < LIKELY and sum(each.probability for each in verdict.named) < NAMED
 
 
 def _change(fault: Fault, values: Array, deviations: Array) -> Change:

@@ -38,7 +38,7 @@ ALL: Final = tuple(
     for part in kind.parts or (name,)
 )
 """Effects of faults that all plates may have together."""
-LEAST_SCALE: Final = 0.55
+LEAST_SCALE: Final = 0.7
 """Of the covariance, where a session is more regular than others."""
 SCALE_SD: Final = 0.3
 """SD of the logarithm of that scale above 1: 17 people with sound plates have 0.2 to 0.95."""
