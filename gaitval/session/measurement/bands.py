@@ -43,6 +43,7 @@ from gaitval.session.measurement.sources import (
     MASSES,
     NINETY,
     ONE_CYCLE,
+    PLATE_GAIN,
     TISSUE,
     TISSUE_TURN,
     of_stature,
@@ -536,7 +537,7 @@ class _Chain:
             for fault in PLATES:
                 if loads is None:
                     break
-                usual = KINDS[split_axis(fault)].sound
+                usual = PLATE_GAIN if fault == "gain" else KINDS[split_axis(fault)].sound
                 worst = [abs(v) for name, v in large.items() if name.startswith(fault)]
                 size = float(np.hypot(usual, max(worst, default=0.0)))
                 moved = _cut(with_fault(loads, fault, size), window.frames)
