@@ -292,6 +292,14 @@ class GroundWrenches:
         )
 
     @property
+    def since(self) -> Array:
+        """(T,) s since the middle of the trial: a clock that drifts is right there, because forces
+        that are late all through are another fault.
+        """
+        frames = np.arange(len(self.on))
+        return np.asarray((frames - frames.mean()) / self.rate)
+
+    @property
     def point(self) -> Array:
         """(T, 2, 2) m, centres of pressure; NaN where a foot is in the air."""
         force, moment = self.feet[..., :3], self.feet[..., 3:]
@@ -436,7 +444,7 @@ def newton(
         "delay": later,
         "blur of forces": about(blurred[:, :3], blurred[:, 3:]),
         "blur of markers": moved - low_pass(moved, rate=ground.rate, cutoff_hz=SLOW_MARKERS_HZ),
-        "clock": later * (np.arange(len(later)) * step)[:, None],
+        "clock": later * ground.since[:, None],
         "mass": np.hstack([-need_force, -need_turn]),
         "scale": np.hstack([-inertial, -np.cross(centre, measured) - 2 * need_turn]),
         "rate": np.hstack([-2 * inertial, -2 * need_turn]),
@@ -559,7 +567,7 @@ def _pressures(trial: PlateTrial, ground: GroundWrenches, weight: float) -> list
                 one, none = np.ones(len(inside)), np.zeros(len(inside))
                 carried = np.maximum(ground.feet[inside, column, 2], LOADED_N)
                 ahead, inwards_ = axes[inside][:, 0], axes[inside][:, 1]
-                since = inside[:, None] / ground.rate
+                since = ground.since[inside, None]
                 changes = {
                     "delay": later[inside],
                     "clock": later[inside] * since,

@@ -40,7 +40,7 @@ MOST: Final = 3
 BEAM: Final = 10
 """Most probable sets to which one more fault is added."""
 
-LIKELY: Final = 0.5
+LIKELY: Final = 0.65
 """Probability from which on a fault is named though others are not much less probable."""
 FARTHEST: Final = 4.0
 """Standard deviations of real faults, beyond which a size is none of them."""
@@ -240,7 +240,7 @@ class Search:
             own = sum(KINDS[each.kind].common == common and each.name != common for each in some)
             if own + (common in names) > self.plates or own == self.plates > 1:
                 return False
-        return sum(bool(each.shifts) or each.kind == "clock" for each in some) <= 1
+        return sum(bool(each.shifts) for each in some) <= 1
 
     def found(self) -> tuple[FoundFault, ...]:
         """What is wrong: each fault of the best set, or one, by the probabilities of all sets."""
