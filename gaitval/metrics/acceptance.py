@@ -1,18 +1,19 @@
-"""Whether curves of a walk are accepted: nearer to the record than the best guess without a model.
+"""Whether curves of a walk are accepted: nearer to the measured curve than any prediction without a
+model.
 
-A curve that decides keeps its limit (`tolerances.toml`), is within what the record itself is known
-to, where that is known, and its group of curves on its side is nearer to the record than the same
-curves of the best guess. So a guess that is shown as a walk is not accepted, whatever the limits.
+Each curve is judged by itself: its skill, 1 - error / error of the prediction that is nearest to
+the measured curve, has to be above 0. So a prediction that is shown as a walk is not accepted, and
+no curve is because others of its group are. Among the predictions are the person's own other
+trials, copied or interpolated, wherever there are any that do not repeat the walk's own. The best
+one is chosen curve by curve with the measurement at hand, which is to its favour, and its moments
+of the hip are about the point that brings it nearest, for the walk's are too.
 
-The best guess is that of the smallest mean error of the group on the side, among the `baselines`
-that know no more than the walk was told. The person's other trials stand against a walk that was
-predicted from them, and against no other: whether a walk is accepted must not hang on what else was
-recorded. It is chosen with the record at hand, which is to its favour. Skill 0 is not accepted.
-Where it is not above 0, but by less than the walks of the same policy from other starts differ, it
-is "not shown" instead of failed.
+An error larger than what the measured curve itself is known to is not accepted either. A skill that
+is not above 0, but by less than the walks of the same policy from other starts differ, is "not
+shown" instead of failed.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -25,6 +26,7 @@ from gaitval.metrics.baselines import GROUPS, skill
 from gaitval.metrics.comparison import rms, rmse_of
 from gaitval.metrics.curve_results import (
     CURVE_UNITS,
+    KINDS,
     RMSE,
     CurveLight,
     CurveLights,
@@ -36,101 +38,68 @@ from gaitval.metrics.curve_results import (
     PredictionResult,
     Reason,
 )
-from gaitval.metrics.origin import Origins, curve_origin
+from gaitval.metrics.origin import SKILLS, Origins, curve_origin
 from gaitval.metrics.results import CurveErrors, HeldOutErrors
-from gaitval.metrics.tolerances import AcceptanceState, AgainstGuess, FailedBy, Verdict, holds
+from gaitval.metrics.tolerances import AgainstGuess, FailedBy, Measure, Verdict, holds, measured
 from gaitval.metrics.typed import array, number, sided
-from gaitval.metrics.verdict_rows import Repeated, prediction_interval
 
-_KINDS: Final[Mapping[str, Kind]] = {measure: kind for kind, measure in RMSE.items()}
-"""Kind of the curves of each measure that a guess is compared by."""
-
-REMEDY: Final = (
-    "Take these curves from the guess or from the record, not from this walk: a guess without a "
-    "model is as near to the record or nearer."
-)
-"""Where a limit is kept, and the guess is nearer."""
+_SKILL: Final = dict(zip(KINDS, SKILLS, strict=True))
+_OF_SKILL: Final[Mapping[str, Kind]] = dict(zip(SKILLS, KINDS, strict=True))
+_OF_ERROR: Final[Mapping[str, Kind]] = {measure: kind for kind, measure in RMSE.items()}
+"""Kind of the curves of each measure."""
 
 _ROUNDING: Final = 1e-6
-"""A skill as small as this is 0: a guess shown as a walk differs from itself by rounding."""
+"""A skill as small as this is 0: a prediction shown as a walk differs from itself by rounding."""
 
 
 @dataclass(frozen=True)
 class Baselines:
-    """The baseline predictions that a walk has to be nearer than.
+    """The predictions that a walk has to be nearer than.
 
     Attributes
     ----------
     guesses : without a model, of the compared record.
-    own : kinds of curves of the person's other trials that the run was told, so that guesses from
-        these know no more.
     origins : of the compared record.
     """
 
     guesses: Sequence[PredictionResult]
-    own: Collection[Kind]
     origins: Origins
 
-    def best(self, kind: Kind, names: Sequence[str], side: Side) -> PredictionResult | None:
-        """The guess with the smallest mean error of the curves `names` (without side) of a `kind`
-        that were recorded on a `side`; None without any.
+    def best(self, kind: Kind, curve: str) -> tuple[PredictionResult, float] | None:
+        """The prediction that is nearest to a recorded `curve` of a `kind`, and its error; None
+        without any.
         """
-        curves = self.recorded(kind, names, side)
+        if curve_origin(kind, curve, self.origins) != "recorded":
+            return None
         found = [
-            (error, guess)
+            (guess, error)
             for guess in self.guesses
-            if kind in self.own or not guess.own
-            if (error := _mean([guess.rmse.of(kind)[curve] for curve in curves])) is not None
+            if (error := guess.error(kind, curve)) is not None
         ]
-        return min(found, key=lambda each: each[0])[1] if found else None
-
-    def recorded(self, kind: Kind, names: Sequence[str], side: Side) -> list[str]:
-        """Those of the curves `names` (without side) of a `kind` that were recorded on a `side`."""
-        every = [f"{name}_{side[0]}" for name in names]
-        return [each for each in every if curve_origin(kind, each, self.origins) == "recorded"]
+        return min(found, key=lambda each: each[1], default=None)
 
 
-def against_guesses(
-    errors: CurveErrors, repeated: Repeated, baselines: Baselines
-) -> dict[tuple[str, Side], AgainstGuess]:
-    """The `errors` of a walk, by group and side, beside those of the best of its `baselines`; the
-    skill's interval is by `repeated` walks. Without those groups that have no opponent.
+def skill_measures(errors: CurveErrors, baselines: Baselines) -> list[Measure]:
+    """Skill of the `errors` of a walk against the best of `baselines`, of every curve that has
+    one.
     """
-    found = {}
-    for group, (kind, names) in GROUPS.items():
-        for side in SIDES:
-            best = baselines.best(kind, names, side)
-            curves = baselines.recorded(kind, names, side)
-            if best is None or not curves:
-                continue
-            guess = _mean([best.rmse.of(kind)[curve] for curve in curves])
-            assert guess is not None
-            walk = _mean([rmse_of(errors.of(kind)[curve]) for curve in curves])
-            each = [repeated.get((RMSE[kind], curve), ()) for curve in curves]
-            means = [m for m in map(_mean, zip(*each, strict=True)) if m is not None]
-            interval = prediction_interval(means)
-            low, high = (None, None) if interval is None else interval
-            found[group, side] = AgainstGuess(
-                group=group,
-                side=side,
-                guess=best.name,
-                error=guess,
-                walk=number(walk),
-                skill=_skill(walk, guess),
-                low=_skill(high, guess),
-                high=_skill(low, guess),
-            )
-    return found
+    return [
+        measured(_SKILL[kind], name, _skill(rmse_of(error), best[1]))
+        for kind, name, error in errors.items()
+        if (best := baselines.best(kind, name)) is not None
+    ]
+
+
+def _skill(walk: float | None, guess: float) -> float | None:
+    if guess == 0.0:  # nothing is nearer than a prediction that is exact
+        return 0.0
+    found = skill(walk, guess)
+    return None if found is None else 0.0 if abs(found) < _ROUNDING else number(found)
 
 
 def _mean(values: Sequence[float | None]) -> float | None:
     known = [each for each in values if each is not None]
     return float(np.mean(known)) if known and len(known) == len(values) else None
-
-
-def _skill(walk: float | None, guess: float) -> float | None:
-    found = skill(walk, guess)
-    return None if found is None else 0.0 if abs(found) < _ROUNDING else number(found)
 
 
 def known_to(uncertainty: Mapping[str, float]) -> dict[tuple[Kind, str], float]:
@@ -153,81 +122,73 @@ def known_to(uncertainty: Mapping[str, float]) -> dict[tuple[Kind, str], float]:
 
 def accepted(
     verdicts: Sequence[Verdict],
-    against: Mapping[tuple[str, Side], AgainstGuess],
+    errors: CurveErrors,
     known: Mapping[tuple[Kind, str], float],
     baselines: Baselines,
 ) -> list[Verdict]:
-    """`verdicts` with the whole rule: those of role acceptance on curves are also `against` the
-    best guess of their group and side and what the record is `known` to. `baselines` says of each
-    whether the guess in the place of the walk would keep it.
+    """`verdicts` with the whole rule: each skill beside the best of `baselines` and what the record
+    is `known` to, by the `errors` of the walk; each error with whether that prediction would meet
+    the limit.
     """
-    return [
-        each if each.role != "acceptance" else _accepted(each, against, known, baselines)
-        for each in verdicts
-    ]
+    return [_accepted(each, errors, known, baselines) for each in verdicts]
 
 
 def _accepted(
     verdict: Verdict,
-    against: Mapping[tuple[str, Side], AgainstGuess],
+    errors: CurveErrors,
     known: Mapping[tuple[Kind, str], float],
     baselines: Baselines,
 ) -> Verdict:
-    kind = _KINDS.get(verdict.measure)
+    kind = _OF_SKILL.get(verdict.measure)
     if kind is None:
-        return _beside_figures(verdict, baselines)
-    side, name = split_side(verdict.target)
-    group = group_of(kind, name)
-    found = next((each for key, each in against.items() if key == (group, side)), None)
+        return _beside_guess(verdict, baselines)
+    best = baselines.best(kind, verdict.target)
+    assert best is not None  # else it has no skill
+    guess, other = best
+    error = rmse_of(errors.of(kind)[verdict.target])
     band = known.get((kind, verdict.target))
     missed: list[FailedBy] = list(verdict.failed_by)
-    if band is not None and (verdict.value is None or verdict.value > band):
-        missed.append("record")
-    if found is not None and found.state != "passed":
-        missed.append("guess")
-    state: AcceptanceState = "failed" if missed else "passed"
-    if missed == ["guess"] and found is not None:
-        state = found.state
-    error = None
-    if found is not None:
-        guess = next(each for each in baselines.guesses if each.name == found.guess)
-        error = guess.rmse.of(kind)[verdict.target]
-    narrow = found is not None and found.low is not None and found.low <= 0.0
     spread = verdict.spread
-    if spread is not None:
-        close = not missed and (spread.close or narrow)
-        spread = spread.model_copy(update={"close": close})
+    unsure = spread is not None and spread.high is not None and spread.high > 0.0
+    if band is not None and (error is None or error > band):
+        missed.append("record")
+    state = verdict.state
+    if missed:
+        # walks of this policy are on both sides of the prediction
+        state = "not shown" if missed == ["limit"] and error is not None and unsure else "failed"
+    if spread is not None and missed:
+        spread = spread.model_copy(update={"close": False})
     return verdict.model_copy(
         update={
             "passed": not missed,
-            "remedy": REMEDY if missed == ["guess"] else verdict.remedy,
-            "reached": None if verdict.reached is None else verdict.reached and not missed,
             "state": state,
             "failed_by": missed,
-            "guess": found,
+            "guess": AgainstGuess(guess=guess.name, error=other, walk=number(error)),
             "known": number(band),
             "spread": spread,
-            "guess_within": None
-            if error is None
-            else holds(verdict.limit, error, verdict.tolerance),
-            # it is as near as itself, and a walk has to be nearer
-            "guess_passes": None if error is None else False,
         }
     )
 
 
-def _beside_figures(verdict: Verdict, baselines: Baselines) -> Verdict:
-    """A `verdict` on stance, steps or speed, which some guesses have and no rule compares."""
-    found = [
-        error
-        for guess in baselines.guesses
-        if baselines.own or not guess.own
-        if (error := guess.figures.get(verdict.measure, {}).get(verdict.target)) is not None
-    ]
-    if not found:
+def _beside_guess(verdict: Verdict, baselines: Baselines) -> Verdict:
+    """A `verdict` on the error of a curve, a stance, a step or the speed, with whether the best
+    prediction would meet its limit.
+    """
+    kind = _OF_ERROR.get(verdict.measure)
+    if kind is None:
+        of_walk = [
+            each
+            for guess in baselines.guesses
+            if (each := guess.figures.get(verdict.measure, {}).get(verdict.target)) is not None
+        ]
+        error = min(of_walk, default=None)
+    else:
+        best = baselines.best(kind, verdict.target)
+        error = None if best is None else best[1]
+    if error is None:
         return verdict
-    within = holds(verdict.limit, min(found), verdict.tolerance)
-    return verdict.model_copy(update={"guess_within": within, "guess_passes": within})
+    within = holds(verdict.limit, error, verdict.tolerance)
+    return verdict.model_copy(update={"guess_within": within})
 
 
 def group_of(kind: Kind, name: str) -> str | None:
@@ -248,22 +209,23 @@ def lights(
     recorded `errors` are distances from a prediction, and `held_out` how wrong predictions are.
     """
     wrong = {} if held_out is None else {each.group: each.mean for each in held_out.groups}
-    rows = {
-        (_KINDS[row.measure], row.target): row
-        for row in verdicts
-        if row.role == "acceptance" and row.measure in _KINDS
-    }
+    rows: dict[tuple[Kind, str], list[Verdict]] = {}
+    for row in verdicts:
+        of = _OF_SKILL.get(row.measure, _OF_ERROR.get(row.measure))
+        if row.role == "acceptance" and of is not None:
+            rows.setdefault((of, row.target), []).append(row)
     found: dict[Kind, dict[str, CurveLight]] = {}
     for kind, curve, each in errors.items():
-        name = split_side(curve)[1]
+        group = group_of(kind, split_side(curve)[1])
         side = next(each for each in SIDES if curve.endswith(f"_{each[0]}"))
-        group = group_of(kind, name)
-        best = baselines.best(kind, (name,) if group is None else GROUPS[group][1], side)
-        other = None if best is None else best.rmse.of(kind)[curve]
+        best = baselines.best(kind, curve)
         error = rmse_of(each)
-        there = None if second is None else rmse_of(second.of(kind)[curve])
         if curve_origin(kind, curve, baselines.origins) == "recorded":
-            light, reason = _light(error, other, rows.get((kind, curve)), second is not None, there)
+            light, reason = _light(error, rows.get((kind, curve), ()))
+            there = None if second is None else rmse_of(second.of(kind)[curve])
+            nearer_there = best is None or (there is not None and there < best[1])
+            if light == "believe" and second is not None and not nearer_there:
+                light, reason = "with care", "engine"
         elif error is None:
             light, reason = "do not", "too short"
         elif group in wrong and _distance(errors, group, side) > wrong[group]:
@@ -274,8 +236,8 @@ def lights(
             light=light,
             reason=reason,
             error=number(error),
-            guess=None if best is None or other is None else best.name,
-            guess_error=other,
+            guess=None if best is None else best[0].name,
+            guess_error=None if best is None else best[1],
             known=number(known.get((kind, curve))),
         )
     return CurveLights(**found)
@@ -287,38 +249,22 @@ def _distance(errors: CurveErrors, group: str, side: Side) -> float:
     return np.inf if found is None else found
 
 
-def _light(
-    error: float | None,
-    guess: float | None,
-    row: Verdict | None,
-    looked: bool,
-    there: float | None,
-) -> tuple[Light, Reason]:
-    """Of a recorded curve with an `error`, its `guess`, the `row` of the limit that decides on it,
-    and, if the second engine `looked`, the error `there`.
-    """
+def _light(error: float | None, rows: Sequence[Verdict]) -> tuple[Light, Reason]:
+    """Of a recorded curve with an `error`, by the `rows` of the limits that decide on it."""
     if error is None:
         return "do not", "too short"
-    missed = [] if row is None else row.failed_by
-    if "limit" in missed:
+    skills = [row for row in rows if row.measure in _OF_SKILL]
+    if any(row.failed_by for row in rows if row not in skills):
         return "do not", "limit"
-    if "record" in missed:
-        return "do not", "record"
-    if guess is None:
+    if not skills:
         return "with care", "no guess"
-    nearer = error < guess * (1.0 - _ROUNDING)
-    if "guess" in missed:
-        if row is not None and row.state == "not shown":
-            return "with care", "not shown"
-        return ("with care", "group") if nearer else ("do not", "guess")
-    if not nearer:
-        # an angle without a limit of its own has no group that may be nearer
-        return ("do not", "guess") if row is None else ("with care", "guess nearer")
-    if row is not None and row.spread is not None and row.spread.close:
-        return "with care", "narrow"
-    if looked and (there is None or there >= guess):
-        return "with care", "engine"
-    return "believe", "nearer"
+    (row,) = skills
+    if "record" in row.failed_by:
+        return "do not", "record"
+    if not row.passed:
+        return ("with care", "not shown") if row.state == "not shown" else ("do not", "guess")
+    close = row.spread is not None and row.spread.close
+    return ("with care", "narrow") if close else ("believe", "nearer")
 
 
 def known_groups(

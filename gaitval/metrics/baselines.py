@@ -24,6 +24,7 @@ from gaitval.metrics.results import Metrics
 from gaitval.metrics.typed import array, number, sided
 from gaitval.subjects.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed, line_weights
 from gaitval.subjects.subject import Subject
+from gaitval.walk.reference.hip_moments import HIP_SIGNS
 
 
 @dataclass(frozen=True)
@@ -177,16 +178,32 @@ def predicted_parts(
     others: Sequence[Subject],
     recorded: Mapping[Kind, Mapping[str, Array]],
     origins: Origins,
+    *,
+    free_hips: bool = False,
 ) -> list[PredictionResult]:
     """Every prediction for `subject` from `others`, with its RMSE from the `recorded` curves in
     their units: None where `origins` say that a curve was not recorded, and where the prediction
-    has none. Empty where no curve was recorded.
+    has none. Empty where no curve was recorded. With `free_hips` also of the hips' moments about
+    the point that brings them nearest: two numbers a side, as a reference has that finds where the
+    record's hips are.
     """
 
     def error(kind: Kind, name: str, curve: Array | None) -> float | None:
         if curve is None or curve_origin(kind, name, origins) != "recorded":
             return None
         return number(rms(curve - recorded[kind][name]))
+
+    def about_nearest_hips(curves: Mapping[Kind, Mapping[str, Array]]) -> dict[str, float]:
+        found = {}
+        for name in sided(tuple(HIP_SIGNS)):
+            moment, vertical = curves["moments"].get(name), f"vertical_{name[-1]}"
+            if moment is None or curve_origin("moments", name, origins) != "recorded":
+                continue
+            away, force = moment - recorded["moments"][name], curves["forces"][vertical]
+            # the lever of least squares, free for each hip and axis; see `about_record`
+            lever = float(away @ force) / float(force @ force)
+            found[name] = float(number(rms(away - lever * force)) or 0.0)
+        return found
 
     if not any(curve_origin(k, n, origins) == "recorded" for k in recorded for n in recorded[k]):
         return []
@@ -201,6 +218,7 @@ def predicted_parts(
                     for kind, curves in by_kind(each.curves).items()
                 }
             ),
+            about_nearest_hips=about_nearest_hips(by_kind(each.curves)) if free_hips else {},
             own=each.own,
             figures=_figures(each, subject, origins),
         )

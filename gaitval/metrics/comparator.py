@@ -4,8 +4,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gaitval.arrays import Array
-from gaitval.configuration import Configuration, RecordSettings
+from gaitval.configuration import Configuration
 from gaitval.coordinates import Side
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import GaitRecord
@@ -37,8 +39,7 @@ class Comparator:
     person : the same without what the person carries.
     height : of the person, m.
     lost : coordinates of joints that a prosthesis has, by side.
-    baselines : the predictions without a model, which of them know no more than the run was told,
-        and where what is compared comes from.
+    baselines : the predictions without a model, and where what is compared comes from.
     known : what the record itself is known to, in the units of the curves.
     """
 
@@ -57,16 +58,6 @@ class Comparator:
     def laden(self) -> float:
         """Mass that moments are divided by, that of person and load, over the person's."""
         return self.model.mass / self.person.mass
-
-
-def _own_told(settings: RecordSettings) -> Collection[Kind]:
-    """Kinds of curves of the person's other trials that a run was told: it is predicted from them,
-    or never reads them.
-    """
-    if not is_predicted(settings):
-        return ()
-    told: tuple[Kind, ...] = ("angles", "moments", "forces")
-    return told if settings.use == "all" else told[:1]
 
 
 def compared_with(
@@ -89,7 +80,8 @@ def compared_with(
     if not is_predicted(configuration.record):
         other = tuple(trial for trial in subject.trials if not repeats(trial, subject))
         alone = subject.model_copy(update={"trials": other})
-    guesses = predicted_parts(alone, others, by_kind(curves), origins)
+    free_hips = hip_centre is not None and bool(np.any(hip_centre))
+    guesses = predicted_parts(alone, others, by_kind(curves), origins, free_hips=free_hips)
     person = body_without(model, configuration.record)
     laden = model.mass / person.mass
     recorded = recorded_part(record, subject, model.ground, laden, hip_centre, origins=origins)
@@ -102,6 +94,6 @@ def compared_with(
         leg_length=subject.leg_length_m,
         height=subject.height_m,
         lost=lost_joints(subject),
-        baselines=Baselines(guesses, _own_told(configuration.record), origins),
+        baselines=Baselines(guesses, origins),
         known=known_to(subject.uncertainty),
     )

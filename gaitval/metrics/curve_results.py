@@ -19,7 +19,6 @@ from gaitval.metrics.typed import (
     Curve,
     Flag,
     Number,
-    OpenResult,
     Result,
     Share,
     Sides,
@@ -220,11 +219,19 @@ class PredictionResult(Result):
     """What it knows of the person."""
     people: Count
     rmse: PredictionErrors
+    about_nearest_hips: dict[str, Size] = Field(default_factory=dict)
+    """RMSE of the moments of the hips, Nm/kg, about the point that brings the prediction nearest;
+    empty where those of the walk are about the model's own hips."""
     own: Flag = False
     """Whether it is made from the person's own other trials."""
     figures: dict[str, dict[str, Size]] = Field(default_factory=dict)
     """Its errors of stance fraction (% of cycle), step length (cm) and speed (%), by measure and
     target, where they were recorded."""
+
+    def error(self, kind: Kind, curve: str) -> float | None:
+        """RMSE of a curve, with as many free numbers as the walk has; None where there is none."""
+        found = self.about_nearest_hips.get(curve) if kind == "moments" else None
+        return self.rmse.of(kind)[curve] if found is None else found
 
 
 class UnseenErrors(Kinds[Size | None]):
@@ -276,12 +283,6 @@ class GaitProfiles(Result):
     walk: GaitProfile
 
 
-class WalkStatistics(OpenResult):
-    """Scores of the final walk. Files of earlier versions also have tests of whole curves."""
-
-    profiles: GaitProfiles
-
-
 class StatisticalCurves(Kinds[Curve]):
     """Of each curve and side, in the units of the curves."""
 
@@ -318,8 +319,6 @@ Reason = Literal[
     "nearer",
     "narrow",
     "engine",
-    "guess nearer",
-    "group",
     "not shown",
     "guess",
     "limit",
@@ -329,13 +328,12 @@ Reason = Literal[
     "no guess",
     "too short",
 ]
-"""Why. Believe: it is "nearer" to the record than the best guess. With care: it is, but not in
-every repeated walk ("narrow") or not in the second "engine"; its group is and itself is not ("guess
-nearer"), or the other way round ("group"); that its group is nearer is "not shown"; nothing was
-recorded to judge it by ("not recorded"), or there is "no guess" to compare with. Do not: the
-"guess" is nearer, it misses its "limit", it is not within what the "record" is known to, its group
-is further from the prediction than predictions of "held out" trials are from their records, or the
-walk is "too short"."""
+"""Why. Believe: it is "nearer" to the measured curve than the best prediction without a model. With
+care: it is, but not in every repeated walk ("narrow") or not in the second "engine"; that it is
+nearer is "not shown"; nothing was recorded to judge it by ("not recorded"), or there is "no guess"
+to compare with. Do not: the "guess" is nearer, it misses its "limit", it is not within what the
+"record" is known to, its group is further from the prediction than predictions of "held out" trials
+are from their records, or the walk is "too short"."""
 
 
 class CurveLight(Result):

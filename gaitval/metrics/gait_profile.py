@@ -22,7 +22,7 @@ from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.curve_results import GaitProfile, GaitProfiles, WalkStatistics, by_kind
+from gaitval.metrics.curve_results import GaitProfile, GaitProfiles, by_kind
 from gaitval.metrics.origin import Origins
 from gaitval.subjects.identity import WBDS
 from gaitval.subjects.subject import Subject
@@ -68,9 +68,9 @@ def gait_profile(angles: Mapping[str, Array], controls: Mapping[str, Array]) -> 
     return GaitProfile(scores=scores, right=right, left=left, total=total)
 
 
-def walk_statistics(
+def walk_profiles(
     curves: Curves, progression: Mapping[str, Array], record: GaitRecord, origins: Origins
-) -> WalkStatistics | None:
+) -> GaitProfiles | None:
     """The scores of a walk's `curves` (n, 101) and of `record`, whose angles come from `origins`,
     with the `progression` of the feet (`foot_progression`); None with fewer than two cycles.
     """
@@ -85,9 +85,8 @@ def walk_statistics(
     # scored on the same variables, else the two totals could not be compared
     same = {name: of_record[name] for name in both}
     recorded = set(origins["angles"].values()) == {"recorded"}
-    profiles = GaitProfiles(
+    return GaitProfiles(
         variables=[n for n in PROFILE_ANGLES if f"{n}_r" in both and f"{n}_l" in both],
         record=gait_profile(same, controls) if recorded else None,
         walk=gait_profile(both, controls),
     )
-    return WalkStatistics(profiles=profiles)

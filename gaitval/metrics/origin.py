@@ -109,7 +109,7 @@ def curve_origin(kind: str, name: str, origins: Origins) -> Origin:
 
 
 def is_judged(origin: Origin | None) -> bool:
-    """Whether `origin` allows a verdict, goal or skill: recorded, or no record needed (None)."""
+    """Whether `origin` allows a verdict or skill: recorded, or no record needed (None)."""
     return origin in (None, "recorded")
 
 
@@ -140,8 +140,11 @@ QUANTITIES_OF: Final[Mapping[str, tuple[RecordedQuantity, ...]]] = {
     "angle_rmse": ("angles",),
     "angle_skill": ("angles",),
     "moment_rmse": ("moments",),
+    "moment_rmse_as_measured": ("moments",),
+    "moment_rmse_own_hips": ("moments",),
     "moment_skill": ("moments",),
     "force_rmse": ("forces",),
+    "force_rmse_as_measured": ("forces",),
     "force_skill": ("forces",),
     "unfiltered_force_rmse": ("forces",),
     **{measure.name: each.needs for each in QUANTITY_TABLE for measure in each.measures},

@@ -19,6 +19,7 @@ from gaitval.metrics.curve_results import (
     CurveError,
     CurveLights,
     Epsilon,
+    GaitProfiles,
     HipCentres,
     JointPower,
     Kind,
@@ -31,7 +32,6 @@ from gaitval.metrics.curve_results import (
     QuantityResult,
     RecordResult,
     UnseenResult,
-    WalkStatistics,
 )
 from gaitval.metrics.learning_gain import LearningGain
 from gaitval.metrics.origin import Origins, ReadBy, Status
@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 METRICS: Final = "metrics.json"
-SCHEMA_VERSION: Final = 13
+SCHEMA_VERSION: Final = 14
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""
@@ -230,21 +230,44 @@ class StoredWalks(Result):
     """Of the walk that is validated."""
 
 
+class ErrorRow(Result):
+    """RMSE of a curve of the walk, mean over the sides that were recorded, in `unit`."""
+
+    kind: Kind
+    curve: str
+    """Without its side."""
+    unit: str
+    as_measured: Number | None
+    """From the curve as it was measured, before any correction of the plates."""
+    corrected: Number | None
+    """From the curve that the walk is compared with: of the corrected plates, the moments of the
+    hip about the hip centres that the record's moments are about."""
+    own_hips: Number | None
+    """Likewise, of the moments of the hip about the walker's own hip centres; of other curves it is
+    `corrected`."""
+    correction: Number | None
+    """RMS difference that the correction of the plates makes to the measured curve."""
+    prediction: Number | None
+    """Mean error of the best prediction without a model of each side; null without one."""
+
+
 class Summary(Result):
-    """Of the rows of role acceptance: passed, not passed, with a goal, with the goal reached."""
+    """The verdict in numbers."""
 
     accepted: Count
     refused: Count
+    """Rows of role acceptance that passed, and that did not."""
     not_shown: Count = 0
-    """Of those refused: not nearer than the best guess, but by no more than walks differ."""
+    """Of those refused: not nearer than the best prediction, but by no more than walks differ."""
+    curves: Count = 0
+    nearer: Count = 0
+    """Curves that have a prediction without a model, and those of them to which the walk is nearer
+    than any such prediction."""
     guess_judged: Count = 0
-    """Rows on which the best guess without a model could be judged in the place of the walk."""
-    guess_passes: Count = 0
-    """Of those, rows that it would pass."""
     guess_within: Count = 0
-    """Of those, rows whose limit alone it would keep."""
-    goals: Count
-    goals_reached: Count
+    """Limits on the errors of these curves, and how many of them the best prediction would meet."""
+    errors: list[ErrorRow] = Field(default_factory=list)
+    """Of every curve that was recorded."""
 
 
 class SubjectResult(Result):
@@ -520,9 +543,9 @@ class SecondEngineResult(Result):
     engine: str
     fell: Flag
     cycles: CountBySide
-    goals: Count
-    """Goals of acceptance that such a walk can be held against."""
-    goals_reached: Count
+    limits: Count
+    """Of acceptance, that such a walk can be held against."""
+    limits_met: Count
     measures: list[Measure]
 
 
@@ -572,7 +595,7 @@ class Metrics(Displayed, Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[13]
+    schema_version: Literal[14]
     subject: SubjectResult
     units: CurveUnits
     method: Method
@@ -583,7 +606,7 @@ class Metrics(Displayed, Result):
     known: Annotated[dict[Annotated[str, _QUANTITY], list[ReadBy]], *_QUANTITIES]
     """What read each quantity of the record before the comparison; nothing where it is empty."""
     predictions: list[PredictionResult]
-    """Of the record, without a model; skill is relative to the first."""
+    """Of the record, without a model; the skill of a curve is relative to the best of them."""
     unseen: list[UnseenResult]
     """The final walk against further trials at the same speed."""
     prediction_errors: HeldOutErrors | None = None
@@ -604,7 +627,7 @@ class Metrics(Displayed, Result):
     torque_shares: TorqueShares | None = None
     """Of the final walk."""
     second_engine: SecondEngineResult | None = None
-    curve_statistics: WalkStatistics | None = None
+    gait_profiles: GaitProfiles | None = None
     """Of the final walk; null with fewer than two gait cycles."""
     identification: IdentificationResult | None
     correction: CorrectionResult | None

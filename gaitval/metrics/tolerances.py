@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from gaitval._internal.io.artefacts import read_json, write_json
 from gaitval._internal.text.display import Displayed
-from gaitval.coordinates import Side, split_side
+from gaitval.coordinates import split_side
 from gaitval.metrics.side_measures import SIDE_MEASURES
 from gaitval.metrics.typed import Count, Flag, Number, Result, Size, number
 from gaitval.quantities import QUANTITIES
@@ -25,6 +25,9 @@ WALK_UNITS = {
     "angle_rmse": "deg",
     "moment_rmse": "Nm/kg",
     "force_rmse": "% BW",
+    "moment_rmse_as_measured": "Nm/kg",
+    "force_rmse_as_measured": "% BW",
+    "moment_rmse_own_hips": "Nm/kg",
     "angle_skill": "1",
     "moment_skill": "1",
     "force_skill": "1",
@@ -57,10 +60,10 @@ WALK_UNITS = {
     "push_survival": "%",
 }
 """Everything that is measured of a walk, and its unit. RMSE are of the mean curve over the gait
-cycle; the errors of speed and stride time are sizes of relative differences from the record, those
-of stance fraction (percentage points of the cycle) and step length sizes of differences;
-`push_survival` is the share of directions in which a push is survived. Skill is 1 less the RMSE
-over that of a prediction without a model (`baselines`); ringing, arms, trunk and step width
+cycle, see `whole_error`; the errors of speed and stride time are sizes of relative differences from
+the record, those of stance fraction (percentage points of the cycle) and step length sizes of
+differences; `push_survival` is the share of directions in which a push is survived. Skill is 1 less the RMSE
+over that of the best prediction without a model (`baselines`); ringing, arms, trunk and step width
 (against other people's, or the person's own) are those of `unrecorded`, toes, rates of torque and
 what the ground does to a foot those of `torques`, joint power, work and
 others those of `gaitval.quantities`, centre of mass that of `whole_body`, loading and the arm of
@@ -115,21 +118,21 @@ def _known(name: str) -> str:
 
 MeasureName = Annotated[str, Field(pattern="^[a-z][a-z0-9_]*$"), AfterValidator(_known)]
 Text = Annotated[str, Field(min_length=1)]
-Limit = Literal["at_most", "at_least", "exactly"]
+Limit = Literal["at_most", "at_least", "above", "exactly"]
 Role = Literal["acceptance", "context"]
 Basis = Literal["published", "derived", "convention", "unread"]
 """Where a limit comes from: the source states it for this use, it follows from what the source
 states, it is our own, or it is quoted from a source that nobody of us read in full."""
 AcceptanceState = Literal["passed", "not shown", "failed"]
-"""Of an acceptance limit. Not shown: no nearer to the record than the best guess, but by less than
-walks of the same policy differ."""
-FailedBy = Literal["limit", "guess", "record"]
-"""What a value misses: the limit itself, an error below that of the best guess without a model,
-or what the record itself is known to."""
+"""Of an acceptance limit. Not shown: no nearer to the measured curve than the best prediction
+without a model, but by less than walks of the same policy differ."""
+FailedBy = Literal["limit", "record"]
+"""What a value misses: the limit itself, or what the measured curve itself is known to."""
 
 _HOLDS: dict[Limit, Callable[[float, float], bool]] = {
     "at_most": operator.le,
     "at_least": operator.ge,
+    "above": operator.gt,
     "exactly": operator.eq,
 }
 
@@ -158,7 +161,6 @@ class Tolerance(_Entry):
     title: Text
     applies_to: tuple[Text, ...] | None = None
     limit: Limit
-    goal: Annotated[float, Field(ge=0)] | None = None
     role: Role
     status: Basis
     verified: bool
@@ -166,12 +168,6 @@ class Tolerance(_Entry):
     locator: Text
     note: Text
     remedy: Text
-
-    @model_validator(mode="after")
-    def _goal_is_the_stricter(self) -> "Tolerance":
-        if self.goal is not None and not _HOLDS[self.limit](self.goal, self.value):
-            raise ValueError(f"{self.id}: a goal of {self.goal:g} does not meet the limit itself")
-        return self
 
     @model_validator(mode="after")
     def _only_what_was_read_is_cited(self) -> "Tolerance":
@@ -212,12 +208,10 @@ class Registry(Displayed, BaseModel):
 
     def overview(self) -> "pd.DataFrame":
         """What limits, and to what."""
-        return self.to_frame()[["quantity", "limit", "value", "goal", "unit", "role"]]
+        return self.to_frame()[["quantity", "limit", "value", "unit", "role"]]
 
     def to_frame(self) -> "pd.DataFrame":
-        """One row a limit: quantity, measure, limit, value, goal, unit, role, status,
-        source.
-        """
+        """One row a limit: quantity, measure, limit, value, unit, role, status, source."""
         import pandas as pd
 
         return pd.DataFrame(
@@ -227,7 +221,6 @@ class Registry(Displayed, BaseModel):
                     "measure": row.measure,
                     "limit": row.limit.replace("_", " "),
                     "value": row.value,
-                    "goal": row.goal,
                     "unit": row.unit,
                     "role": row.role,
                     "status": row.status,
@@ -272,33 +265,14 @@ class Spread(Result):
 
 
 class AgainstGuess(Result):
-    """The curves of a group on one side, beside those of the best guess without a model;
-    see gaitval/metrics/acceptance.py.
-    """
+    """A curve beside the best prediction without a model, see gaitval/metrics/acceptance.py."""
 
-    group: str
-    """Of `gaitval.metrics.baselines.GROUPS`."""
-    side: Side
     guess: str
-    """Name of the guess, of those in `predictions`."""
+    """Name of that prediction, of those in `predictions`."""
     error: Size
-    """Its mean RMSE."""
+    """Its RMSE, in the unit of the curve."""
     walk: Number | None
     """That of the walk; null where it is too short."""
-    skill: Number | None
-    """1 - walk / error: above 0 the walk is nearer to the record."""
-    low: Number | None
-    high: Number | None
-    """90 % interval of the skill of one more walk; null with fewer than three repeats."""
-
-    @property
-    def state(self) -> AcceptanceState:
-        """Whether the walk is nearer than the guess."""
-        if self.skill is None:
-            return "failed"
-        if self.skill > 0.0:
-            return "passed"
-        return "not shown" if self.high is not None and self.high > 0.0 else "failed"
 
 
 class Verdict(Result):
@@ -309,8 +283,6 @@ class Verdict(Result):
     measure: MeasureName
     unit: str
     limit: Limit
-    goal: Number | None
-    """A stricter limit to aim at."""
     role: Role
     status: Basis
     verified: Flag
@@ -324,23 +296,19 @@ class Verdict(Result):
     tolerance: Number
     """The limit itself, in the unit of the measure."""
     passed: Flag
-    reached: Flag | None
-    """Whether the goal is reached; null without one."""
     spread: Spread | None = None
     """Null where nothing was repeated."""
     state: AcceptanceState = "passed"
     failed_by: list[FailedBy] = Field(default_factory=list)
-    """Empty if it passed; "guess" also where that is not shown."""
+    """Empty if it passed."""
     guess: AgainstGuess | None = None
-    """Of a curve that decides: its group on its side. Null without a guess without a model."""
+    """Of a skill: what the walk was compared with."""
     known: Size | None = None
-    """Of a curve that decides: what the record itself is known to, half the width of its 90 % band,
-    in the unit of the measure; null where that is not known."""
+    """Of a skill: what the measured curve itself is known to, half the width of its 90 % band, in
+    the unit of the curve; null where that is not known."""
     guess_within: Flag | None = None
-    """Whether that guess in the place of the walk would keep the limit alone; null for what a
-    guess does not have, such as falls."""
-    guess_passes: Flag | None = None
-    """Whether it would pass, by all of the rule."""
+    """Of an error: whether the best prediction without a model would meet the limit in the place of
+    the walk; null for what none has, such as falls."""
 
     def holds(self, value: float | None) -> bool:
         """Whether another value would keep the limit."""
@@ -377,7 +345,7 @@ def _concerns(tolerance: Tolerance, measure: Measure) -> bool:
 
 
 def holds(limit: Limit, value: float | None, bound: float) -> bool:
-    """Whether `value` meets a `limit` or goal of `bound`; None, not measured, does not."""
+    """Whether `value` meets a `limit` of `bound`; None, not measured, does not."""
     return value is not None and _HOLDS[limit](value, bound)
 
 
@@ -392,9 +360,6 @@ def evaluate(measures: Sequence[Measure]) -> list[Verdict]:
             passed=(kept := holds(tolerance.limit, measure.value, tolerance.value)),
             state="passed" if kept else "failed",
             failed_by=[] if kept else ["limit"],
-            reached=None
-            if tolerance.goal is None
-            else holds(tolerance.limit, measure.value, tolerance.goal),
             spread=None,
         )
         for tolerance in load_registry().tolerance

@@ -19,13 +19,7 @@ from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.record import GaitRecord
 from gaitval.kinetics.musculature.gait import MuscleGait, muscles_of
-from gaitval.metrics.acceptance import (
-    accepted,
-    against_guesses,
-    known_groups,
-    lights,
-)
-from gaitval.metrics.baselines import skill
+from gaitval.metrics.acceptance import accepted, known_groups, lights, skill_measures
 from gaitval.metrics.comparator import Comparator, compared_with
 from gaitval.metrics.comparison import (
     compare_curve,
@@ -43,7 +37,6 @@ from gaitval.metrics.curve_results import (
     Kind,
     KnownTo,
     MeanCurve,
-    PredictionResult,
     RecordedFigures,
     RecordResult,
     by_kind,
@@ -52,9 +45,9 @@ from gaitval.metrics.curve_results import (
 from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import Stances, foot_contacts
-from gaitval.metrics.gait_profile import walk_statistics
+from gaitval.metrics.gait_profile import walk_profiles
 from gaitval.metrics.learning_gain import LearningGain
-from gaitval.metrics.origin import SKILLS, Origins, uses
+from gaitval.metrics.origin import Origins, uses
 from gaitval.metrics.other_trials import unseen
 from gaitval.metrics.recorded import errors_as_measured
 from gaitval.metrics.results import (
@@ -104,6 +97,7 @@ from gaitval.metrics.walk_quantities import (
     stored_quantities,
 )
 from gaitval.metrics.whole_body import centre_of_mass_measures, walked_centre_of_mass
+from gaitval.metrics.whole_error import error_rows, uncorrected_measures
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
 from gaitval.subjects.prediction.known import is_predicted, is_unrecorded, quantities_recorded
@@ -117,8 +111,6 @@ EXTERNAL_LOAD = (
     "tests/simulation/test_walker.py::test_nothing_but_gravity_and_ground_acts_on_a_walk"
 )
 """Stated instead of a verdict: a measured zero could not fail, but the test can."""
-
-_SKILL: Final = dict(zip(KINDS, SKILLS, strict=True))
 
 _SPATIOTEMPORAL_UNITS: Final[Mapping[Spatiotemporal, str]] = {
     "walking_speed": "m/s",
@@ -228,16 +220,6 @@ def _validated(nominal: Rollouts, identified: Rollouts | None, phases: Sequence[
     return identified
 
 
-def skill_measures(errors: CurveErrors, guesses: Sequence[PredictionResult]) -> list[Measure]:
-    """Skill of the `errors` against the first of `guesses`, for every curve that was recorded."""
-    return [
-        measured(_SKILL[kind], name, skill(rmse_of(error), guess))
-        for prediction in guesses[:1]
-        for kind, name, error in errors.items()
-        if (guess := prediction.rmse.of(kind)[name]) is not None
-    ]
-
-
 def _unfiltered_measures(
     rollout: Rollout, cycles: GaitCycles, recorded: Mapping[str, Array], mass: float
 ) -> list[Measure]:
@@ -313,7 +295,8 @@ def _walk(
     )
     return walk, [
         *rmse_measures(errors),
-        *skill_measures(errors, of.baselines.guesses),
+        *uncorrected_measures(walk),
+        *skill_measures(errors, of.baselines),
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
         *unrecorded(rollout, cycles, mass=of.model.mass, ground=of.model.ground),
         *torques.measures,
@@ -422,8 +405,8 @@ def _second_engine(
         engine=f"MuJoCo {version('mujoco')}",
         fell=start.fell,
         cycles=start.cycles,
-        goals=counted.goals,
-        goals_reached=counted.goals_reached,
+        limits=counted.accepted + counted.refused,
+        limits_met=counted.accepted,
         measures=list(measures),
     )
 
@@ -472,8 +455,7 @@ def _judgement(
         each.model_copy(update={"spread": spread_in_repeats(each, repeated, by.pushes, starts)})
         for each in judged(measures, of.baselines.origins)
     ]
-    guesses = against_guesses(walk.errors, repeated, of.baselines)
-    verdicts = accepted(rows, guesses, of.known, of.baselines)
+    verdicts = accepted(rows, walk.errors, of.known, of.baselines)
     errors = curves = second = None
     if by.second_engine is not None:
         there, measured_there = _measured(by.second_engine, of, configuration)
@@ -553,12 +535,12 @@ def validate(
             final="nominal" if identified is None else "identified",
             measures=measure_rows(measures, known, of.baselines.origins),
             tolerances=found.verdicts,
-            summary=summary(found.verdicts),
+            summary=summary(found.verdicts, error_rows(walk, of.recorded, of.baselines)),
             lights=found.lights,
             known_to=found.known_to,
             push_recovery=by.pushes,
             torque_shares=by.torque_shares,
-            curve_statistics=walk_statistics(
+            gait_profiles=walk_profiles(
                 compared.curves,
                 foot_progression(last.compared, compared.cycles, of.model),
                 of.record,

@@ -9,8 +9,16 @@ from typing import Final
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
+from gaitval.metrics.curve_results import RMSE
 from gaitval.metrics.origin import SKILLS, Origins, is_judged, measure_origin, status
-from gaitval.metrics.results import ComparedMeasure, Endurance, PushRecovery, Repeat, Summary
+from gaitval.metrics.results import (
+    ComparedMeasure,
+    Endurance,
+    ErrorRow,
+    PushRecovery,
+    Repeat,
+    Summary,
+)
 from gaitval.metrics.tolerances import Measure, Spread, Verdict, evaluate
 from gaitval.metrics.typed import number
 
@@ -74,7 +82,7 @@ def spread_of(verdict: Verdict, values: Sequence[float | None]) -> Spread | None
     if min(found) >= 0.0 and not verdict.measure.endswith("_skill"):
         # sizes of errors have no other side; a skill below zero is worse than its opponent
         low = max(low, 0.0)
-    worst = low if verdict.limit == "at_least" else high
+    worst = low if verdict.limit in ("at_least", "above") else high
     beyond = kept < len(values) or not verdict.holds(worst)
     return Spread(
         repeats=len(values),
@@ -142,19 +150,29 @@ def measure_rows(
     ]
 
 
-def summary(verdicts: Sequence[Verdict]) -> Summary:
-    """How many of `verdicts` with role acceptance passed, and how many reached their goals."""
+def summary(verdicts: Sequence[Verdict], errors: Sequence[ErrorRow] = ()) -> Summary:
+    """How many of `verdicts` with role acceptance passed, of how many curves the walk is nearer to
+    the measured one than any prediction without a model, how many limits of curves the best one
+    would meet, and the `errors` of the walk.
+    """
     deciding = [verdict for verdict in verdicts if verdict.role == "acceptance"]
-    accepted = [verdict.passed for verdict in deciding]
-    beside = [verdict for verdict in deciding if verdict.guess_passes is not None]
-    goals = [verdict.reached for verdict in deciding if verdict.reached is not None]
+    skills = [verdict for verdict in deciding if verdict.measure in SKILLS]
+    beside = [verdict for verdict in verdicts if _is_of_curve(verdict)]
     return Summary(
-        accepted=sum(accepted),
-        refused=len(accepted) - sum(accepted),
+        accepted=sum(verdict.passed for verdict in deciding),
+        refused=sum(not verdict.passed for verdict in deciding),
         not_shown=sum(verdict.state == "not shown" for verdict in deciding),
+        curves=len(skills),
+        nearer=sum("limit" not in verdict.failed_by for verdict in skills),
         guess_judged=len(beside),
-        guess_passes=sum(bool(verdict.guess_passes) for verdict in beside),
         guess_within=sum(bool(verdict.guess_within) for verdict in beside),
-        goals=len(goals),
-        goals_reached=sum(goals),
+        errors=list(errors),
     )
+
+
+def _is_of_curve(verdict: Verdict) -> bool:
+    """Whether it is one of gaitval's own limits on the error of a curve, which a prediction without
+    a model has too.
+    """
+    own = verdict.citation == "gaitval" and verdict.measure in RMSE.values()
+    return own and verdict.guess_within is not None

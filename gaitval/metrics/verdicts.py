@@ -8,11 +8,17 @@ from typing import Final
 
 from gaitval._internal.text.number_text import unit_text
 from gaitval.coordinates import split_side
-from gaitval.metrics.origin import Origins, furthest, not_recorded
+from gaitval.metrics.curve_results import CURVE_UNITS, KINDS
+from gaitval.metrics.origin import SKILLS, Origins, furthest, not_recorded
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import AcceptanceState, Verdict, load_registry
 
-SIGNS: Final[Mapping[str, str]] = {"at_most": "≤", "at_least": "≥", "exactly": "="}
+SIGNS: Final[Mapping[str, str]] = {
+    "at_most": "≤",
+    "at_least": "≥",
+    "above": ">",
+    "exactly": "=",
+}
 
 CURVE_NAMES: Final[Mapping[str, str]] = {
     "hip_flexion": "hip flexion",
@@ -30,6 +36,9 @@ CURVE_NAMES: Final[Mapping[str, str]] = {
 }
 """Of the targets of measures, in the words of gait analysis."""
 
+
+OF_SKILL: Final = dict(zip(SKILLS, KINDS, strict=True))
+"""Kind of the curves of each skill."""
 
 GUESSES: Final[Mapping[str, str]] = {
     "line through others": "the line through others",
@@ -81,7 +90,7 @@ class LimitVerdict:
         measured, if any.
         """
         # below a lower limit the smallest value is the worst
-        sign = -1.0 if self.first.limit == "at_least" else 1.0
+        sign = -1.0 if self.first.limit in ("at_least", "above") else 1.0
         return max(
             self.failed or self.rows,
             key=lambda row: math.inf if row.value is None else sign * row.value,
@@ -100,26 +109,17 @@ class LimitVerdict:
         """The limit with sign and unit."""
         return bound_text(self.first, self.first.tolerance)
 
-    def goal_text(self) -> str:
-        """The goal with sign and unit; nothing without one."""
-        return bound_text(self.first, self.first.goal)
-
     def reason_text(self) -> str:
-        """What its worst row missed, where that is not the limit itself; else nothing."""
+        """What its worst row was not nearer than; nothing for limits on other measures."""
         return "" if self.passed else reason_text(self.worst)
 
     @property
     def guess(self) -> tuple[int, int] | None:
-        """How many rows the best guess without a model would pass in the place of the walk, and
-        of how many; None where no guess has what is judged, such as falls.
+        """How many rows the best prediction without a model meets in the place of the walk, and of
+        how many; None where no prediction has what is judged, such as falls.
         """
-        beside = [row.guess_passes for row in self.rows if row.guess_passes is not None]
+        beside = [row.guess_within for row in self.rows if row.guess_within is not None]
         return (sum(beside), len(beside)) if beside else None
-
-    def guess_text(self) -> str:
-        """`guess` in words; nothing where there is none."""
-        found = self.guess
-        return "" if found is None else f"the guess passes {found[0]} of {found[1]}"
 
 
 def limit_verdicts(metrics: Metrics, role: str | None = None) -> list[LimitVerdict]:
@@ -156,20 +156,18 @@ def failed_limits(metrics: Metrics) -> list[LimitVerdict]:
 
 
 def reason_text(row: Verdict) -> str:
-    """Why a `row` did not pass, where its value keeps the limit; else nothing."""
-    if "limit" in row.failed_by:
+    """Why the skill `row` of a curve did not pass; nothing for other rows."""
+    if row.guess is None or row.passed:
         return ""
+    of, unit = row.guess, unit_text(CURVE_UNITS[OF_SKILL[row.measure]])
+    walk = "not measured" if of.walk is None else f"{of.walk:.2g}{unit}"
     parts = []
-    if "guess" in row.failed_by and row.guess is not None:
-        of, unit = row.guess, unit_text(row.unit)
-        walk = "not measured" if of.walk is None else f"{of.walk:.2g}{unit}"
-        message = "" if of.skill is None else f", skill {of.skill:+.2f}".replace("-", "−")
-        where = f"{of.side} {of.group}"
+    if "limit" in row.failed_by:
         known = "not shown to be nearer" if row.state == "not shown" else "not nearer"
         guess = GUESSES.get(of.guess, of.guess)
-        parts.append(f"{where} {known} than {guess}: {walk}, {of.error:.2g}{unit}{message}")
+        parts.append(f"{known} than {guess}: {walk}, {of.error:.2g}{unit}")
     if "record" in row.failed_by and row.known is not None:
-        parts.append(f"the record is known to ±{row.known:.2g}{unit_text(row.unit)}")
+        parts.append(f"{walk} off, and the measurement is known to ±{row.known:.2g}{unit}")
     return "; ".join(parts)
 
 
@@ -186,7 +184,7 @@ def spread_text(row: Verdict) -> str:
 
 
 def close_text(row: Verdict) -> str:
-    """Why a `row` that keeps its limit may not keep it again."""
+    """Why a `row` that meets its limit may not meet it again."""
     if row.measure == "push_survival":
         return "passes, but one push less survived would fail it"
     if row.spread is not None and row.spread.kept < row.spread.repeats:
@@ -244,10 +242,22 @@ def sentence(metrics: Metrics, where: str = "") -> str:
     first, second = counts
     close = sum(len(each.close) for each in every if each.first.role == "acceptance")
     narrow = f" {close} accepted {'value passes' if close == 1 else 'values pass'} narrowly."
-    guess, judged = metrics.summary.guess_passes, metrics.summary.guess_judged
-    beside = f" A guess without a model would pass {guess} of {judged} values." if judged else ""
-    message = f"{first[0].upper()}{first[1:]}; {second}.{narrow if close else ''}{beside}"
+    message = f"{first[0].upper()}{first[1:]}; {second}.{narrow if close else ''}"
+    message += nearness(metrics)
     return message + unjudged_text(metrics.origins)
+
+
+def nearness(metrics: Metrics) -> str:
+    """To how many curves the walk is nearer than any prediction without a model, and what the
+    limits say of the best one; empty without one.
+    """
+    found = metrics.summary
+    if not found.curves:
+        return ""
+    return (
+        f" Nearer than the best prediction without a model: {found.nearer} of {found.curves} "
+        f"curves; that prediction meets {found.guess_within} of {found.guess_judged} limits."
+    )
 
 
 def unjudged_text(origins: Origins) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.gait.healthy_controls import Controls, load_controls
-from gaitval.metrics.curve_results import GaitProfiles, WalkStatistics
+from gaitval.metrics.curve_results import GaitProfiles
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
 from gaitval.reporting.drawing import keys_of, legend_above, new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
@@ -72,17 +72,14 @@ def profile(profiles: GaitProfiles) -> str:
 
 @dataclass(frozen=True)
 class Healthy:
-    """What the section says: `found` in a walk, of a person who is one of the controls or not."""
+    """What the section says: `profiles` of record and walk, of a person who is one of the controls
+    or not.
+    """
 
-    found: WalkStatistics
+    profiles: GaitProfiles
     is_control: bool
 
     smallest: ClassVar = SMALLEST_DIFFERENCE
-
-    @property
-    def profiles(self) -> GaitProfiles:
-        """Of record and walk."""
-        return self.found.profiles
 
     @property
     def controls(self) -> Controls:

@@ -319,7 +319,7 @@ class ReportPage:
     @cached_property
     def sheet(self) -> Sheet:
         """The first page."""
-        return sheet(self.metrics, self.subject)
+        return sheet(self.metrics, self.subject, self.run.configuration.identification.kappa)
 
     @cached_property
     def picture(self) -> Picture | None:
@@ -366,7 +366,7 @@ class ReportPage:
     @cached_property
     def healthy(self) -> Healthy | None:
         """Walk and record beside healthy people; None with fewer than two gait cycles."""
-        found = self.metrics.curve_statistics
+        found = self.metrics.gait_profiles
         return None if found is None else Healthy(found, is_control(self.subject))
 
     @cached_property
@@ -425,8 +425,8 @@ def _drawings(metrics: Metrics, pushes: StoredPushes | None) -> dict[str, Draw]:
     if pushes is not None and balance_figure.kept_distance(pushes.placed):
         draw = partial(balance_figure.foot_placement, {"": pushes.placed})
         drawings[balance_figure.NAME] = draw
-    if (whole := metrics.curve_statistics) is not None:
-        drawings["gait_profile"] = partial(healthy_profile.profile, whole.profiles)
+    if (profiles := metrics.gait_profiles) is not None:
+        drawings["gait_profile"] = partial(healthy_profile.profile, profiles)
     return drawings
 
 

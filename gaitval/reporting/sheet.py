@@ -7,15 +7,17 @@ from typing import Final, NamedTuple
 
 from gaitval._internal.text.number_text import number, rough, unit_text
 from gaitval.coordinates import SIDES, Side, split_side
-from gaitval.metrics.curve_results import CurveLight, Light, Reason
+from gaitval.metrics.curve_results import CURVE_UNITS, CurveLight, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
-from gaitval.metrics.results import Metrics
+from gaitval.metrics.results import ErrorRow, IdentificationResult, Metrics, Round
 from gaitval.metrics.verdicts import (
     CURVE_NAMES,
+    OF_SKILL,
     LimitVerdict,
     counted_limits,
     failed_limits,
+    target_text,
 )
 from gaitval.reporting.figures import NAMES
 from gaitval.reporting.tables import CURVES
@@ -25,6 +27,8 @@ WARNINGS: Final = 2
 """Shown, the gravest first."""
 FAILED_SHOWN: Final = 5
 """Failed limits that the sheet lists; it counts the others."""
+SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
+"""Coordinates whose share of feed-forward the sheet gives."""
 PLATES_UNCERTAIN: Final = 0.02
 """Share of the force by which plates may be wrong before the sheet says so."""
 
@@ -73,7 +77,11 @@ class Sheet:
     push_off : of each ankle, "walk", "record" and how much "more" the walk does, %.
     reasons : why curves may not simply be believed.
     known_to : of the errors of groups of curves, by "record", "time_step", "second_engine".
-    guess : what the best guess "passes" of what is "judged".
+    nearer : to how many "curves" the walk is "nearer" than any prediction without a model, and how
+        many limits of "judged" the best one meets, "within".
+    errors : of moments and forces, before and after the correction of the plates.
+    moved : how far the correction moved the plates forward, mm, by side; empty without any.
+    learned : None without a study's stages.
     """
 
     counts: Mapping[str, Cell]
@@ -92,11 +100,16 @@ class Sheet:
     lights: Mapping[str, Sequence["LightRow"]]
     reasons: Sequence["Why"]
     known_to: Mapping[str, Sequence[tuple[Cell, str]]]
-    guess: Mapping[str, Cell]
+    nearer: Mapping[str, Cell]
+    errors: Sequence["ErrorCells"]
+    moved: Mapping[Side, Cell]
+    learned: "Learned | None"
 
 
-def sheet(metrics: Metrics, subject: Subject) -> Sheet:
-    """The sheet of a run of `subject` with the results `metrics`."""
+def sheet(metrics: Metrics, subject: Subject, kappa: float) -> Sheet:
+    """The sheet of a run of `subject` with the results `metrics`; `kappa` times the reference's
+    epsilon is the paper's criterion to stop.
+    """
     failed = failed_limits(metrics)
     counts = {
         f"{which}_{role}": Cell(
@@ -122,11 +135,108 @@ def sheet(metrics: Metrics, subject: Subject) -> Sheet:
         lights=_lights(metrics),
         reasons=_reasons(metrics),
         known_to=_known_to(metrics),
-        guess={
-            "passes": Cell(metrics.summary.guess_passes),
+        nearer={
+            "nearer": Cell(metrics.summary.nearer),
+            "curves": Cell(metrics.summary.curves),
+            "within": Cell(metrics.summary.guess_within),
             "judged": Cell(metrics.summary.guess_judged),
         },
+        errors=[_error_cells(row) for row in metrics.summary.errors if row.kind != "angles"],
+        moved=_moved(metrics),
+        learned=_learned(metrics, kappa),
     )
+
+
+class ErrorCells(NamedTuple):
+    """Errors of a moment or a force, mean of both sides."""
+
+    name: str
+    unit: str
+    as_measured: Cell
+    corrected: Cell
+    own_hips: Cell
+    correction: Cell
+    prediction: Cell
+
+
+def _error_cells(row: ErrorRow) -> ErrorCells:
+    digits = 3 if row.kind == "moments" else 2
+    of_hip = row.kind == "moments" and row.curve.startswith("hip_")
+    return ErrorCells(
+        name=NAMES[row.curve] + (" moment" if row.kind == "moments" else ""),
+        unit=row.unit,
+        as_measured=Cell(row.as_measured, digits),
+        corrected=Cell(row.corrected, digits),
+        own_hips=Cell(row.own_hips if of_hip else None, digits),
+        correction=Cell(row.correction, digits),
+        prediction=Cell(row.prediction, digits),
+    )
+
+
+def _moved(metrics: Metrics) -> dict[Side, Cell]:
+    """How far the correction moved each plate forward, mm."""
+    plates = metrics.record.plates
+    if plates is None:
+        return {}
+    return {side: Cell(1000.0 * getattr(plates, f"shift_{side}")) for side in SIDES}
+
+
+class Learned(NamedTuple):
+    """What was learned for this person, and what was given.
+
+    Attributes
+    ----------
+    samples : of training for this person.
+    before, after : epsilon before the correction and of the walk shown; `ratio_before`,
+        `ratio_after` over that of the reference.
+    kappa : what the first ratio has to be below by the paper's criterion, and whether it `met` it.
+    least, most : share of the variance of the sagittal moments that feed-forward explains.
+    numbers : that the correction fits.
+    """
+
+    samples: Cell
+    before: Cell
+    ratio_before: Cell
+    after: Cell
+    ratio_after: Cell
+    kappa: Cell
+    met: bool
+    least: Cell
+    most: Cell
+    numbers: Cell
+
+
+def _learned(metrics: Metrics, kappa: float) -> Learned | None:
+    found = metrics.identification
+    last = None if found is None else _round(found)
+    if last is None or last.epsilon is None or last.epsilon.total is None or not last.floor:
+        return None
+    after = None if metrics.walk.epsilon is None else metrics.walk.epsilon.total
+    ratio = last.epsilon.total / last.floor
+    shares = [
+        share.r_squared
+        for name, of in (metrics.torque_shares or {}).items()
+        if split_side(name)[1] in SAGITTAL
+        for share in (of["feed_forward"],)
+        if share.r_squared is not None
+    ]
+    return Learned(
+        samples=Cell(0 if metrics.training is None else metrics.training.samples),
+        before=Cell(last.epsilon.total, 3),
+        ratio_before=Cell(ratio, 2),
+        after=Cell(after, 3),
+        ratio_after=Cell(None if after is None else after / last.floor, 2),
+        kappa=Cell(kappa, -2),
+        met=ratio < kappa,
+        least=Cell(min(shares, default=None), 2),
+        most=Cell(max(shares, default=None), 2),
+        numbers=Cell(None if metrics.correction is None else metrics.correction.numbers),
+    )
+
+
+def _round(found: IdentificationResult) -> Round | None:
+    """The round of Algorithm 1 that was chosen."""
+    return next((each for each in found.rounds if each.round == found.chosen_round), None)
 
 
 def _repeats(metrics: Metrics) -> dict[str, Cell]:
@@ -164,22 +274,25 @@ class FailedLimit(NamedTuple):
 
 
 def _failed(limit: LimitVerdict) -> FailedLimit:
-    """A failed limit: the limit itself, the best guess of its group on its side, or what the record
+    """A failed limit: the limit itself, the prediction that is nearer, or what the measured curve
     is known to, with the value on its other side.
     """
-    worst = limit.worst
-    missed = next(iter(worst.failed_by), "limit")
-    value, bound = worst.value, worst.known if missed == "record" else worst.tolerance
-    if missed == "guess" and worst.guess is not None:
-        value, bound = worst.guess.walk, worst.guess.error
+    worst, unit = limit.worst, unit_text(limit.worst.unit).strip()
+    missed: str = next(iter(worst.failed_by), "limit")
+    value, bound, sign = worst.value, worst.tolerance, limit.limit_text().split()[0]
+    if worst.guess is not None:
+        missed = "measurement" if "record" in worst.failed_by else "prediction"
+        unit = unit_text(CURVE_UNITS[OF_SKILL[worst.measure]]).strip()
+        value, sign = worst.guess.walk, "<"
+        bound = worst.guess.error if missed == "prediction" else worst.known or 0.0
     return FailedLimit(
         role=worst.role,
-        title=worst.title,
+        title=worst.title if worst.guess is None else f"{worst.title}: {target_text(worst.target)}",
         value=_beside(limit, Cell(value, -2)),
         limit=Cell(bound, -3 if missed == "limit" else -2),
         missed=None if missed == "limit" else missed,
-        sign="<" if missed == "guess" else limit.limit_text().split()[0],
-        unit=unit_text(worst.unit).strip(),
+        sign=sign,
+        unit=unit,
         failed=Cell(len(limit.failed)),
         all=Cell(len(limit.rows)),
         remedy=limit.remedy,
@@ -212,7 +325,7 @@ def _people(metrics: Metrics, subject: Subject) -> dict[str, Cell]:
     if not {*_PEOPLE.values()} <= set(normal):
         return {}
     found = {name: Cell(normal[each].people) for name, each in _PEOPLE.items()}
-    if metrics.curve_statistics is not None:
+    if metrics.gait_profiles is not None:
         from gaitval.gait.healthy_controls import load_controls
 
         found["score"] = Cell(load_controls().people)
@@ -372,11 +485,11 @@ class Profile(NamedTuple):
 
 
 def _profile(metrics: Metrics) -> Profile | None:
-    if metrics.curve_statistics is None:
+    if metrics.gait_profiles is None:
         return None
     from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 
-    profiles = metrics.curve_statistics.profiles
+    profiles = metrics.gait_profiles
     controls, names = load_controls(), profiles.variables
     rows = []
     for side in SIDES:
@@ -424,12 +537,12 @@ def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
 
 def _of_score(metrics: Metrics) -> Iterator[SheetWarning]:
     """A side whose Gait Profile Score differs from the record's by what matters clinically."""
-    statistics = metrics.curve_statistics
-    if statistics is None or statistics.profiles.record is None:
+    profiles = metrics.gait_profiles
+    if profiles is None or profiles.record is None:
         return
     from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
 
-    record, walk = statistics.profiles.record, statistics.profiles.walk
+    record, walk = profiles.record, profiles.walk
     side = max(SIDES, key=lambda each: abs(walk.of(each) - record.of(each)))
     away = walk.of(side) - record.of(side)
     if abs(away) >= SMALLEST_DIFFERENCE:

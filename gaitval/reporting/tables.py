@@ -13,6 +13,7 @@ from gaitval.metrics.origin import curve_origin
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_quantities import of_record, of_walk
+from gaitval.metrics.whole_error import AS_MEASURED, OWN_HIPS
 from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.quantities.quantity import Figures, FigureTable
 from gaitval.reporting.figures import NAMES
@@ -58,13 +59,16 @@ def findings(metrics: Metrics) -> Mapping[str, CurveFinding | None]:
 
 
 class ErrorRow(NamedTuple):
-    """A curve of a side: its error, the RMSE of a prediction without a model, and the skill against
-    that.
+    """A curve of a side: its error, that from the curve `as_measured` and about the walker's
+    `own_hips` (None of other curves), the RMSE of the best prediction without a model, and the
+    skill against that.
     """
 
     name: str
     side: Side
     error: CurveError | None
+    as_measured: float | None
+    own_hips: float | None
     guess: float | None
     origin: Origin
     skill: float | None
@@ -80,15 +84,18 @@ class ErrorTable(NamedTuple):
 
 def error_tables(metrics: Metrics) -> list[ErrorTable]:
     """Every curve and side in `metrics`."""
+    uncorrected = {(each.measure, each.target): each.value for each in metrics.measures}
 
     def row(kind: Kind, name: str, side: Side) -> ErrorRow:
         key = f"{name}_{side[0]}"
         error = metrics.walk.errors.of(kind)[key]
-        guess = next((each.rmse.of(kind)[key] for each in metrics.predictions), None)
+        guess = metrics.lights.of(kind)[key].guess_error
         return ErrorRow(
             NAMES[name],
             side,
             error,
+            uncorrected.get((AS_MEASURED.get(kind, ""), key)),
+            uncorrected.get((OWN_HIPS, key)),
             guess,
             curve_origin(kind, key, metrics.origins),
             skill(rmse_of(error), guess),

@@ -28,6 +28,7 @@ from gaitval.coordinates import SIDES
 from gaitval.metrics.baselines import group_rows
 from gaitval.metrics.curve_results import KINDS, Kind
 from gaitval.metrics.origin import is_judged, measure_origin
+from gaitval.metrics.results import Metrics
 from gaitval.metrics.typed import array
 from gaitval.metrics.verdicts import target_text
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
@@ -74,6 +75,7 @@ def write_comparison(
             "group_names": [row.group for row in group_rows(walks[0].metrics)],
             "group_units": [row.unit for row in group_rows(walks[0].metrics)],
             "groups": groups,
+            "errors": [_before_and_after(walk.metrics) for walk in walks],
             "means": _mean_rows(groups, [walk.subject for walk in walks]),
             "figure_tables": figure_tables(quantities, most=SUBJECTS),
             "small_multiples": _drawings(walks, labels, before),
@@ -134,8 +136,8 @@ def _overview(walk: StoredWalk, label: str) -> dict[str, Any]:
         "recorded": metrics.is_recorded_at_all,
         "accepted": metrics.summary.accepted,
         "judged": metrics.summary.accepted + metrics.summary.refused,
-        "reached": metrics.summary.goals_reached,
-        "goals": metrics.summary.goals,
+        "nearer": metrics.summary.nearer,
+        "curves": metrics.summary.curves,
         "falls": sum(start.fell for start in metrics.walk.starts),
         "starts": len(metrics.walk.starts),
         "stood": None if stood is None else f"{sum(stood)} of {len(stood)}",
@@ -160,6 +162,22 @@ def _groups(walks: Sequence[StoredWalk], labels: Sequence[str]) -> Iterator[dict
                 }
             )
         yield {"label": label, "cells": cells}
+
+
+def _before_and_after(metrics: Metrics) -> list[dict[str, Any]]:
+    """Errors of moments and forces of a walk, by curve: as measured, corrected, own hips."""
+    return [
+        {
+            "name": each.curve,
+            "kind": each.kind,
+            "unit": each.unit,
+            "digits": 3 if each.unit == "Nm/kg" else 2,
+            "values": [each.as_measured, each.corrected]
+            + ([each.own_hips] if each.curve.startswith("hip_") else []),
+        }
+        for each in metrics.summary.errors
+        if each.kind != "angles"
+    ]
 
 
 def _mean_rows(groups: Sequence[Mapping[str, Any]], people: Sequence[str]) -> list[dict[str, Any]]:

@@ -217,7 +217,7 @@ def print_verdict(metrics: "Metrics", where: str = "") -> None:
         message = "passed" if each.passed else f"{count} {each.state}"
         details = [
             f"limit {each.limit_text()}",
-            *filter(None, (each.guess_text(), each.reason_text(), message)),
+            *filter(None, (each.reason_text(), message)),
         ]
         plain(
             f"  {each.first.role:<11}{each.first.title}: {each.value_text()}{of(each.worst)}, "
@@ -240,20 +240,19 @@ def print_tolerances(metrics: "Metrics") -> None:
     from gaitval.metrics.verdicts import bound_text, spread_text, target_text, value_text
 
     table = Table(
-        *("limit", "of", "value", "in repeats", "limit is", "goal", "role", "status", "missed"),
+        *("limit", "of", "value", "in repeats", "limit is", "role", "status", "missed"),
         "verdict",
         title=f"{metrics.subject.identifier}: every limit and value",
     )
     for row in metrics.tolerances:
         missed = Text("not shown" if row.state == "not shown" else "fail", style="red")
-        verdict = "goal" if row.reached else "pass" if row.passed else missed
+        verdict = "pass" if row.passed else missed
         table.add_row(
             row.title,
             target_text(row.target),
             value_text(row),
             spread_text(row),
             bound_text(row, row.tolerance),
-            bound_text(row, row.goal),
             row.role,
             row.status,
             ", ".join(row.failed_by),

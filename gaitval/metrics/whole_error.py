@@ -1,0 +1,118 @@
+"""Errors of a walk: from the measured curve, from the corrected one, about the walker's own hips.
+
+A record is corrected before anything follows it: plates are moved, and the moments of the hip are
+compared about the hip centres that the record's moments are about, which the reference finds. What
+each of these changes stands beside the error.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from gaitval.coordinates import SIDES, split_side
+from gaitval.metrics.acceptance import Baselines
+from gaitval.metrics.comparison import rms, rmse_of
+from gaitval.metrics.curve_results import (
+    CURVE_UNITS,
+    HipCentres,
+    Kind,
+    MeasuredCurves,
+    MeasuredErrors,
+    RecordResult,
+)
+from gaitval.metrics.origin import curve_origin
+from gaitval.metrics.results import ErrorRow, WalkResult
+from gaitval.metrics.tolerances import Measure, measured
+from gaitval.metrics.typed import array, number
+
+AS_MEASURED: Mapping[Kind, str] = {
+    "moments": "moment_rmse_as_measured",
+    "forces": "force_rmse_as_measured",
+}
+OWN_HIPS = "moment_rmse_own_hips"
+"""Measures of the errors before the correction of the plates, and about the walker's own hips."""
+
+
+def error_rows(walk: WalkResult, record: RecordResult, baselines: Baselines) -> list[ErrorRow]:
+    """The errors of every recorded curve of a `walk` from its `record`, means over sides."""
+    by_name: dict[tuple[Kind, str], list[str]] = {}
+    for kind, curve, _ in walk.errors.items():
+        if curve_origin(kind, curve, baselines.origins) == "recorded":
+            by_name.setdefault((kind, split_side(curve)[1]), []).append(curve)
+    return [_row(kind, name, curves, walk, record, baselines)
+            for (kind, name), curves in by_name.items()]  # fmt: skip
+
+
+def _row(
+    kind: Kind,
+    name: str,
+    curves: Sequence[str],
+    walk: WalkResult,
+    record: RecordResult,
+    baselines: Baselines,
+) -> ErrorRow:
+    corrected = [rmse_of(walk.errors.of(kind)[curve]) for curve in curves]
+    before = _of_kind(walk.errors_as_measured, kind)
+    own = _about_own_hips(walk.hip_centres) if kind == "moments" else {}
+    best = [baselines.best(kind, curve) for curve in curves]
+    return ErrorRow(
+        kind=kind,
+        curve=name,
+        unit=CURVE_UNITS[kind],
+        as_measured=_mean([before.get(c, e) for c, e in zip(curves, corrected, strict=True)]),
+        corrected=_mean(corrected),
+        own_hips=_mean([own.get(c, e) for c, e in zip(curves, corrected, strict=True)]),
+        correction=_mean([_corrected_by(record, kind, curve) for curve in curves]),
+        prediction=_mean([None if each is None else each[1] for each in best]),
+    )
+
+
+def _of_kind(found: MeasuredErrors | None, kind: Kind) -> Mapping[str, float | None]:
+    return {} if found is None or kind == "angles" else dict(getattr(found, kind))
+
+
+def _about_own_hips(hips: HipCentres | None) -> dict[str, float | None]:
+    """RMSE of the hips' moments about the walker's own hips, by curve; empty where they are."""
+    if hips is None:
+        return {}
+    return {
+        f"{name}_{side[0]}": error
+        for side in SIDES
+        for name, error in hips.of(side).rmse_about_model.items()
+    }
+
+
+def _corrected_by(record: RecordResult, kind: Kind, curve: str) -> float | None:
+    """RMS difference that the correction of the plates makes to a measured curve."""
+    measured_curves: MeasuredCurves | None = record.as_measured
+    if measured_curves is None or kind == "angles":
+        return 0.0
+    before = getattr(measured_curves, kind)[curve]
+    return number(rms(array(record.curves.of(kind)[curve]) - array(before)))
+
+
+def _mean(values: Iterable[float | None]) -> float | None:
+    found = list(values)
+    known = [each for each in found if each is not None]
+    # a mean over fewer sides could not be compared with another of both
+    return float(np.mean(known)) if known and len(known) == len(found) else None
+
+
+def uncorrected_measures(walk: WalkResult) -> list[Measure]:
+    """The errors of moments and forces as measured, and of the hips' moments about the walker's own
+    hips; equal to the others where nothing was corrected.
+    """
+    rows = []
+    for kind, measure in AS_MEASURED.items():
+        before = _of_kind(walk.errors_as_measured, kind)
+        rows += [
+            measured(measure, curve, before.get(curve, rmse_of(error)))
+            for curve, error in walk.errors.of(kind).items()
+        ]
+    own = _about_own_hips(walk.hip_centres)
+    rows += [
+        measured(OWN_HIPS, curve, own.get(curve, rmse_of(walk.errors.moments[curve])))
+        for curve in walk.errors.moments
+        if curve.startswith("hip_")
+    ]
+    return rows
