@@ -4,7 +4,8 @@ model.
 Each curve is judged by itself: its skill, 1 - error / error of the prediction that is nearest to
 the measured curve, has to be above 0. So a prediction that is shown as a walk is not accepted, and
 no curve is because others of its group are. Among the predictions are the person's own other
-trials, copied or interpolated, wherever there are any that do not repeat the walk's own. The best
+trials, copied or interpolated, if there are any that do not repeat the walk's own, but not their
+moments and forces where the walk was given angles alone. The best
 one is chosen curve by curve with the measurement at hand, which is to its favour, and its moments
 of the hip are about the point that brings it nearest, for the walk's are too.
 
@@ -13,7 +14,7 @@ is not above 0, but by less than the walks of the same policy from other starts 
 shown" instead of failed.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -59,10 +60,13 @@ class Baselines:
     Attributes
     ----------
     guesses : without a model, of the compared record.
+    own : kinds of curves of which the person's own trials were given to the run: of the others a
+        prediction from these trials would know more than the walk.
     origins : of the compared record.
     """
 
     guesses: Sequence[PredictionResult]
+    own: Collection[Kind]
     origins: Origins
 
     def best(self, kind: Kind, curve: str) -> tuple[PredictionResult, float] | None:
@@ -74,7 +78,8 @@ class Baselines:
         found = [
             (guess, error)
             for guess in self.guesses
-            if (error := guess.error(kind, curve)) is not None
+            if (kind in self.own or not guess.own)
+            and (error := guess.error(kind, curve)) is not None
         ]
         return min(found, key=lambda each: each[1], default=None)
 

@@ -13,7 +13,7 @@ from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.acceptance import Baselines, known_to
 from gaitval.metrics.baselines import predicted_parts
-from gaitval.metrics.curve_results import Kind, RecordResult, by_kind
+from gaitval.metrics.curve_results import KINDS, Kind, RecordResult, by_kind
 from gaitval.metrics.origin import record_origins
 from gaitval.metrics.other_trials import repeats
 from gaitval.metrics.recorded import recorded_part
@@ -80,6 +80,7 @@ def compared_with(
     if not is_predicted(configuration.record):
         other = tuple(trial for trial in subject.trials if not repeats(trial, subject))
         alone = subject.model_copy(update={"trials": other})
+    own = KINDS if configuration.record.use == "all" else KINDS[:1]
     free_hips = hip_centre is not None and bool(np.any(hip_centre))
     guesses = predicted_parts(alone, others, by_kind(curves), origins, free_hips=free_hips)
     person = body_without(model, configuration.record)
@@ -94,6 +95,6 @@ def compared_with(
         leg_length=subject.leg_length_m,
         height=subject.height_m,
         lost=lost_joints(subject),
-        baselines=Baselines(guesses, origins),
+        baselines=Baselines(guesses, own, origins),
         known=known_to(subject.uncertainty),
     )

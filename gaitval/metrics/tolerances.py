@@ -62,12 +62,12 @@ WALK_UNITS = {
 """Everything that is measured of a walk, and its unit. RMSE are of the mean curve over the gait
 cycle, see `whole_error`; the errors of speed and stride time are sizes of relative differences from
 the record, those of stance fraction (percentage points of the cycle) and step length sizes of
-differences; `push_survival` is the share of directions in which a push is survived. Skill is 1 less the RMSE
-over that of the best prediction without a model (`baselines`); ringing, arms, trunk and step width
-(against other people's, or the person's own) are those of `unrecorded`, toes, rates of torque and
-what the ground does to a foot those of `torques`, joint power, work and
-others those of `gaitval.quantities`, centre of mass that of `whole_body`, loading and the arm of
-the ground reaction those of `side_measures`. SD are standard deviations between people."""
+differences; `push_survival` is the share of directions in which a push is survived. Skill is 1 less
+the RMSE over that of the best prediction without a model (`baselines`); ringing, arms, trunk and
+step width (against other people's, or the person's own) are those of `unrecorded`, toes, rates of
+torque and what the ground does to a foot those of `torques`, joint power, work and others those of
+`gaitval.quantities`, centre of mass that of `whole_body`, loading and the arm of the ground
+reaction those of `side_measures`. SD are standard deviations between people."""
 
 RECORDING_UNITS = {
     "scaling_marker_rms": "cm",

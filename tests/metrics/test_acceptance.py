@@ -5,19 +5,24 @@ import pytest
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, walks_of
 
 from gaitval.configuration import RecordSettings
+from gaitval.constants import GRAVITY
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.acceptance import (
     Baselines,
-    against_guesses,
+    accepted,
     known_to,
     lights,
+    skill_measures,
     time_steps,
 )
 from gaitval.metrics.baselines import GROUPS, others_line
 from gaitval.metrics.comparator import compared_with
-from gaitval.metrics.origin import everything
+from gaitval.metrics.curve_results import KINDS
+from gaitval.metrics.origin import SKILLS, everything
 from gaitval.metrics.results import HeldOutError, HeldOutErrors
+from gaitval.metrics.tolerances import evaluate
 from gaitval.metrics.validation import validate
+from gaitval.metrics.verdict_rows import spread_of
 from gaitval.metrics.verdicts import failed_limits, limit_verdicts, sentence
 from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
@@ -27,7 +32,7 @@ RECORD = SUBJECT.record()
 OTHERS = builtin_subjects()
 CONFIGURATION = sharp_filter(cycles=20, start_phases=(0.0,))
 TRUE = recorded_curves(RECORD)
-CURVES = {"angle_rmse", "moment_rmse", "force_rmse"}
+LINE = others_line(SUBJECT, OTHERS).curves
 
 
 def validated(monkeypatch, curves, subject=SUBJECT, **settings):
@@ -52,12 +57,13 @@ def changed(kind, **new):
 
 
 def decided(metrics):
-    return [row for row in metrics.tolerances if row.role == "acceptance" and row.measure in CURVES]
+    """The rows that decide on curves: whether each is nearer than the best prediction."""
+    return [row for row in metrics.tolerances if row.measure in SKILLS]
 
 
 def between(share):
     """Curves that are `share` as far from the record as the line through others."""
-    line = others_line(SUBJECT, OTHERS).curves
+    line = LINE
     return Curves(
         **{
             kind: {
@@ -70,71 +76,71 @@ def between(share):
 
 
 @pytest.mark.parametrize("use", ["all", "kinematics"])
-def test_a_guess_that_is_shown_as_a_walk_is_not_accepted(monkeypatch, use):
+def test_a_prediction_that_is_shown_as_a_walk_is_not_accepted(monkeypatch, use):
     metrics = validated(monkeypatch, between(1.0), use=use)
     rows = decided(metrics)
-    assert len(rows) == 30
+    assert len(rows) == 32, "18 angles, 8 moments, 6 forces"
     assert not any(row.passed for row in rows)
-    assert not any(row.reached for row in rows)
-    assert not any(row.guess_passes for row in rows)
-    assert metrics.summary.refused >= 30
-    assert metrics.summary.guess_judged == 35
-    assert "All" not in sentence(metrics)
+    assert all(row.value <= 0.0 for row in rows)
+    assert (metrics.summary.curves, metrics.summary.nearer) == (32, 0)
+    assert "Nearer than the best prediction without a model: 0 of 32 curves" in sentence(metrics)
     assert "believe" not in {light.light for *_, light in metrics.lights.items()}
-    # without the rule most of them are within their limits
-    assert sum(bool(row.guess_within) for row in rows) > 0
+    assert {light.reason for *_, light in metrics.lights.items()} <= {"guess", "limit"}
 
 
-def test_a_walk_that_is_nearer_than_every_guess_is_accepted(monkeypatch):
+def test_a_walk_that_is_nearer_than_every_prediction_is_accepted(monkeypatch):
     metrics = validated(monkeypatch, TRUE)
     assert all(row.passed and row.failed_by == [] for row in decided(metrics))
-    assert all(row.guess.skill == 1.0 for row in decided(metrics))
+    assert all(row.value == 1.0 for row in decided(metrics))
     assert {light.light for *_, light in metrics.lights.items()} == {"believe"}
+    assert metrics.summary.nearer == metrics.summary.curves == 32
 
 
-def test_a_walk_told_angles_alone_whose_medial_force_is_worse_than_a_guess_is_not_accepted(
-    monkeypatch,
-):
-    line, true = between(1.0).forces["medial_l"], TRUE.forces["medial_l"]
-    worse = changed("forces", medial_l=true + 1.5 * (line - true))
+@pytest.mark.parametrize(("kind", "name"), [("forces", "medial_l"), ("moments", "knee_angle_r")])
+def test_a_curve_is_not_accepted_because_its_group_is(monkeypatch, kind, name):
+    line, true = getattr(LINE, kind)[name], getattr(TRUE, kind)[name]
+    worse = changed(kind, **{name: true + 1.5 * (line - true)})
     metrics = validated(monkeypatch, worse, use="kinematics")
     (row,) = [each for each in decided(metrics) if not each.passed]
-    assert (row.target, row.failed_by, row.state) == ("medial_l", ["guess"], "failed")
-    assert row.guess.skill <= -0.5
-    assert row.value <= row.tolerance, "the limit alone is kept"
-    assert metrics.lights.forces["medial_l"].light == "do not"
-    (limit,) = [e for e in limit_verdicts(metrics, "acceptance") if e.first.id == "force-medial"]
-    assert (limit.state, limit.guess) == ("failed", (0, 2))
-    assert "medial force" in limit.reason_text()
-    assert sentence(metrics)[0].isdigit()
+    assert (row.target, row.failed_by, row.state) == (name, ["limit"], "failed")
+    assert row.value <= -0.5 + 1e-9
+    assert row.guess.walk > row.guess.error
+    light = getattr(metrics.lights, kind)[name]
+    assert (light.light, light.reason) == ("do not", "guess")
+    (failed,) = [each for each in limit_verdicts(metrics, "acceptance") if row in each.rows]
+    assert failed.state == "failed"
+    assert "not nearer than" in failed.reason_text()
+    assert metrics.summary.nearer == metrics.summary.curves - 1
 
 
-def test_a_group_is_judged_on_its_side_and_each_curve_has_its_own_light(monkeypatch):
-    seen = validated(monkeypatch, TRUE).lights.angles
-    # the one whose guess is within the limit itself
-    guess, name = min(
-        (seen[f"{each}_r"].guess_error, each) for each in GROUPS["sagittal angles"][1]
+def test_a_prediction_has_the_same_free_hips_as_the_walk():
+    """About the point that brings it nearest: no other lever of the vertical force is nearer."""
+    place = np.full((2, 2), 0.01)
+    free, bound = (
+        compared_with(SUBJECT, RECORD, OTHERS, MODEL, CONFIGURATION, each).baselines
+        for each in (place, np.zeros((2, 2)))
     )
-    off = TRUE.angles[f"{name}_r"] + np.deg2rad(1.01 * guess)
-    metrics = validated(monkeypatch, changed("angles", **{f"{name}_r": off}))
-    assert [row for row in decided(metrics) if not row.passed] == [], "its group is nearer"
-    light = metrics.lights.angles[f"{name}_r"]
-    assert (light.light, light.reason) == ("with care", "guess nearer")
-    assert metrics.lights.angles[f"{name}_l"].light == "believe"
+    for side in "rl":
+        for sign, name in ((1.0, "hip_flexion"), (-1.0, "hip_adduction")):
+            curve = f"{name}_{side}"
+            away = LINE.moments[curve] - TRUE.moments[curve]
+            force = GRAVITY * LINE.forces[f"vertical_{side}"]
+            levers = np.linspace(-0.05, 0.05, 1001)
+            tried = [np.sqrt(np.mean((away + sign * each * force) ** 2)) for each in levers]
+            found = free.guesses[0].error("moments", curve)
+            assert found == pytest.approx(min(tried), abs=1e-5)
+            assert found < bound.guesses[0].error("moments", curve)
+    knee = [each.guesses[0].error("moments", "knee_angle_r") for each in (free, bound)]
+    assert knee[0] == knee[1]
 
 
-def test_an_informed_guess_knows_no_more_than_the_walk(monkeypatch):
-    """The person's other trials stand against walks that are predicted from them."""
-    name = SUBJECT.trials[0].name
-    for use, holdout, told in (
-        *(("all", "", ()), ("kinematics", "", ())),
-        *(("all", name, ("angles", "moments", "forces")), ("kinematics", name, ("angles",))),
-    ):
-        settings = RecordSettings(use=use, holdout=holdout)
-        configuration = CONFIGURATION.model_copy(update={"record": settings})
-        of = compared_with(SUBJECT, SUBJECT.record(), OTHERS, MODEL, configuration).baselines
-        best = {group: of.best(kind, names, "left") for group, (kind, names) in GROUPS.items()}
-        assert {GROUPS[group][0] for group, guess in best.items() if guess.own} == set(told)
+def test_own_trials_stand_against_a_walk_that_was_given_as_much():
+    for use, told in (("all", {"angles", "moments", "forces"}), ("kinematics", {"angles"})):
+        configuration = CONFIGURATION.model_copy(update={"record": RecordSettings(use=use)})
+        of = compared_with(SUBJECT, RECORD, OTHERS, MODEL, configuration).baselines
+        curves = {"angles": "knee_angle_l", "moments": "hip_adduction_l", "forces": "vertical_l"}
+        best = {kind: of.best(kind, name)[0] for kind, name in curves.items()}
+        assert {kind for kind, guess in best.items() if guess.own} == told
 
 
 def test_a_trial_at_the_same_speed_measures_again_and_is_no_guess():
@@ -153,12 +159,13 @@ def test_it_must_be_within_what_the_record_is_known_to(monkeypatch):
     )
     metrics = validated(monkeypatch, close, subject=known)
     (row,) = [each for each in decided(metrics) if "record" in each.failed_by]
+    assert metrics.lights.angles["knee_angle_r"].reason == "record"
     assert (row.target, row.passed) == ("knee_angle_r", False)
     assert row.known == pytest.approx(np.rad2deg(1e-4), rel=1e-5)
     (of,) = [each for each in metrics.known_to if each.group == "sagittal angles"]
     assert of.record is None, "five of the six curves are not known"
     wide = SUBJECT.model_copy(update={"uncertainty": {"angle_knee_angle_r": 1.0}})
-    assert not any(r.failed_by == ["record"] for r in decided(validated(monkeypatch, close, wide)))
+    assert not any("record" in r.failed_by for r in decided(validated(monkeypatch, close, wide)))
 
 
 def test_bands_of_an_import_are_in_the_units_and_names_of_the_curves():
@@ -179,20 +186,24 @@ def test_bands_of_an_import_are_in_the_units_and_names_of_the_curves():
 
 def test_worse_by_less_than_walks_differ_is_not_shown_and_not_passed(monkeypatch):
     metrics = validated(monkeypatch, between(1.0))
-    of = Baselines(metrics.predictions, (), everything("recorded"))
-    best = of.best("forces", ("vertical",), "right").rmse.forces["vertical_r"]
+    of = Baselines(metrics.predictions, KINDS, everything("recorded"))
+    _, best = of.best("forces", "vertical_r")
 
-    def state(error, scatter):
+    def state(share, scatter):
         errors = metrics.walk.errors.model_copy(deep=True)
-        errors.forces["vertical_r"] = errors.forces["vertical_r"].model_copy(update={"rmse": error})
-        walks = error + scatter * np.linspace(-1.0, 1.0, 8)
-        repeated = {("force_rmse", "vertical_r"): list(walks)}
-        return against_guesses(errors, repeated, of)["vertical force", "right"].state
+        curve = errors.forces["vertical_r"]
+        errors.forces["vertical_r"] = curve.model_copy(update={"rmse": share * best})
+        (measure,) = [e for e in skill_measures(errors, of) if e.target == "vertical_r"]
+        (row,) = evaluate([measure])
+        walks = (1.0 - share + scatter * np.linspace(-1.0, 1.0, 8)).tolist()
+        row = row.model_copy(update={"spread": spread_of(row, walks)})
+        (found,) = accepted([row], errors, {}, of)
+        return found.state
 
-    assert state(0.5 * best, 0.01 * best) == "passed"
-    assert state(1.05 * best, 0.1 * best) == "not shown"
-    assert state(1.05 * best, 0.001 * best) == "failed"
-    assert state(best, 0.1 * best) == "not shown", "as near as the guess is not nearer"
+    assert state(0.5, 0.01) == "passed"
+    assert state(1.05, 0.1) == "not shown"
+    assert state(1.05, 0.001) == "failed"
+    assert state(1.0, 0.1) == "not shown", "as near as the prediction is not nearer"
 
 
 def test_what_nobody_read_in_full_is_in_the_list_but_not_among_what_failed(monkeypatch):
@@ -214,7 +225,7 @@ def test_a_walk_that_leaves_its_prediction_by_more_than_predictions_err_is_not_t
     metrics = validated(monkeypatch, between(0.5))
     errors = metrics.walk.errors
     far = errors.forces["vertical_r"].rmse
-    of = Baselines([], (), everything("predicted"))
+    of = Baselines([], KINDS, everything("predicted"))
 
     def light(mean):
         group = HeldOutError(group="vertical force", unit="% BW", mean=mean, sd=None)

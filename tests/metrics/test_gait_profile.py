@@ -10,7 +10,7 @@ from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.comparison import foot_progression
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.gait_profile import gait_profile, is_control, walk_statistics
+from gaitval.metrics.gait_profile import gait_profile, is_control, walk_profiles
 from gaitval.metrics.origin import everything
 from gaitval.subjects.subject_file import builtin_subjects, load_subject
 
@@ -97,7 +97,7 @@ def test_record_and_walk_are_scored_from_the_same_angles():
             kind[name] = np.tile(curve, (2, 1))
     curves.angles["knee_angle_r"][:, 20:41] += np.radians(30.0)
     feet = {f"foot_progression_{side}": np.zeros((2, 101)) for side in "rl"}
-    found = walk_statistics(curves, feet, record, everything("recorded")).profiles
+    found = walk_profiles(curves, feet, record, everything("recorded"))
     assert "foot_progression" not in found.variables  # the made-up record has none
     assert len(found.variables) == 8
     changed = {
@@ -107,7 +107,7 @@ def test_record_and_walk_are_scored_from_the_same_angles():
     }
     assert changed == {"knee_angle_r"}
     curves.angles["hip_flexion_l"] = curves.angles["hip_flexion_l"][:1]
-    assert walk_statistics(curves, feet, record, everything("recorded")) is None
+    assert walk_profiles(curves, feet, record, everything("recorded")) is None
 
 
 def test_feet_turn_with_the_walk():
