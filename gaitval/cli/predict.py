@@ -126,7 +126,7 @@ def predict(
         run_prediction(run, range_run, force=force)
     metrics = read_metrics(run.folder)
     if record.holdout:
-        display.print_groups(metrics)
+        display.print_errors(metrics)
     else:
         print_distances(metrics, on_a_slope=is_changed(record))
         if is_changed(record):

@@ -154,7 +154,7 @@ def _print_verdict(folder: Path, *, every: bool) -> None:
     if refused:
         raise ToleranceError(
             f"{refused} of {refused + metrics.summary.accepted} values are not accepted: they miss "
-            "their limit, or a guess without a model is as near to the record (rows above). All "
+            "their limit, or a prediction without a model is as near (rows above). All "
             f"errors are in {folder / 'metrics.json'}; `gaitval report {folder}` shows the curves."
         )
     _judged(metrics, folder)
@@ -280,7 +280,7 @@ def subject_command(
     from gaitval.metrics.results import read_metrics  # a second, in which a run has begun
 
     metrics = read_metrics(run.folder)
-    display.print_groups(metrics)
+    display.print_errors(metrics)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
     display.print_verdict(metrics)
     _judged(metrics, run.folder)

@@ -251,6 +251,40 @@ class ErrorRow(Result):
     """Mean error of the best prediction without a model of each side; null without one."""
 
 
+class Learned(Result):
+    """What was learned for this person, and what the walk was given."""
+
+    samples: Count
+    """Of training for this person."""
+    epsilon_before: Number
+    epsilon_after: Number | None
+    """Of the walk before the correction of the reference, in the chosen round of Algorithm 1, and
+    of the walk that is shown; null where that is too short."""
+    epsilon_reference: StrictPositive
+    """Of a walker that follows the reference exactly."""
+    kappa: StrictPositive
+    """The paper's rule to stop: the first below this many times that of the reference."""
+    feed_forward: Annotated[list[Number], Field(max_length=2)]
+    """Least and largest share of the variance of a sagittal moment that feed-forward explains."""
+    fitted_numbers: Count
+    """That the correction fits, walk by walk; 0 without one."""
+
+    @property
+    def ratio_before(self) -> float:
+        """Epsilon before the correction over that of the reference."""
+        return self.epsilon_before / self.epsilon_reference
+
+    @property
+    def ratio_after(self) -> float | None:
+        """Epsilon of the walk that is shown over that of the reference."""
+        return None if self.epsilon_after is None else self.epsilon_after / self.epsilon_reference
+
+    @property
+    def rule_met(self) -> bool:
+        """Whether the paper's rule is met."""
+        return self.ratio_before < self.kappa
+
+
 class Summary(Result):
     """The verdict in numbers."""
 
@@ -268,6 +302,8 @@ class Summary(Result):
     """Limits on the errors of these curves, and how many of them the best prediction would meet."""
     errors: list[ErrorRow] = Field(default_factory=list)
     """Of every curve that was recorded."""
+    learned: Learned | None = None
+    """Null where no round of Algorithm 1 was run."""
 
 
 class SubjectResult(Result):

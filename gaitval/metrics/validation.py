@@ -46,6 +46,7 @@ from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal,
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import Stances, foot_contacts
 from gaitval.metrics.gait_profile import walk_profiles
+from gaitval.metrics.learned import learned
 from gaitval.metrics.learning_gain import LearningGain
 from gaitval.metrics.origin import Origins, uses
 from gaitval.metrics.other_trials import unseen
@@ -535,7 +536,11 @@ def validate(
             final="nominal" if identified is None else "identified",
             measures=measure_rows(measures, known, of.baselines.origins),
             tolerances=found.verdicts,
-            summary=summary(found.verdicts, error_rows(walk, of.recorded, of.baselines)),
+            summary=summary(
+                found.verdicts,
+                error_rows(walk, of.recorded, of.baselines),
+                learned(by, walk.epsilon, configuration.identification.kappa),
+            ),
             lights=found.lights,
             known_to=found.known_to,
             push_recovery=by.pushes,

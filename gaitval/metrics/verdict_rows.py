@@ -15,6 +15,7 @@ from gaitval.metrics.results import (
     ComparedMeasure,
     Endurance,
     ErrorRow,
+    Learned,
     PushRecovery,
     Repeat,
     Summary,
@@ -150,10 +151,14 @@ def measure_rows(
     ]
 
 
-def summary(verdicts: Sequence[Verdict], errors: Sequence[ErrorRow] = ()) -> Summary:
+def summary(
+    verdicts: Sequence[Verdict],
+    errors: Sequence[ErrorRow] = (),
+    learned: Learned | None = None,
+) -> Summary:
     """How many of `verdicts` with role acceptance passed, of how many curves the walk is nearer to
     the measured one than any prediction without a model, how many limits of curves the best one
-    would meet, and the `errors` of the walk.
+    would meet, the `errors` of the walk and what was `learned`.
     """
     deciding = [verdict for verdict in verdicts if verdict.role == "acceptance"]
     skills = [verdict for verdict in deciding if verdict.measure in SKILLS]
@@ -167,6 +172,7 @@ def summary(verdicts: Sequence[Verdict], errors: Sequence[ErrorRow] = ()) -> Sum
         guess_judged=len(beside),
         guess_within=sum(bool(verdict.guess_within) for verdict in beside),
         errors=list(errors),
+        learned=learned,
     )
 
 

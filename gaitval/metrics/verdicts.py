@@ -159,15 +159,12 @@ def reason_text(row: Verdict) -> str:
     """Why the skill `row` of a curve did not pass; nothing for other rows."""
     if row.guess is None or row.passed:
         return ""
-    of, unit = row.guess, unit_text(CURVE_UNITS[OF_SKILL[row.measure]])
-    walk = "not measured" if of.walk is None else f"{of.walk:.2g}{unit}"
     parts = []
     if "limit" in row.failed_by:
         known = "not shown to be nearer" if row.state == "not shown" else "not nearer"
-        guess = GUESSES.get(of.guess, of.guess)
-        parts.append(f"{known} than {guess}: {walk}, {of.error:.2g}{unit}")
+        parts.append(f"{known} than {GUESSES.get(row.guess.guess, row.guess.guess)}")
     if "record" in row.failed_by and row.known is not None:
-        parts.append(f"{walk} off, and the measurement is known to ±{row.known:.2g}{unit}")
+        parts.append(f"the measurement is known to ±{row.known:.2g}{_curve_unit(row)}")
     return "; ".join(parts)
 
 
@@ -193,14 +190,24 @@ def close_text(row: Verdict) -> str:
 
 
 def value_text(row: Verdict) -> str:
-    """The value of a `row` with its unit."""
+    """The value of a `row` with its unit; of a skill, the two errors that it is made from."""
     if row.value is None:
         return "not measured"
+    if row.guess is not None and row.guess.walk is not None:
+        unit = _curve_unit(row)
+        return f"{row.guess.walk:.2g}{unit}, prediction {row.guess.error:.2g}{unit}"
     return f"{row.value:.3g}{unit_text(row.unit)}".replace("-", "−", row.value < 0)
+
+
+def _curve_unit(row: Verdict) -> str:
+    """The unit of the curve that the skill `row` is of."""
+    return unit_text(CURVE_UNITS[OF_SKILL[row.measure]])
 
 
 def bound_text(row: Verdict, bound: float | None) -> str:
     """The limit or goal `bound` of a `row`, with sign and unit; empty without one."""
+    if row.measure in OF_SKILL:
+        return "nearer"
     return "" if bound is None else f"{SIGNS[row.limit]} {bound:g}{unit_text(row.unit)}"
 
 

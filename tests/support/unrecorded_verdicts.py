@@ -212,7 +212,7 @@ def _printed(metrics: Json) -> str:
     display.output = console
     try:
         if typed(metrics).is_recorded_at_all:
-            display.print_groups(typed(metrics))
+            display.print_errors(typed(metrics))
         else:
             print_distances(typed(metrics))
         display.print_tolerances(typed(metrics))

@@ -195,6 +195,7 @@ def print_verdict(metrics: "Metrics", where: str = "") -> None:
     """Print the verdict of `metrics` in a sentence (`where` as there), then each failed limit once
     with its worst value and its remedy: at most `VERDICT_ROWS` rows, acceptance before context.
     """
+    from gaitval.metrics.learned import learned_text
     from gaitval.metrics.verdicts import (
         close_text,
         counted_limits,
@@ -210,6 +211,8 @@ def print_verdict(metrics: "Metrics", where: str = "") -> None:
         return f" ({where})" if where else ""
 
     plain(f"\n{sentence(metrics, where)}")
+    if said := learned_text(metrics):
+        plain(said)
     failed = failed_limits(metrics)
     shown = failed or counted_limits(metrics, "acceptance")
     for each in shown[:VERDICT_ROWS]:
@@ -261,25 +264,28 @@ def print_tolerances(metrics: "Metrics") -> None:
     output.print(table)
 
 
-def print_groups(metrics: "Metrics") -> None:
-    """Print errors in `metrics` by group beside those of predictions without a model."""
-    from gaitval._internal.text.number_text import unit_text
-    from gaitval.metrics.baselines import group_rows
+def print_errors(metrics: "Metrics") -> None:
+    """Print the error of every recorded curve in `metrics`, before and after the correction of the
+    plates, beside that of the best prediction without a model.
+    """
+    from gaitval._internal.text.number_text import unit_sign
+    from gaitval.metrics.verdicts import target_text
 
-    rows = group_rows(metrics)
+    words = {"moments": " moment", "forces": "", "angles": ""}
     where = f"{metrics.subject.identifier} ({metrics.subject.source})"
-    title = f"{where}: mean RMSE, and skill against predictions without a model"
-    table = Table("group", "", "walker", *rows[0].guesses, title=title)
-    for row in rows:
-        cells = [
-            ("none" if row.origin == "recorded" else f"not recorded: {row.origin}")
-            if guess is None
-            else f"{guess:.3g}" + ("" if found is None else f" ({found:+.2f})")
-            for guess, found in zip(row.guesses.values(), row.skills().values(), strict=True)
-        ]
-        walked = "fell" if row.walked is None else f"{row.walked:.3g}{unit_text(row.unit)}"
-        table.add_row(row.group, row.status, walked, *cells)
-    output.print(table)
+    title = f"{where}: RMSE, mean of both sides"
+    columns = ("as measured", "corrected", "own hips", "best prediction")
+    table = Table(
+        "curve", *(Column(name, justify="right") for name in columns), "unit", title=title
+    )
+    for row in metrics.summary.errors:
+        hip = row.own_hips if row.kind == "moments" and row.curve.startswith("hip_") else None
+        values = (row.as_measured, row.corrected, hip, row.prediction)
+        cells = ["" if value is None else f"{value:.3g}" for value in values]
+        name = target_text(row.curve).strip() + words[row.kind]
+        table.add_row(name, *cells, unit_sign(row.unit))
+    if metrics.summary.errors:
+        output.print(table)
 
 
 def print_pushes(recovery: "PushRecovery") -> None:
