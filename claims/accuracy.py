@@ -50,9 +50,9 @@ def stored_baselines() -> list[_Stored]:
 
 @claims.measured()
 def baselines(_: claims.Given) -> list[Claim]:
-    """Errors, skills, goals and side effects of the ten stored baselines."""
+    """Errors, skills, limits and side effects of the ten stored baselines."""
     stored = stored_baselines()
-    return [*_errors(stored), *_skills(stored), *_means(stored), *_goals(stored)]
+    return [*_errors(stored), *_skills(stored), *_means(stored), *_limits(stored)]
 
 
 def _errors(stored: list[_Stored]) -> Iterator[Claim]:
@@ -97,15 +97,16 @@ def _means(stored: list[_Stored]) -> Iterator[Claim]:
         yield Claim(what, float(np.mean(values)), unit, len(values))
 
 
-def _goals(stored: list[_Stored]) -> Iterator[Claim]:
-    reached, goals = (
-        sum(each["summary"][name] for each in stored) for name in ("goals_reached", "goals")
-    )
-    what = "acceptance goals reached (arms not actuated by the policy; force plates corrected)"
-    yield Claim(what, reached, "goals", goals)
+def _limits(stored: list[_Stored]) -> Iterator[Claim]:
+    for found, of, what, unit in (
+        ("nearer", "curves", "nearer than the best prediction without a model", "curves"),
+        ("guess_within", "guess_judged", "that prediction meets limits on curves", "limits"),
+    ):
+        count, every = (sum(each["summary"][name] for each in stored) for name in (found, of))
+        yield Claim(f"fitted walks: {what}", count, unit, every)
     second = [each["second_engine"] for each in stored if each["second_engine"] is not None]
-    there, possible = (sum(each[name] for each in second) for name in ("goals_reached", "goals"))
+    met, every = (sum(each[name] for each in second) for name in ("limits_met", "limits"))
     what = "the same policies in MuJoCo"
-    yield Claim(f"{what}: goals of accuracy reached", there, "goals", possible)
+    yield Claim(f"{what}: limits met", met, "limits", every)
     standing = sum(not each["fell"] for each in second)
     yield Claim(f"{what}: walkers that do not fall", standing, "walkers", len(second))

@@ -163,15 +163,15 @@ def toml(value: Any) -> str:
 
 
 def limits_page() -> str:
-    """The limits and goals with their sources, from `gaitval/metrics/tolerances.toml`."""
+    """The limits with their sources, from `gaitval/metrics/tolerances.toml`."""
     from gaitval.metrics.tolerances import (
         JUDGED_UNITS,
         RECORDING_UNITS,
         WALK_UNITS,
         load_registry,
     )
+    from gaitval.metrics.verdicts import SIGNS
 
-    signs = {"at_most": "≤", "at_least": "≥", "exactly": "="}
     parts = [
         "# Limits and their sources",
         "Written from `gaitval/metrics/tolerances.toml` when this site is built. A limit of the "
@@ -189,8 +189,7 @@ def limits_page() -> str:
         rows = [
             (
                 entry.title,
-                f"{signs[entry.limit]} {entry.value:g} {entry.unit}",
-                "" if entry.goal is None else f"{signs[entry.limit]} {entry.goal:g} {entry.unit}",
+                f"{SIGNS[entry.limit]} {entry.value:g} {entry.unit}",
                 entry.role,
                 entry.status + ("" if entry.verified else ", unread"),
                 f"{entry.citation}. {entry.locator}. {entry.note}",
@@ -199,7 +198,7 @@ def limits_page() -> str:
             if entry.measure in units
         ]
         parts += [f"## {title}"]
-        parts += [table(("measure", "limit", "goal", "role", "status", "source and note"), rows)]
+        parts += [table(("measure", "limit", "role", "status", "source and note"), rows)]
     rows = [(f"`{each.measure}`", f"{each.value:g} {each.unit}") for each in registry.margin]
     parts += ["## Margins of `gaitval check`"]
     parts += ["A measure may be worse than in the stored baseline by no more than this."]

@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from gaitval.apps.regression.regression import Row, lost, new
+from gaitval.apps.regression.regression import Row, lost, new, shown, traded
 from gaitval.cli.terminal import display
 from gaitval.errors import ToleranceError
 from gaitval.metrics.tolerances import load_registry
@@ -24,8 +24,8 @@ def print_moved(rows: Sequence[Row]) -> None:
         table.add_row(
             row.measure,
             row.target,
-            _number(row.baseline),
-            _number(row.current),
+            shown(row.baseline),
+            shown(row.current),
             f"{row.margin:g}",
             row.unit,
             Text("lost", style="red") if row.change == "lost" else row.change,
@@ -77,6 +77,10 @@ def judge_moved(
         )
     display.output.print(f"Figures: {answer}{'.' if problem else ''}")
     print_moved(rows)
+    if changed := traded(rows):
+        display.plain("Mean errors of both sides that changed by more than 3 %:")
+        for error, (before, now) in changed.items():
+            display.plain(f"  {error.changed(before, now)}")
     if added := new(rows):
         names = ", ".join(dict.fromkeys(row.measure for row in added))
         display.plain(
@@ -90,7 +94,3 @@ def judge_moved(
 def _deciding() -> set[str]:
     """Measures of the limits that decide a verdict."""
     return {each.measure for each in load_registry().tolerance if each.role == "acceptance"}
-
-
-def _number(value: float | None) -> str:
-    return "not measured" if value is None else f"{value:.4g}"

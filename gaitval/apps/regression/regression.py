@@ -15,6 +15,7 @@ from gaitval.gait.record import Origin
 from gaitval.metrics.origin import is_judged, measure_origin
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import UNITS, load_registry
+from gaitval.metrics.whole_error import MeanError, changed_errors, mean_errors
 
 MeasureOutcome = Literal["lost", "kept", "improved", "new"]
 
@@ -146,6 +147,16 @@ def lost(rows: Sequence[Row]) -> list[Row]:
     return [row for row in rows if row.change == "lost"]
 
 
+def traded(rows: Sequence[Row]) -> dict[MeanError, tuple[float, float]]:
+    """The mean errors of `rows` that changed by more than 3 %, before and now: those that got worse
+    and those that got better, within their margins or not.
+    """
+    before = mean_errors({(row.measure, row.target): row.baseline for row in rows})
+    return changed_errors(
+        before, mean_errors({(row.measure, row.target): row.current for row in rows})
+    )
+
+
 def prepare(path: Path, option: str) -> None:
     """Refuse the file `path` of an `option` if it cannot be written, before minutes of walking; its
     folder is made. Raises ArtefactError.
@@ -161,13 +172,17 @@ def prepare(path: Path, option: str) -> None:
 
 
 def write_rows(rows: Sequence[Row], path: Path, *, about: Mapping[str, str]) -> None:
-    """Write `rows` to `path` as JSON: `about`, the version and commit of gaitval, the time, and a
-    list of measures.
+    """Write `rows` to `path` as JSON: `about`, the version and commit of gaitval, the time, the
+    `traded` errors, and a list of measures.
     """
     names = ("measure", "target", "unit", "baseline", "current", "margin", "change")
     measures = [{name: getattr(row, name) for name in names} for row in rows]
     code = {"gaitval": __version__, "commit": source_commit(), "time": now()}
-    write_json(path, {**about, **code, "measures": measures})
+    errors = [
+        {"error": error.name, "unit": error.unit, "baseline": before, "current": current}
+        for error, (before, current) in traded(rows).items()
+    ]
+    write_json(path, {**about, **code, "changed_errors": errors, "measures": measures})
 
 
 def write_junit(rows: Sequence[Row], path: Path, *, about: Mapping[str, str]) -> None:
