@@ -615,6 +615,9 @@ class ReportSettings(Section):
     """What joint angles are called zero by, in the figures of imports and reports: isb,
     plug-in-gait, rajagopal2016, gait2392, or the forward tilt, in degrees, of the plane of ASIS and
     PSIS in another model's zero (`gaitval.conventions`)."""
+    extensor_positive: bool = False
+    """Whether figures draw the moments of extensors, plantarflexors and abductors positive, as
+    clinical reports do; tables of curves keep their sign."""
 
 
 class Configuration(Section):

@@ -9,11 +9,13 @@ import typer
 from gaitval.cli.terminal import display
 from gaitval.cli.terminal.app import (
     ConfigOption,
+    ExtensorOption,
     OutOption,
     SetOption,
     SubjectArgument,
     UseOption,
     added_command,
+    with_looks,
 )
 from gaitval.errors import ConfigurationError
 
@@ -86,6 +88,7 @@ def predict(
         bool,
         typer.Option("--force", help="Also beyond 50 % of a speed that was walked; run again."),
     ] = False,
+    extensor_positive: ExtensorOption = None,
 ) -> None:
     """Walk at a speed, on a slope or with a load that was not recorded, or a held-out trial.
 
@@ -110,7 +113,8 @@ def predict(
         person = person.with_trial(load_subject(holdout))
         holdout = person.trials[-1].name
     wanted = _wanted(speed, holdout, slope, load, person)
-    chosen = [*(settings or ()), *([f"record.use={use}"] if use else []), *wanted]
+    settings = with_looks(settings, extensor_positive=extensor_positive)
+    chosen = [*settings, *([f"record.use={use}"] if use else []), *wanted]
     configuration = load_configuration(config, settings=chosen)
     record = configuration.record
     _check(person, configuration, force)

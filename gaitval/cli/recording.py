@@ -8,7 +8,14 @@ import typer
 from rich.table import Table
 
 from gaitval.cli.terminal import display
-from gaitval.cli.terminal.app import CommandFunction, ConfigOption, SetOption, command
+from gaitval.cli.terminal.app import (
+    CommandFunction,
+    ConfigOption,
+    ExtensorOption,
+    SetOption,
+    command,
+    with_looks,
+)
 from gaitval.coordinates import SIDES
 
 if TYPE_CHECKING:
@@ -71,6 +78,7 @@ def import_command(
     ] = None,
     config: ConfigOption = None,
     settings: SetOption = None,
+    extensor_positive: ExtensorOption = None,
     **options: Any,
 ) -> None:
     r"""Turn a laboratory's own recordings into a subject: OUT/subject.toml, OUT/recording.
@@ -93,9 +101,10 @@ def import_command(
     from gaitval.session.importing.importing import import_files
     from gaitval.session.request import ImportOptions, checked
 
+    settings = with_looks(settings, extensor_positive=extensor_positive)
     if sessions:
         _refuse_recordings(sessions, options)
-        _import_sessions(sessions, out, load_configuration(config, settings=settings or ()))
+        _import_sessions(sessions, out, load_configuration(config, settings=settings))
         return
     # errors name the flag that the user typed, not the field
     given = checked(ImportOptions, options, shown=lambda name: flag_of(ImportOptions, name))
@@ -104,7 +113,7 @@ def import_command(
             imported = import_files(
                 given,
                 out,
-                configuration=load_configuration(config, settings=settings or ()),
+                configuration=load_configuration(config, settings=settings),
                 notify=lambda step, text: live.say(f"{step}: {text}"),
             )
     except TrialOnlyError as only:

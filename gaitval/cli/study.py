@@ -14,6 +14,7 @@ from gaitval.cli.terminal.app import (
     ConfigOption,
     ForceOption,
     OutOption,
+    ExtensorOption,
     PaperOption,
     RoundOption,
     ScratchOption,
@@ -23,7 +24,7 @@ from gaitval.cli.terminal.app import (
     TrainOption,
     UseOption,
     command,
-    with_paper,
+    with_looks,
 )
 from gaitval.errors import ArtefactError, ConfigurationError, ToleranceError
 
@@ -179,32 +180,63 @@ def report(
         str,
         typer.Argument(
             metavar="RUN",
-            help="A run folder, or the subject whose run is in reports (5: reports/S05).",
+            help="The folder of a run, a prediction, a stored baseline or an import, or the subject "
+            "whose run is in reports (5: reports/S05).",
         ),
     ],
     force: ForceOption = False,
     paper: PaperOption = None,
+    extensor_positive: ExtensorOption = None,
 ) -> None:
     """Write the report of a run again: report.html and report.pdf, report-details.html, and the
-    numbers behind its figures as CSV.
+    numbers behind its figures as CSV. Of an import, say where its page is.
 
     Exit code 1 if angles, moments or forces were recorded on neither side, so not judged.
     """
-    from gaitval.metrics.results import read_metrics
+    from gaitval._internal.io.folder_lock import locked
+    from gaitval.metrics.results import METRICS, read_metrics
+    from gaitval.reporting.report import write_report
     from gaitval.study.one_stage import run_one
+    from gaitval.study.stage import RECORDS
 
-    folder = _folder_of(run)
-    subject = folder / "subject.toml"
-    if not subject.is_file():
-        raise ArtefactError(
-            f"{folder}: no run folder, so there is nothing to report. Run `gaitval subject` first, "
-            "or give the folder of a run."
-        )
-    settings = with_paper(None, paper)
-    with _opened(str(subject), folder, None, settings, keep_settings=True) as opened:
-        run_one(opened, "report", force=force)
-    display.output.print(f"Report: {folder / 'report.html'} and report.pdf")
+    given = _folder_of(run)
+    page = given / "recording" / "recording.html"
+    if page.is_file() and not (given / METRICS).is_file():
+        display.output.print(f"Page: {page} and recording.pdf (an import again writes them anew)")
+        return
+    folder = _walk_in(given)
+    settings = with_looks(None, paper, extensor_positive=extensor_positive)
+    stages = (folder / RECORDS).is_file() and not folder.name.startswith("at-")
+    if stages:  # a prediction has others, and is written anew as a whole
+        subject = str(folder / "subject.toml")
+        with _opened(subject, folder, None, settings, keep_settings=True) as opened:
+            run_one(opened, "report", force=force)
+        written = folder
+    else:
+        written = given if folder.name == "baseline" else folder
+        with locked(written):
+            write_report(folder, settings, written)
+    display.output.print(f"Report: {written / 'report.html'} and report.pdf")
     _judged(read_metrics(folder), folder)
+
+
+def _walk_in(folder: Path) -> Path:
+    """Where in a `folder` a finished walk is: in itself, a stored baseline or a prediction."""
+    from gaitval.metrics.results import METRICS
+    from gaitval.study.stage import RECORDS
+
+    within = [folder, folder / "baseline", *sorted(folder.glob("at-*"))]
+    found = [each for each in within if (each / METRICS).is_file() or (each / RECORDS).is_file()]
+    if not found:
+        raise ArtefactError(
+            f"{folder}: no walk is in this folder, so there is nothing to report. Run `gaitval "
+            "subject` first, or give the folder of a run."
+        )
+    if len(found) > 1 and found[0] != folder:
+        raise ArtefactError(
+            f"{folder}: walks are in {', '.join(map(str, found))}. Give one of these folders."
+        )
+    return found[0]
 
 
 def _folder_of(run: str) -> Path:
@@ -252,6 +284,7 @@ def subject_command(
     use: UseOption = None,
     devices: DeviceOption = None,
     paper: PaperOption = None,
+    extensor_positive: ExtensorOption = None,
 ) -> None:
     """Run the main job: all stages, from the recorded gait to the report.
 
@@ -265,7 +298,7 @@ def subject_command(
     from gaitval.study.run import run_subject
     from gaitval.subjects.subject_file import load_subject
 
-    settings = with_paper(settings, paper)
+    settings = with_looks(settings, paper, extensor_positive=extensor_positive)
     if train:
         settings = ["training.samples=full", *(settings or ())]
     if use is not None:

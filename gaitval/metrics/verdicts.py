@@ -30,8 +30,8 @@ CURVE_NAMES: Final[Mapping[str, str]] = {
     "pelvis_tilt": "pelvis anterior tilt",
     "pelvis_list": "pelvis obliquity",
     "pelvis_rotation": "pelvis rotation",
-    "forward": "fore-aft force",
-    "medial": "medial force",
+    "forward": "anterior-posterior force",
+    "medial": "mediolateral force",
     "vertical": "vertical force",
 }
 """Of the targets of measures, in the words of gait analysis."""

@@ -192,6 +192,7 @@ METABOLIC_MUSCLES: Final = Quantity(
             of_body=True,
         ),
     ),
+    shown="nothing",
 )
 
 METABOLIC_JOINTS: Final = Quantity(
@@ -229,6 +230,7 @@ METABOLIC_JOINTS: Final = Quantity(
     ),
     of_time=_over_time,
     time_unit="W",
+    shown="figures",
     of_person=True,
 )
 

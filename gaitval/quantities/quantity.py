@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, SIDES
@@ -135,6 +135,8 @@ class Quantity:
     tables : of its figures.
     measures : what a walk is judged by.
     of_time : from a motion (T,), by name with side, in `time_unit`; None if that is not defined.
+    shown : what pages on one gait show of it, its curves and figures, its figures, or nothing:
+        then it is in files, exports and comparisons only.
     of_person : whether it is the person's own, where curves are of what is compared: a kg is one of
         the person, not of person and load, and hip moments are about the model's own hips, not
         about the record's.
@@ -156,6 +158,7 @@ class Quantity:
     measures: tuple[QuantityMeasure, ...] = ()
     of_time: Callable[[OverTime], Mapping[str, Array]] | None = None
     time_unit: str = ""
+    shown: Literal["curves", "figures", "nothing"] = "curves"
     of_person: bool = False
 
     @property

@@ -99,4 +99,5 @@ TENDON_FORCE: Final = Quantity(
     measures=(QuantityMeasure("tendon_force_rmse", "BW", _errors),),
     of_time=_over_time,
     time_unit="N",
+    shown="nothing",
 )

@@ -30,7 +30,7 @@ WALK_WIDTH: Final = 1.1
 
 NAMES: Final[Mapping[str, str]] = {
     **{name: f"{title[0].upper()}{title[1:]}" for name, title in CURVE_NAMES.items()},
-    **{name: name.capitalize() for name in FORCES},
+    **{name: CURVE_NAMES[name].removesuffix(" force").capitalize() for name in FORCES},
 }
 """What a positive value of a curve means; obliquity: own side up, rotation: own side forward."""
 

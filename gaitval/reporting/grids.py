@@ -58,7 +58,8 @@ KINETICS: Final = (
 FURTHER: Final = tuple(
     each
     for each in QUANTITIES
-    if each.of_muscles is None
+    if each.shown == "curves"
+    and each.of_muscles is None
     and not {*each.panels()} <= {name for row in KINETICS for name in row}
 )
 """Quantities that have no place in `KINETICS`, nor, as what follows from muscles, in a figure of
@@ -100,6 +101,15 @@ _ANGLES: Final = {
 }
 """All others are called by their names."""
 
+_OPPOSITE: Final = {
+    "hip_flexion": "Hip extension",
+    "hip_adduction": "Hip abduction",
+    "knee_angle": "Knee extension",
+    "knee_adduction": "Knee abduction",
+    "ankle_angle": "Ankle plantarflexion",
+}
+"""Moments that clinical reports draw the other way round, and what is positive there."""
+
 Which = Literal["record", "walk"]
 """How a curve is drawn: black and wide, or narrow in the colour of its side."""
 
@@ -124,6 +134,7 @@ class Panel(NamedTuple):
     regions : first and last % where curves differ by a test, by side.
     bursts : their names and place in the cycle, %.
     error : RMSE of the right and the left side, written above the panel.
+    opposite : whether it is drawn the other way round, as its title says.
     """
 
     name: str
@@ -133,6 +144,7 @@ class Panel(NamedTuple):
     regions: Mapping[Side, Sequence[tuple[float, float]]] = {}
     bursts: Mapping[str, float] = {}
     error: str = ""
+    opposite: bool = False
 
     @property
     def kind(self) -> str:
@@ -164,9 +176,47 @@ def in_convention(panels: Sequence[Sequence[Panel]], name: str) -> list[list[Pan
     return [[moved(each) for each in row] for row in panels]
 
 
-def title(name: str) -> str:
-    """The title of the panel of a quantity `name`, "kind/curve"; its unit is beside the axis."""
+def clinical(panels: Sequence[Sequence[Panel]]) -> list[list[Panel]]:
+    """The `panels` with the moments of extensors, plantarflexors and abductors positive."""
+
+    def turned(panel: Panel) -> Panel:
+        kind, _, curve = panel.name.partition("/")
+        if kind != "moments" or curve not in _OPPOSITE:
+            return panel
+        return panel._replace(
+            curves=tuple(
+                each._replace(
+                    mean=-each.mean, strides=None if each.strides is None else -each.strides
+                )
+                for each in panel.curves
+            ),
+            norm=panel.norm and panel.norm._replace(mean=-panel.norm.mean),
+            opposite=True,
+        )
+
+    return [[turned(each) for each in row] for row in panels]
+
+
+def panel_name(kind: str, curve: str, extensor_positive: bool = False) -> str:
+    """The name of a `curve` of a `kind` at the head of a column or a row: what is positive."""
+    opposite = _OPPOSITE.get(curve) if extensor_positive and kind == "moments" else None
+    return opposite or NAMES.get(curve, curve.replace("_", " ").capitalize())
+
+
+def curve_name(kind: str, curve: str, extensor_positive: bool = False) -> str:
+    """The same within a sentence."""
+    name = panel_name(kind, curve, extensor_positive)
+    words = {"moments": " moment", "forces": " force"}.get(kind, "")
+    return f"{name[0].lower()}{name[1:]}{words}"
+
+
+def title(name: str, opposite: bool = False) -> str:
+    """The title of the panel of a quantity `name`, "kind/curve", drawn the `opposite` way round or
+    not; its unit is beside the axis.
+    """
     kind, _, curve = name.partition("/")
+    if opposite:
+        return _OPPOSITE[curve]
     if kind == "forces":
         return f"{NAMES[curve]} force"
     if kind in BY_NAME:
@@ -203,11 +253,15 @@ def grid(
     spread: str = SPREAD,
     linked: bool = True,
     width: float = WIDTH,
+    extensor_positive: bool = False,
 ) -> str:
     """Rows of `panels` as SVG `figure_name`, each row `height` and the whole `width` inches: record
     and walk are called by `words`, the band of healthy people by `norm`, or by whose it is, that of
-    a curve by `spread`. `linked` panels show the moment of the replay.
+    a curve by `spread`. `linked` panels show the moment of the replay. Moments are drawn as they
+    are counted, or as clinical reports draw them (`extensor_positive`).
     """
+    panels = [[_seen(each) for each in row] for row in panels]
+    panels = clinical(panels) if extensor_positive else panels
     shown = [panel for row in panels for panel in row]
     handles = _handles(shown, words, norm, spread)
     lines = 2 if width >= WIDTH else -(-len(handles) // 2)
@@ -229,6 +283,31 @@ def grid(
             axes.set_xlabel("% of gait cycle")
         legend_above(figure, handles, columns=-(-len(handles) // lines), size=8.0)
         return svg(figure, figure_name)
+
+
+SEEN: Final = 0.015
+"""Of the height of a panel: what is nearer to its curve is hidden by the line."""
+
+
+def _seen(panel: Panel) -> Panel:
+    """The `panel` without the bands and strides that its lines would hide."""
+    means = [each.mean for each in panel.curves]
+    least = SEEN * float(np.nanmax(means) - np.nanmin(means)) if means else 0.0
+
+    def seen(distance: Array) -> bool:
+        return bool(np.nanmax(np.abs(distance), initial=0.0) > least)
+
+    return panel._replace(
+        curves=tuple(
+            each._replace(
+                sd=each.sd if each.sd is not None and seen(each.sd) else None,
+                strides=each.strides
+                if each.strides is not None and seen(each.strides - each.mean)
+                else None,
+            )
+            for each in panel.curves
+        )
+    )
 
 
 def _begins(row: Sequence[Panel], column: int) -> bool:
@@ -270,8 +349,7 @@ def _handles(
             if (which, side) in drawn:
                 look = _look("walk" if which == "walk" else "record", side)
                 handles.append(Line2D([], [], label=f"{label}, {side}" if side else label, **look))
-    known = [each.sd for panel in panels for each in panel.curves if each.sd is not None]
-    if any(np.isfinite(each).any() for each in known):  # a single cycle has none
+    if any(each.sd is not None for panel in panels for each in panel.curves):
         handles.append(Patch(label=spread, facecolor=COLOURS["right"], alpha=0.3))
     if any(each.strides is not None for panel in panels for each in panel.curves):
         handles.append(Line2D([], [], label="single strides", color="#9a9a9a", linewidth=0.5))
@@ -313,7 +391,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
         axes.axis("off")
     if not panel.name:
         return
-    axes.set_title(title(panel.name), loc="left", pad=3)
+    axes.set_title(title(panel.name, panel.opposite), loc="left", pad=3)
     if not panel.curves:
         axes.text(0.0, 0.9, "not measured", transform=axes.transAxes, va="top", color="#5c5c5c")
         return

@@ -60,7 +60,7 @@ def profile(profiles: GaitProfiles) -> str:
                     # hollow, so that they look alike on a band and in the legend, in both modes
                     markerfacecolor=colour if which == "walk" else "none",
                     markersize=5.0,
-                    label=f"{which}, {side}",
+                    label=f"{'measured' if which == 'record' else which}, {side}",
                 )
         axes.set_xticks(at, [_SHORT[name] for name in names], fontsize=7.5)
         axes.tick_params(axis="x", length=0)

@@ -14,5 +14,5 @@ class MeasurementPart(Protocol):
     def template(self) -> str:
         """As `page.write_page` takes it."""
 
-    def drawings(self) -> "Mapping[str, Draw]":
-        """The figures of the part."""
+    def drawings(self, extensor_positive: bool = False) -> "Mapping[str, Draw]":
+        """The figures of the part, with moments drawn either way round."""

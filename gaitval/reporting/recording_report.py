@@ -15,7 +15,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
-from gaitval.conventions import OWN
 from gaitval.coordinates import SIDES, Side
 from gaitval.findings import Looked
 from gaitval.gait.cycle_curves import Curves
@@ -38,6 +37,8 @@ from gaitval.subjects.plausible import ADULT
 
 BAR_HEADROOM: Final = 1.25
 """Length of the marker error scale / the larger of limit and largest error."""
+MARKERS_PRINTED: Final = 8
+"""Largest marker errors on paper; a screen has all."""
 LEFT_OUT_SHOWN: Final = 40
 """Largest number of omitted gait cycles in the table; their total number is always given."""
 
@@ -287,17 +288,19 @@ def write_recording_report(
     The HTML needs no other file. Equal summaries give equal HTML.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    convention = OWN if settings is None else settings.convention
+    settings = settings or ReportSettings()
     context = {
         "summary": summary,
         "sides": SIDES,
         "gates": sorted(summary.gates, key=lambda gate: (not gate.failed, not gate.applies)),
         "markers": _marker_rows(summary),
+        "markers_printed": MARKERS_PRINTED,
         "left_out": summary.left_out[:LEFT_OUT_SHOWN],
         "case": _case(summary),
         "left_out_reasons": Counter(one.reason for one in summary.left_out).most_common(),
-        **counted(convention),
-        **_drawings(summary, convention),
+        "extensor_positive": settings.extensor_positive,
+        **counted(settings.convention),
+        **_drawings(summary, settings),
     }
     write_page(folder, "recording", "recording.html.j2", context, settings)
 
@@ -355,9 +358,9 @@ def _marker_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
     ]
 
 
-def _drawings(summary: RecordingSummary, convention: str = OWN) -> dict[str, Any]:
-    """What draws each figure, its table, and the names of the figures of each section; angles are
-    counted by a `convention`.
+def _drawings(summary: RecordingSummary, looks: ReportSettings) -> dict[str, Any]:
+    """What draws each figure, its table, and the names of the figures of each section; `looks` are
+    the zero of angles and the sign of moments.
     """
     normal: Mapping[str, Norm] = {}
     if summary.leg_length is not None and np.isfinite(summary.walking_speed):
@@ -381,18 +384,21 @@ def _drawings(summary: RecordingSummary, convention: str = OWN) -> dict[str, Any
         },
         "forces": rows(summary.forces, kind="forces", factor=100.0),
     }
-    every = {kind: grids.in_convention(each, convention) for kind, each in every.items() if each}
+    every = {
+        kind: grids.in_convention(each, looks.convention) for kind, each in every.items() if each
+    }
     for name in quantities:
-        if BY_NAME[name].of_muscles is not None:
+        if BY_NAME[name].of_muscles is not None or BY_NAME[name].shown != "curves":
             every.pop(name, None)
     drawings: dict[str, Draw] = {
         kind: partial(
             grids.grid,
             each,
-            height=1.5,
+            height=1.3,
             figure_name=kind,
-            words=("trunk", "recorded"),
+            words=("trunk", "measured"),
             linked=False,
+            extensor_positive=looks.extensor_positive,
         )
         for kind, each in every.items()
     }
@@ -420,7 +426,7 @@ def _drawings(summary: RecordingSummary, convention: str = OWN) -> dict[str, Any
         )
         data["residuals"] = _residual_table(left)
     if summary.measurement is not None:
-        drawings |= summary.measurement.drawings()
+        drawings |= summary.measurement.drawings(looks.extensor_positive)
     return {
         "drawings": drawings,
         "data": data,
@@ -429,6 +435,7 @@ def _drawings(summary: RecordingSummary, convention: str = OWN) -> dict[str, Any
         "figure_tables": [
             table
             for name, found in quantities.items()
+            if BY_NAME[name].shown != "nothing" and BY_NAME[name].of_muscles is None
             for table in tables_of(BY_NAME[name], found, None)
         ],
     }

@@ -34,6 +34,7 @@ from gaitval.reporting import (
     body_bars,
     figure_data,
     figures,
+    grids,
     healthy_profile,
     prediction_part,
     run_grids,
@@ -312,6 +313,11 @@ class ReportPage:
         return measured_force(self.metrics.record)
 
     @property
+    def extensor_positive(self) -> bool:
+        """Whether moments are drawn as clinical reports draw them."""
+        return self.run.configuration.report.extensor_positive
+
+    @property
     def counted(self) -> Mapping[str, object]:
         """How the angles of figures are counted."""
         return counted(self.run.configuration.report.convention)
@@ -319,7 +325,9 @@ class ReportPage:
     @cached_property
     def sheet(self) -> Sheet:
         """The first page."""
-        return sheet(self.metrics, self.subject, self.run.configuration.identification.kappa)
+        settings = self.run.configuration
+        kappa, looks = settings.identification.kappa, settings.report
+        return sheet(self.metrics, self.subject, kappa, looks.extensor_positive)
 
     @cached_property
     def picture(self) -> Picture | None:
@@ -330,10 +338,10 @@ class ReportPage:
     def curves(self) -> Curves:
         """Of angles, moments and forces, and what follows from them."""
         return Curves(
-            tables.findings(self.metrics),
-            tables.error_tables(self.metrics),
+            tables.findings(self.metrics, self.extensor_positive),
+            tables.error_tables(self.metrics, self.extensor_positive),
             tables.in_halves(tables.figure_tables(self.metrics)),
-            run_grids.notes(self.metrics),
+            [each.note for each in grids.FURTHER],
         )
 
     @cached_property
@@ -412,9 +420,7 @@ class ReportPage:
     def _grids(self) -> tuple[dict[str, Draw], figure_data.Tables]:
         run = self.run
         strides = run_grids.strides_of(run.walk, run.metrics, run.configuration)
-        return run_grids.figures(
-            run.metrics, run.subject, strides, run.configuration.report.convention
-        )
+        return run_grids.figures(run.metrics, run.subject, strides, run.configuration.report)
 
 
 def _drawings(metrics: Metrics, pushes: StoredPushes | None) -> dict[str, Draw]:
@@ -430,13 +436,14 @@ def _drawings(metrics: Metrics, pushes: StoredPushes | None) -> dict[str, Draw]:
     return drawings
 
 
-def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
+def write_report(folder: Path, settings: Sequence[str] = (), out: Path | None = None) -> None:
     """Write `report.html` and `report.pdf` of a run `folder`, and `report-details.html`, which
     stands behind them.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so. `settings`, texts
-    like `report.paper=letter`, take precedence over the run's configuration. Raises ArtefactError
+    like `report.paper=letter`, take precedence over the run's configuration. `out` is another
+    folder for the pages. Raises ArtefactError
     if `metrics.json` is missing or an input is damaged, SubjectError if `subject.toml` cannot be
     used.
     """
@@ -450,4 +457,4 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
         **page.counted,
     }
     looks = page.run.configuration.report
-    write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS, beside=DETAILS)
+    write_page(out or folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS, beside=DETAILS)

@@ -9,8 +9,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, sample_deviation
-from gaitval.configuration import Configuration
-from gaitval.conventions import OWN
+from gaitval.configuration import Configuration, ReportSettings
 from gaitval.coordinates import SIDES
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import foot_progression, rmse_of, simulated_curves
@@ -84,16 +83,16 @@ def strides_in(folder: Path, metrics: Metrics) -> dict[str, Array]:
 
 
 def figures(
-    metrics: Metrics, subject: Subject, strides: Mapping[str, Array], convention: str = OWN
+    metrics: Metrics, subject: Subject, strides: Mapping[str, Array], looks: ReportSettings
 ) -> tuple[dict[str, Draw], Tables]:
     """What draws the figures of curves of a run of `subject` with the results `metrics`, by name,
-    the small one of the sheet and the grids, and their tables; `strides` as `strides_of`. Angles
-    are counted by a `convention` (`gaitval.conventions`).
+    the small one of the sheet and the grids, and their tables; `strides` as `strides_of`, `looks`
+    with the zero of angles and the sign of moments.
     """
     normal = norms(subject)
     panel = partial(_panel, metrics, subject, strides, normal)
     rows = {
-        name: grids.in_convention([[panel(each) for each in row] for row in names], convention)
+        name: grids.in_convention([[panel(each) for each in row] for row in names], looks.convention)
         for name, names in (
             ("curves", grids.SAGITTAL),
             ("kinematics", grids.KINEMATICS),
@@ -111,8 +110,8 @@ def figures(
     rows[NARROW] = [list(column) for column in zip(*rows["curves"], strict=True)]
     adults = "parameter/cadence" in normal
     healthy = "healthy adults, ± SD" if adults else ""  # the sheet's footnote says how many
-    heights = {"curves": 0.92, NARROW: 1.1, "kinematics": 1.27, "kinetics": 1.35}
-    words = ("record" if metrics.is_recorded_at_all else "prediction", "walk")
+    heights = {"curves": 0.86, NARROW: 1.1, "kinematics": 1.27, "kinetics": 1.35}
+    words = ("measured" if metrics.is_recorded_at_all else "predicted", "walk")
     draws: dict[str, Draw] = {
         name: partial(
             grids.grid,
@@ -122,6 +121,7 @@ def figures(
             words=words,
             norm=healthy,
             width=NARROW_WIDTH if name == NARROW else WIDTH,
+            extensor_positive=looks.extensor_positive,
         )
         for name, each in rows.items()
     }
@@ -135,14 +135,6 @@ def figures(
         draws |= {"activations": shown.activations, "contacts": shown.contacts}
         tables |= shown.tables()
     return draws, tables
-
-
-def notes(metrics: Metrics) -> list[str]:
-    """What a reader of the tables must know: of quantities with curves of their own, and of what
-    joints carry, where it is shown.
-    """
-    shown = [each.note for each in grids.FURTHER]
-    return shown if walked_muscles(metrics) is None else [*shown, JOINT_CONTACT.note]
 
 
 def walked_muscles(metrics: Metrics) -> DrawnMuscles | None:

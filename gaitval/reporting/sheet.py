@@ -7,19 +7,19 @@ from typing import Final, NamedTuple
 
 from gaitval._internal.text.number_text import number, rough, unit_text
 from gaitval.coordinates import SIDES, Side, split_side
-from gaitval.metrics.curve_results import CURVE_UNITS, CurveLight, Light, Reason
+from gaitval.metrics.curve_results import CURVE_UNITS, CurveLight, Kind, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
 from gaitval.metrics.results import ErrorRow, IdentificationResult, Metrics, Round
 from gaitval.metrics.verdicts import (
-    CURVE_NAMES,
+    GUESSES,
     OF_SKILL,
     LimitVerdict,
     counted_limits,
     failed_limits,
     target_text,
 )
-from gaitval.reporting.figures import NAMES
+from gaitval.reporting.grids import curve_name, panel_name
 from gaitval.reporting.tables import CURVES
 from gaitval.subjects.subject import Subject
 
@@ -71,7 +71,9 @@ class Sheet:
     accepted, judged : values of the walk.
     repeats : "kept" of "repeats", of the weakest accepted value and of pushes.
     failed, more : failed limits, and how many are not listed.
-    known, held_out : what the run knew of the record.
+    known, held_out : what of the measurements was used as input.
+    wrong : how far predictions of held-out trials were off, unit and group; empty where the walk
+        is held against a measurement.
     profile : None with fewer than two gait cycles.
     people : behind the healthy columns.
     push_off : of each ankle, "walk", "record" and how much "more" the walk does, %.
@@ -92,6 +94,7 @@ class Sheet:
     more: Cell
     known: Sequence[str]
     held_out: Sequence[str]
+    wrong: Sequence[tuple[Cell, str, str]]
     parameters: Sequence["SheetParameter"]
     warnings: Sequence[SheetWarning]
     profile: "Profile | None"
@@ -106,9 +109,11 @@ class Sheet:
     learned: "Learned | None"
 
 
-def sheet(metrics: Metrics, subject: Subject, kappa: float) -> Sheet:
+def sheet(
+    metrics: Metrics, subject: Subject, kappa: float, extensor_positive: bool = False
+) -> Sheet:
     """The sheet of a run of `subject` with the results `metrics`; `kappa` times the reference's
-    epsilon is the paper's criterion to stop.
+    epsilon is the paper's criterion to stop. Moments are called as they are drawn.
     """
     failed = failed_limits(metrics)
     counts = {
@@ -125,15 +130,16 @@ def sheet(metrics: Metrics, subject: Subject, kappa: float) -> Sheet:
         repeats=_repeats(metrics),
         failed=[_failed(each) for each in failed[:FAILED_SHOWN]],
         more=Cell(max(0, len(failed) - FAILED_SHOWN)),
-        known=["speed", *(name for name, by in metrics.known.items() if by)],
+        known=_known(metrics, subject),
+        wrong=_wrong(metrics),
         held_out=[name for name in metrics.recorded if not metrics.known[name]],
         parameters=_parameters(metrics, subject),
         warnings=list(_warnings(metrics, subject))[:WARNINGS],
         profile=_profile(metrics),
         people=_people(metrics, subject),
         push_off=_push_off(metrics),
-        lights=_lights(metrics),
-        reasons=_reasons(metrics),
+        lights=_lights(metrics, extensor_positive),
+        reasons=_reasons(metrics, extensor_positive),
         known_to=_known_to(metrics),
         nearer={
             "nearer": Cell(metrics.summary.nearer),
@@ -141,17 +147,37 @@ def sheet(metrics: Metrics, subject: Subject, kappa: float) -> Sheet:
             "within": Cell(metrics.summary.guess_within),
             "judged": Cell(metrics.summary.guess_judged),
         },
-        errors=[_error_cells(row) for row in metrics.summary.errors if row.kind != "angles"],
+        errors=[
+            _error_cells(row, extensor_positive)
+            for row in metrics.summary.errors
+            if row.kind != "angles"
+        ],
         moved=_moved(metrics),
         learned=_learned(metrics, kappa),
     )
 
 
+def _known(metrics: Metrics, subject: Subject) -> list[str]:
+    """What of the measurements was used as input: a prediction is made from the other trials."""
+    read = [name for name, by in metrics.known.items() if by]
+    others = [each.name for each in subject.trials]
+    if not metrics.is_recorded_at_all:
+        others.insert(0, subject.trial)
+    return ["speed", *(read or ([f"trials {', '.join(others)}"] if others else []))]
+
+
+def _wrong(metrics: Metrics) -> list[tuple[Cell, str, str]]:
+    errors = metrics.prediction_errors
+    if errors is None or metrics.is_recorded_at_all:
+        return []
+    return [(Cell(row.mean, -2), row.unit, row.group) for row in errors.groups if row.group in _KNOWN]
+
+
 class ErrorCells(NamedTuple):
     """Errors of a moment or a force, mean of both sides."""
 
+    kind: Kind
     name: str
-    unit: str
     as_measured: Cell
     corrected: Cell
     own_hips: Cell
@@ -159,12 +185,12 @@ class ErrorCells(NamedTuple):
     prediction: Cell
 
 
-def _error_cells(row: ErrorRow) -> ErrorCells:
+def _error_cells(row: ErrorRow, extensor_positive: bool) -> ErrorCells:
     digits = 3 if row.kind == "moments" else 2
     of_hip = row.kind == "moments" and row.curve.startswith("hip_")
     return ErrorCells(
-        name=NAMES[row.curve] + (" moment" if row.kind == "moments" else ""),
-        unit=row.unit,
+        kind=row.kind,
+        name=panel_name(row.kind, row.curve, extensor_positive),
         as_measured=Cell(row.as_measured, digits),
         corrected=Cell(row.corrected, digits),
         own_hips=Cell(row.own_hips if of_hip else None, digits),
@@ -287,7 +313,9 @@ def _failed(limit: LimitVerdict) -> FailedLimit:
         bound = worst.guess.error if missed == "prediction" else worst.known or 0.0
     return FailedLimit(
         role=worst.role,
-        title=worst.title if worst.guess is None else f"{worst.title}: {target_text(worst.target)}",
+        title=worst.title
+        if worst.guess is None
+        else f"{worst.title.removesuffix(' without a model')}: {target_text(worst.target)}",
         value=_beside(limit, Cell(value, -2)),
         limit=Cell(bound, -3 if missed == "limit" else -2),
         missed=None if missed == "limit" else missed,
@@ -295,8 +323,19 @@ def _failed(limit: LimitVerdict) -> FailedLimit:
         unit=unit,
         failed=Cell(len(limit.failed)),
         all=Cell(len(limit.rows)),
-        remedy=limit.remedy,
+        remedy=_remedy(limit),
     )
+
+
+def _remedy(limit: LimitVerdict) -> str:
+    """What to do about a failed `limit`: in the place of curves that something is nearer to, use
+    that.
+    """
+    worst = limit.worst
+    if worst.guess is None:
+        return limit.remedy
+    kind, best = OF_SKILL[worst.measure], worst.guess.guess
+    return f"For {kind} marked ○ use the measurement, or {GUESSES.get(best, best).rstrip(',')}."
 
 
 def _beside(limit: LimitVerdict, cell: Cell) -> Cell:
@@ -339,12 +378,12 @@ class LightRow(NamedTuple):
     lights: Mapping[Side, CurveLight]
 
 
-def _lights(metrics: Metrics) -> dict[str, list[LightRow]]:
+def _lights(metrics: Metrics, extensor_positive: bool) -> dict[str, list[LightRow]]:
     """Whether each curve may be believed, by kind."""
     return {
         kind: [
             LightRow(
-                NAMES[name],
+                panel_name(kind, name, extensor_positive),
                 {side: metrics.lights.of(kind)[f"{name}_{side[0]}"] for side in SIDES},
             )
             for name in names
@@ -363,22 +402,29 @@ class Why(NamedTuple):
     curves: Sequence[tuple[str, Side | None]]
 
 
-def _reasons(metrics: Metrics) -> list[Why]:
+def _reasons(metrics: Metrics, extensor_positive: bool) -> list[Why]:
     """The reasons of all curves that are not simply to be believed, the gravest first."""
-    found: dict[tuple[Light, Reason], dict[str, list[Side]]] = {}
+    found: dict[tuple[Light, Reason], list[tuple[str, Side | None]]] = {}
     for kind, names, _ in CURVES:
+        of_kind: dict[tuple[Light, Reason], list[tuple[str, Side]]] = {}
         for name in names:
             for side in SIDES:
                 each = metrics.lights.of(kind)[f"{name}_{side[0]}"]
                 if each.light != "believe":
-                    words = CURVE_NAMES.get(name, name) + (" moment" if kind == "moments" else "")
-                    found.setdefault((each.light, each.reason), {}).setdefault(words, []).append(
-                        side
-                    )
+                    words = curve_name(kind, name, extensor_positive)
+                    of_kind.setdefault((each.light, each.reason), []).append((words, side))
+        for key, curves in of_kind.items():
+            if len(curves) == 2 * len(names):
+                found.setdefault(key, []).append((f"all {kind}", None))
+                continue
+            sides = {words: [each for word, each in curves if word == words] for words, _ in curves}
+            found.setdefault(key, []).extend(
+                (words, of[0] if len(of) == 1 else None) for words, of in sides.items()
+            )
     order: list[Light] = ["do not", "with care"]
     return [
-        Why(*key, [(name, sides[0] if len(sides) == 1 else None) for name, sides in of.items()])
-        for key, of in sorted(found.items(), key=lambda pair: order.index(pair[0][0]))
+        Why(*key, curves)
+        for key, curves in sorted(found.items(), key=lambda pair: order.index(pair[0][0]))
     ]
 
 

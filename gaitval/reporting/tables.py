@@ -11,12 +11,11 @@ from gaitval.metrics.comparison import rmse_of
 from gaitval.metrics.curve_results import CurveError, Kind
 from gaitval.metrics.origin import curve_origin
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_quantities import of_record, of_walk
 from gaitval.metrics.whole_error import AS_MEASURED, OWN_HIPS
 from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.quantities.quantity import Figures, FigureTable
-from gaitval.reporting.figures import NAMES
+from gaitval.reporting.grids import curve_name, panel_name
 
 CURVES: Final[tuple[tuple[Kind, tuple[str, ...], int], ...]] = (
     ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
@@ -42,12 +41,16 @@ class CurveFinding(NamedTuple):
     side: Side
 
 
-def findings(metrics: Metrics) -> Mapping[str, CurveFinding | None]:
-    """By kind; None where nothing was recorded or nothing walked."""
+def findings(
+    metrics: Metrics, extensor_positive: bool = False
+) -> Mapping[str, CurveFinding | None]:
+    """By kind; None where nothing was recorded or nothing walked. Moments are called as they are
+    drawn.
+    """
     found: dict[str, CurveFinding | None] = {}
     for kind, names, _ in CURVES:
         errors = [
-            (value, CURVE_NAMES.get(name, name), side)
+            (value, curve_name(kind, name, extensor_positive), side)
             for name in names
             for side in SIDES
             if curve_origin(kind, key := f"{name}_{side[0]}", metrics.origins) == "recorded"
@@ -82,8 +85,8 @@ class ErrorTable(NamedTuple):
     rows: Sequence[ErrorRow]
 
 
-def error_tables(metrics: Metrics) -> list[ErrorTable]:
-    """Every curve and side in `metrics`."""
+def error_tables(metrics: Metrics, extensor_positive: bool = False) -> list[ErrorTable]:
+    """Every curve and side in `metrics`; moments are called as they are drawn."""
     uncorrected = {(each.measure, each.target): each.value for each in metrics.measures}
 
     def row(kind: Kind, name: str, side: Side) -> ErrorRow:
@@ -91,11 +94,11 @@ def error_tables(metrics: Metrics) -> list[ErrorTable]:
         error = metrics.walk.errors.of(kind)[key]
         guess = metrics.lights.of(kind)[key].guess_error
         return ErrorRow(
-            NAMES[name],
+            panel_name(kind, name, extensor_positive),
             side,
             error,
             uncorrected.get((AS_MEASURED.get(kind, ""), key)),
-            uncorrected.get((OWN_HIPS, key)),
+            uncorrected.get((OWN_HIPS, key)) if kind == "moments" else None,
             guess,
             curve_origin(kind, key, metrics.origins),
             skill(rmse_of(error), guess),
@@ -116,12 +119,14 @@ class ShownFigures(NamedTuple):
 
 
 def figure_tables(metrics: Metrics) -> list[ShownFigures]:
-    """The tables of figures of every quantity in `metrics`, of walk and record. Figures of a curve
-    are found anew, because an older file may have defined them otherwise.
+    """The tables of figures of every shown quantity in `metrics` but those of muscles, which were
+    not recorded, of walk and record. Figures of a curve are found anew, because an older file may
+    have defined them otherwise.
     """
     return [
         table
         for each in QUANTITIES
+        if each.shown != "nothing" and each.of_muscles is None
         for recorded, walked in [(of_record(metrics.record, each), of_walk(metrics.walk, each))]
         if recorded is not None or walked is not None
         for table in tables_of(each, recorded, walked)

@@ -319,9 +319,29 @@ PaperOption = Annotated[
 ]
 
 
-def with_paper(settings: list[str] | None, paper: str | None) -> list[str] | None:
-    """`settings` with the `paper` of the pages, where that is given."""
-    return settings if paper is None else [*(settings or ()), f"report.paper={paper}"]
+ExtensorOption = Annotated[
+    bool | None,
+    typer.Option(
+        "--extensor-positive/--flexor-positive",
+        help="Draw moments of extensors, plantarflexors and abductors positive, as clinical "
+        "reports do; CSV and JSON keep their sign. Short for --set report.extensor_positive=true.",
+    ),
+]
+
+
+def with_looks(
+    settings: list[str] | None, paper: str | None = None, *, extensor_positive: bool | None = None
+) -> list[str]:
+    """`settings` with the `paper` of the pages and the sign of moments, where these are given."""
+    return [
+        *(settings or ()),
+        *([] if paper is None else [f"report.paper={paper}"]),
+        *(
+            []
+            if extensor_positive is None
+            else [f"report.extensor_positive={str(extensor_positive).lower()}"]
+        ),
+    ]
 
 
 ForceOption = Annotated[

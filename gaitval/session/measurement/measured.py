@@ -135,9 +135,12 @@ class Measurement:
         half |= {f"length_{name}": m for name, m in self.bands.lengths.items()}
         return {name: value for name, value in half.items() if np.isfinite(value)}
 
-    def drawings(self) -> dict[str, Callable[[], str]]:
-        """The figures of the page."""
-        return {"bands": partial(draw_bands, self.curves)} if self.curves else {}
+    def drawings(self, extensor_positive: bool = False) -> dict[str, Callable[[], str]]:
+        """The figures of the page; moments the way round that clinical reports draw them, or as
+        they are counted.
+        """
+        draw = partial(draw_bands, self.curves, extensor_positive=extensor_positive)
+        return {"bands": draw} if self.curves else {}
 
     def band_rows(self) -> list[BandRow]:
         """Rows of the page's table of bands."""

@@ -65,33 +65,26 @@ def _sources(bands: Bands, name: str) -> str:
     return "; ".join(f"{100 * share:.0f} % {of}" for of, share in bands.shares[name][:3])
 
 
-def draw_bands(curves: _DrawnCurves) -> str:
+def draw_bands(curves: _DrawnCurves, *, extensor_positive: bool = False) -> str:
     """The `curves` with their bands, angles above moments, as SVG."""
     # matplotlib is loaded only where a page is written
-    from gaitval.reporting.drawing import new_figure, svg
-    from gaitval.reporting.figures import COLOURS, PERCENT, STYLES, WALK_WIDTH
+    from gaitval.reporting.grids import DrawnCurve, Panel, grid
 
-    kinds = [kind for kind in UNITS if any(name.startswith(kind) for name in curves)]
-    with new_figure(1.75 * len(kinds)) as figure:
-        panels = figure.subplots(len(kinds), len(SHOWN), sharex=True, squeeze=False)
-        for row, kind in enumerate(kinds):
-            panels[row, 0].set_ylabel(f"{kind}, {UNITS[kind][1]}")
-            for axes, joint in zip(panels[row], SHOWN, strict=True):
-                if row == 0:
-                    axes.set_title(TITLES[joint])
-                for side in SIDES:
-                    if f"{kind}_{joint}_{side[0]}" not in curves:
-                        continue
-                    mean, half = curves[f"{kind}_{joint}_{side[0]}"]
-                    axes.fill_between(
-                        PERCENT, mean - half, mean + half, color=COLOURS[side], alpha=0.22,
-                        linewidth=0,
-                    )  # fmt: skip
-                    axes.plot(
-                        PERCENT, mean, color=COLOURS[side], linestyle=STYLES[side],
-                        linewidth=WALK_WIDTH,
-                    )  # fmt: skip
-        for axes in panels[-1]:
-            axes.set_xlim(0, 100)
-            axes.set_xlabel("% of gait cycle")
-        return svg(figure, "bands")
+    def panel(kind: str, joint: str) -> Panel:
+        names = {side: f"{kind}_{joint}_{side[0]}" for side in SIDES}
+        drawn = [DrawnCurve(s, *curves[name]) for s, name in names.items() if name in curves]
+        return Panel(f"{kind}s/{joint}", tuple(drawn))
+
+    return grid(
+        [
+            [panel(kind, joint) for joint in SHOWN]
+            for kind in UNITS
+            if any(name.startswith(kind) for name in curves)
+        ],
+        height=1.6,
+        figure_name="bands",
+        words=("", "measured"),
+        spread="band of 90 %",
+        linked=False,
+        extensor_positive=extensor_positive,
+    )
