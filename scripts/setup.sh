@@ -207,9 +207,9 @@ size="1.6 GB"
 if ! has_gpu && torch_brings_cuda; then
     size="$size, and 3.7 GB of CUDA"
     echo "setup: pip's torch brings 3.7 GB of CUDA with it, which a machine without an NVIDIA GPU"
-    echo "    cannot use. It works, but to save it press Ctrl-C and run, with the address of"
-    echo "    PyTorch's CPU builds (pytorch's installation page shows it for pip and CPU):"
-    echo "    PIP_EXTRA_INDEX_URL=ADDRESS make setup"
+    echo "    cannot use. It works, but to save it press Ctrl-C and run (uv: pip install uv)"
+    echo "    uv venv --clear --seed --python 3.13 .venv && uv pip install --python .venv \\"
+    echo "        --torch-backend cpu -c constraints.txt torch && make setup"
 fi
 echo "setup: installing the Python packages of ${asked//$newline/, } into $venv"
 echo "    ($size, some minutes)"

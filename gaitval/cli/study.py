@@ -12,9 +12,9 @@ from gaitval._internal.text.missing_extras import need
 from gaitval.cli.terminal import display
 from gaitval.cli.terminal.app import (
     ConfigOption,
+    ExtensorOption,
     ForceOption,
     OutOption,
-    ExtensorOption,
     PaperOption,
     RoundOption,
     ScratchOption,
@@ -180,8 +180,8 @@ def report(
         str,
         typer.Argument(
             metavar="RUN",
-            help="The folder of a run, a prediction, a stored baseline or an import, or the subject "
-            "whose run is in reports (5: reports/S05).",
+            help="The folder of a run, a prediction, a stored baseline or an import, or the "
+            "subject whose run is in reports (5: reports/S05).",
         ),
     ],
     force: ForceOption = False,

@@ -74,7 +74,10 @@ WITH_QUANTITIES: Final = (
 )
 """`KINETICS`, and below it all other quantities."""
 _OF_MUSCLES: Final = [
-    name for each in QUANTITIES if each.of_muscles is not None for name in each.panels()
+    name
+    for each in QUANTITIES
+    if each.of_muscles is not None and each.shown == "curves"
+    for name in each.panels()
 ]
 MUSCLES: Final = tuple(tuple(_OF_MUSCLES[i : i + 3]) for i in range(0, len(_OF_MUSCLES), 3))
 """Activations and contact forces, three in a row."""

@@ -89,7 +89,7 @@ def residuals(
     where not measured, over the `time` (T,) s of the trial, as SVG `figure_name`, with the limits
     of the largest magnitude, `force_limit` and `moment_limit`; NaN draws none.
     """
-    with new_figure(3.5) as figure:
+    with new_figure(2.9) as figure:
         panels = figure.subplots(2, 3, sharex=True, sharey="row")
         rows = ((force, force_limit, "force, N"), (moment, moment_limit, "moment, Nm"))
         titles = (("Forward", "To the left", "Up"), ("About forward", "About left", "About up"))

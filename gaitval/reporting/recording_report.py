@@ -37,7 +37,7 @@ from gaitval.subjects.plausible import ADULT
 
 BAR_HEADROOM: Final = 1.25
 """Length of the marker error scale / the larger of limit and largest error."""
-MARKERS_PRINTED: Final = 8
+MARKERS_PRINTED: Final = 5
 """Largest marker errors on paper; a screen has all."""
 LEFT_OUT_SHOWN: Final = 40
 """Largest number of omitted gait cycles in the table; their total number is always given."""

@@ -92,7 +92,9 @@ def figures(
     normal = norms(subject)
     panel = partial(_panel, metrics, subject, strides, normal)
     rows = {
-        name: grids.in_convention([[panel(each) for each in row] for row in names], looks.convention)
+        name: grids.in_convention(
+            [[panel(each) for each in row] for row in names], looks.convention
+        )
         for name, names in (
             ("curves", grids.SAGITTAL),
             ("kinematics", grids.KINEMATICS),

@@ -25,7 +25,7 @@ from gaitval.subjects.subject import Subject
 
 WARNINGS: Final = 2
 """Shown, the gravest first."""
-FAILED_SHOWN: Final = 5
+FAILED_SHOWN: Final = 4
 """Failed limits that the sheet lists; it counts the others."""
 SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 """Coordinates whose share of feed-forward the sheet gives."""
@@ -170,7 +170,9 @@ def _wrong(metrics: Metrics) -> list[tuple[Cell, str, str]]:
     errors = metrics.prediction_errors
     if errors is None or metrics.is_recorded_at_all:
         return []
-    return [(Cell(row.mean, -2), row.unit, row.group) for row in errors.groups if row.group in _KNOWN]
+    return [
+        (Cell(row.mean, -2), row.unit, row.group) for row in errors.groups if row.group in _KNOWN
+    ]
 
 
 class ErrorCells(NamedTuple):
@@ -573,7 +575,8 @@ def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
     plates = metrics.record.plates
     if plates is not None and abs(plates.scale - 1.0) > PLATES_UNCERTAIN:
         yield SheetWarning("plates", {"carried": Cell(100.0 / plates.scale, 1)})
-    if not subject.uncertainty:  # an import keeps how much the strides differ
+    # an import keeps how much the strides differ
+    if metrics.is_recorded_at_all and not subject.uncertainty:
         yield SheetWarning("one cycle")
     if metrics.identification is not None:
         verdicts = metrics.identification.verdicts

@@ -9,7 +9,6 @@ from gaitval.reporting.figures import COLOURS
 from gaitval.session.importing.importing import work_out
 from gaitval.session.measurement.page import (
     SHOWN,
-    TITLES,
     UNITS,
     draw_bands,
 )
@@ -49,5 +48,12 @@ def test_bands_are_drawn_as_wide_as_they_are_each_side_in_its_colour():
                 (line,) = lines(axes, colour)
                 np.testing.assert_array_equal(line.T, [step, mean])
                 (band,) = bands(axes, colour)
-                np.testing.assert_allclose(band.T, [step, mean - half, mean + half])
-    assert [axes.get_title() for axes in panels[0]] == [TITLES[joint] for joint in SHOWN]
+                np.testing.assert_allclose(
+                    band.T, np.array([step, mean - half, mean + half])[:, ::2]
+                )
+    shown = [axes.get_title(loc="left") for axes in panels[0]]
+    assert shown == ["Hip flexion", "Knee flexion", "Ankle dorsiflexion"]
+    turned = figure_of(lambda: draw_bands(given, extensor_positive=True)).axes[len(SHOWN) + 1]
+    assert turned.get_title(loc="left") == "Knee extension"
+    (line,) = lines(turned, COLOURS["right"])
+    np.testing.assert_array_equal(line[:, 1], -given["moment_knee_angle_r"][0])

@@ -6,12 +6,14 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pikepdf
 import pytest
-from html_page import Page, an_hour_later, only_html, without_figures
+from html_page import Page, an_hour_later, only_html, without_figures, words_of
 from recording_summary import ANGLES, curves, sample
 from seen_figures import bands, figure_of, lines
 from verdict_words import headline, rows_of, says
 
+from gaitval.configuration import ReportSettings
 from gaitval.metrics.norms import Norm
 from gaitval.quantities import BY_NAME
 from gaitval.reporting import grids
@@ -35,10 +37,11 @@ from gaitval.scaling.segments import ScaledSegment
 
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} $x_{$ -->"
 NAN = float("nan")
+SHEETS, WORDS = 6, 2500
 
 
-OF_MUSCLES = {name for name, each in BY_NAME.items() if each.of_muscles is not None}
-"""Quantities that need muscles, which the recording here does not have."""
+DRAWN = {n for n, each in BY_NAME.items() if each.of_muscles is None and each.shown == "curves"}
+"""Quantities with a figure, without those of muscles, which the recording here does not have."""
 
 
 @pytest.fixture(scope="module")
@@ -112,9 +115,17 @@ def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> N
     }
     tables = {path.name for path in (folder / "figures").iterdir()}
     assert tables == {
-        f"{name}.csv"
-        for name in ("angles", "moments", "forces", "residuals", *(BY_NAME.keys() - OF_MUSCLES))
+        f"{name}.csv" for name in ("angles", "moments", "forces", "residuals", *DRAWN)
     }
+
+
+def test_it_has_few_sheets_and_words_and_starts_with_its_curves(page: Page, folder: Path) -> None:
+    with pikepdf.open(folder / "recording.pdf") as document:
+        assert len(document.pages) <= SHEETS
+    assert words_of(folder / "recording.pdf") <= WORDS
+    below = page.text[page.text.index("Joint angles") :]
+    for later in ("Spatiotemporal parameters", "Quality limits", "Decisions", "Marker errors"):
+        assert f"{later} " in below
 
 
 def test_every_section_says_what_the_summary_holds(page: Page) -> None:
@@ -137,7 +148,7 @@ def test_every_section_says_what_the_summary_holds(page: Page) -> None:
     ):
         assert text.replace(" ", "") in page.text.replace(" ", "")
     assert "Not shown" not in page.text
-    assert page.tags.count("svg") == 4 + len(BY_NAME) - len(OF_MUSCLES)
+    assert page.tags.count("svg") == 4 + len(DRAWN)
 
 
 @pytest.mark.parametrize("failing", [False, True])
@@ -266,7 +277,7 @@ def test_recording_without_forces(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert "From markers to the scaled model, joint angles" in text
     assert "No quality limit could be applied." in text
     assert "No gap, spike or exchange of markers was found." in text
-    assert "None: every whole gait cycle of the trial is in the means." in text
+    assert "No gait cycle was left out of the means." in text
     assert text.count("Not shown: the trial has no usable force plate data") == 2
     assert "Not shown: there is no inverse dynamics without forces." in text
     assert "Not shown: no marker was tracked." in text
@@ -315,7 +326,7 @@ def test_coordinates_without_a_place_in_the_grid_are_drawn_below_it(
     more = {**curves(ANGLES, 0.03), "lumbar_extension": (np.zeros(101), np.ones(101))}
     write_recording_report(tmp_path, sample(angles=more))
     html = (tmp_path / "recording.html").read_text(encoding="utf-8")
-    assert html.count("<svg") == 4 + len(BY_NAME) - len(OF_MUSCLES)
+    assert html.count("<svg") == 4 + len(DRAWN)
     assert ">Lumbar extension<" in html
 
 
@@ -414,7 +425,7 @@ def test_every_recorded_curve_is_in_its_panel_with_its_sd_strides_and_norm(facto
 def test_the_figures_of_an_import_have_the_unit_of_their_axis(kind: str) -> None:
     """Angles from rad in degrees, forces from body weights in % of it."""
     summary = sample()
-    figure = figure_of(recording_drawings(summary)["drawings"][kind])
+    figure = figure_of(recording_drawings(summary, ReportSettings())["drawings"][kind])
     factor = {"angles": 180.0 / np.pi, "moments": 1.0, "forces": 100.0}[kind]
     given = getattr(summary, kind)
     shown = 0

@@ -5,18 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from report_run import build_run
+from seen_figures import figure_of, lines
 
+from gaitval.configuration import ReportSettings
 from gaitval.metrics.curve_results import KINDS
 from gaitval.metrics.results import read_metrics
-from gaitval.quantities import JOINT_CONTACT
+from gaitval.reporting.figures import COLOURS, WALK_WIDTH
 from gaitval.reporting.run_grids import (
     NARROW,
     _recorded,
     _walked,
     figures,
-    notes,
     strides_in,
-    walked_muscles,
 )
 from gaitval.subjects.subject_file import load_subject
 
@@ -43,7 +43,7 @@ def walked(tmp_path_factory):
 
 def test_without_plates_every_figure_is_there(run):
     folder, subject, metrics = run
-    draws, tables = figures(metrics, subject, strides_in(folder, metrics))
+    draws, tables = figures(metrics, subject, strides_in(folder, metrics), ReportSettings())
     muscles = {"activations", "contacts"}
     assert draws.keys() == {"curves", NARROW, "kinematics", "kinetics", "forces"} | muscles
     assert "<svg" in draws["kinematics"]()
@@ -54,7 +54,7 @@ def test_without_plates_every_figure_is_there(run):
 def test_curves_are_those_of_the_metrics_of_their_own_side(walked, name):
     """Of both sides, mean and SD, record and walk, in the unit of the grid."""
     _, subject, metrics = walked
-    (rows,) = figures(metrics, subject, {})[0][name].args
+    (rows,) = figures(metrics, subject, {}, ReportSettings())[0][name].args
     checked = 0
     for panel in (panel for row in rows for panel in row if panel.kind in KINDS):
         curve = panel.name.partition("/")[2]
@@ -108,13 +108,13 @@ def test_where_nothing_was_recorded_the_curve_beside_is_the_prediction(run, monk
     strides = strides_in(folder, metrics)
 
     def texts(name):
-        return figures(metrics, subject, strides)[0][name]()
+        return figures(metrics, subject, strides, ReportSettings())[0][name]()
 
-    assert ">record, right<" in texts("kinematics")
+    assert ">measured, right<" in texts("kinematics")
     monkeypatch.setattr(type(metrics), "is_recorded_at_all", False)
     drawn = texts("kinematics")
-    assert ">record" not in drawn
-    assert ">prediction, right<" in drawn
+    assert ">measured" not in drawn
+    assert ">predicted, right<" in drawn
 
 
 def test_of_what_is_not_compared_the_strides_that_are_drawn_give_mean_and_deviation():
@@ -128,13 +128,27 @@ def test_of_what_is_not_compared_the_strides_that_are_drawn_give_mean_and_deviat
     assert _walked(metrics, one, "angles", "knee_adduction_r")[1] is None
 
 
-def test_what_joints_carry_is_told_with_its_doubt(walked):
-    """Beside the table of the short report; not where nothing of it is shown."""
-    _, _, metrics = walked
-    assert JOINT_CONTACT.note in notes(metrics)
-    walks = metrics.walks
-    bare = {name: getattr(walks, name).model_copy(update={"quantities": {}})
-            for name in type(walks).model_fields if getattr(walks, name) is not None}  # fmt: skip
-    without = metrics.model_copy(update={"walks": walks.model_copy(update=bare)})
-    assert walked_muscles(without) is None
-    assert JOINT_CONTACT.note not in notes(without)
+@pytest.mark.parametrize("extensor_positive", [False, True])
+def test_moments_are_drawn_either_way_round_and_tables_keep_their_sign(walked, extensor_positive):
+    """Knee extensor, hip extensor, plantarflexor and abductor up; power and angles as they are."""
+    _, subject, metrics = walked
+    looks = ReportSettings(extensor_positive=extensor_positive)
+    draws, tables = figures(metrics, subject, {}, looks)
+    assert tables == figures(metrics, subject, {}, ReportSettings())[1]
+    titles = {
+        "hip_flexion": ("Hip flexion", "Hip extension"),
+        "hip_adduction": ("Hip adduction", "Hip abduction"),
+        "knee_angle": ("Knee flexion", "Knee extension"),
+        "ankle_angle": ("Ankle dorsiflexion", "Ankle plantarflexion"),
+    }
+    panels = {each.get_title(loc="left"): each for each in figure_of(draws["kinetics"]).axes}
+    for name, each in titles.items():
+        assert each[not extensor_positive] not in panels
+        (line,) = lines(panels[each[extensor_positive]], COLOURS["right"], WALK_WIDTH)
+        mean = np.array(metrics.walk.curves.moments[f"{name}_r"].mean)
+        np.testing.assert_allclose(line[:, 1], -mean if extensor_positive else mean)
+    power = np.array(metrics.walk.joint_power.power["ankle_angle_r"])
+    (line,) = lines(panels["Ankle power"], COLOURS["right"], WALK_WIDTH)
+    np.testing.assert_allclose(line[:, 1], power)
+    angles = {each.get_title(loc="left") for each in figure_of(draws["kinematics"]).axes}
+    assert {"Hip flexion", "Knee flexion", "Ankle dorsiflexion"} <= angles

@@ -8,7 +8,7 @@ from typing import Any
 
 import pikepdf
 import pytest
-from html_page import only_html, without_figures
+from html_page import only_html, without_figures, words_of
 from report_run import build_run
 from verdict_words import headline, rows_of, says
 
@@ -17,11 +17,13 @@ from gaitval.gait.healthy_controls import PROFILE_ANGLES
 from gaitval.metrics.norms import norms
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.metrics.verdicts import limit_verdicts
+from gaitval.reporting.grids import panel_name
 from gaitval.reporting.report import write_report
 from gaitval.reporting.sheet import FAILED_SHOWN, WARNINGS, sheet
 from gaitval.subjects.subject_file import load_subject
 
-SHEETS = 10
+SHEETS, WORDS = 8, 3800
+KAPPA = 1.4
 SMALLEST = 8.0
 """Points on paper."""
 
@@ -36,7 +38,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_numbers_are_those_of_the_run(folder: Path) -> None:
     metrics, subject = read_metrics(folder), load_subject(str(folder / "subject.toml"))
-    found, summary = sheet(metrics, subject), metrics.summary
+    found, summary = sheet(metrics, subject, KAPPA), metrics.summary
     assert (found.accepted.value, found.judged.value) == (
         summary.accepted,
         summary.accepted + summary.refused,
@@ -48,11 +50,28 @@ def test_the_numbers_are_those_of_the_run(folder: Path) -> None:
         assert one["mean"].value == pytest.approx(100.0 * row.mean)
         assert one["recorded"].value == pytest.approx(100.0 * row.recorded)
     normal = norms(subject)["parameter/stance_fraction"]
+    assert found.nearer["curves"].value == summary.curves
+    assert found.nearer["nearer"].value == summary.nearer
+    errors = {(row.kind, row.name): row for row in found.errors}
+    for row in summary.errors:
+        if row.kind == "moments":
+            cells = errors["moments", panel_name("moments", row.curve)]
+            assert (cells.as_measured.value, cells.corrected.value) == (
+                row.as_measured,
+                row.corrected,
+            )
+            assert cells.correction.value == row.correction
+    chosen = next(r for r in metrics.identification.rounds
+                  if r.round == metrics.identification.chosen_round)  # fmt: skip
+    ratio = chosen.epsilon.total / chosen.floor
+    assert found.learned.ratio_before.value == pytest.approx(ratio)
+    assert found.learned.met == (ratio < KAPPA)
+    assert found.learned.numbers.value == metrics.correction.numbers
     assert stance.norm_mean.value == pytest.approx(100.0 * float(normal.mean))
     worst = next(each for each in limit_verdicts(metrics, "acceptance") if not each.passed)
     first = found.failed[0]
-    assert (first.title, first.failed.value, first.all.value) == (
-        worst.first.title,
+    assert (first.title.partition(":")[0], first.failed.value, first.all.value) == (
+        worst.first.title.removesuffix(" without a model").partition(":")[0],
         len(worst.failed),
         len(worst.rows),
     )
@@ -65,7 +84,7 @@ def test_the_numbers_are_those_of_the_run(folder: Path) -> None:
         for row in lights:
             assert row.lights["right"] in metrics.lights.of(kind).values()
     (*_, side) = [row for row in found.profile.rows if row.which == "walk"]
-    assert side.cells[-1].value == metrics.curve_statistics.profiles.walk.left
+    assert side.cells[-1].value == metrics.gait_profiles.walk.left
 
 
 def copied(folder: Path, to: Path) -> dict[str, Any]:
@@ -124,7 +143,7 @@ PAPERS = {"a4": (595, 842), "letter": (612, 792)}
 def test_the_sheet_is_one_page_on_every_paper(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, paper: str
 ) -> None:
-    """With no text below eight points; the report has ten pages at most, none of them empty."""
+    """With no text below eight points; the report has eight sheets at most, and few words."""
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     write_report(tmp_path, [f"report.paper={paper}"])
     with pikepdf.open(tmp_path / "report.pdf") as document:
@@ -138,6 +157,7 @@ def test_the_sheet_is_one_page_on_every_paper(
             place = outline.root[0].children[0].destination
         assert place[0].objgen == second.obj.objgen, "the first heading is not on the second page"
         assert len(document.pages) <= SHEETS
+    assert words_of(tmp_path / "report.pdf") <= WORDS
 
 
 def _sizes(page):
@@ -174,7 +194,7 @@ def _sizes(page):
 def test_the_gravest_doubts_come_first_and_three_at_most(folder: Path) -> None:
     found = read_metrics(folder / "metrics.json")
     subject = load_subject(str(folder / "subject.toml"))
-    kinds = [each.kind for each in sheet(found, subject).warnings]
+    kinds = [each.kind for each in sheet(found, subject, KAPPA).warnings]
     assert len(kinds) == WARNINGS
     assert kinds[0] == "narrow"
 
@@ -182,10 +202,10 @@ def test_the_gravest_doubts_come_first_and_three_at_most(folder: Path) -> None:
 def test_a_run_without_much_has_a_sheet_all_the_same(tmp_path: Path) -> None:
     build_run(tmp_path)
     metrics = json.loads((tmp_path / "metrics.json").read_text(encoding="utf-8"))
-    metrics |= {"curve_statistics": None, "identification": None, "push_recovery": None}
+    metrics |= {"gait_profiles": None, "identification": None, "push_recovery": None}
     metrics |= {"second_engine": None, "predictions": []}
     write_json(tmp_path / "metrics.json", metrics)
-    found = sheet(read_metrics(tmp_path / "metrics.json"), load_subject("S05"))
+    found = sheet(read_metrics(tmp_path / "metrics.json"), load_subject("S05"), KAPPA)
     assert found.profile is None
     assert set(found.lights) == {"angles", "moments", "forces"}
 
@@ -195,11 +215,11 @@ def test_a_score_of_fewer_angles_is_not_beside_the_healthy_score_of_nine(
     folder: Path, left_out: tuple[str, ...]
 ) -> None:
     metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
-    profiles = metrics["curve_statistics"]["profiles"]
+    profiles = metrics["gait_profiles"]
     profiles["variables"] = [name for name in PROFILE_ANGLES if name not in left_out]
     for score in (profiles["record"], profiles["walk"]):
         score["scores"] |= {f"{name}_{side}": 5.0 for name in PROFILE_ANGLES for side in "rl"}
-    found = sheet(metrics_from(metrics, "here"), load_subject("S05")).profile
+    found = sheet(metrics_from(metrics, "here"), load_subject("S05"), KAPPA).profile
     means = [cell.value for cell in found.healthy[0]]
     assert len(means) == len(found.names) == 10 - len(left_out)
     assert (means[-1] is None) == bool(left_out)

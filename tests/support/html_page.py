@@ -1,5 +1,7 @@
 """A page of a report as its tests read it."""
 
+import shutil
+import subprocess
 import time
 from html.parser import HTMLParser
 from pathlib import Path
@@ -32,6 +34,17 @@ def only_html(monkeypatch: pytest.MonkeyPatch) -> None:
 
     document = SimpleNamespace(pages=[], write_pdf=write_pdf)
     monkeypatch.setattr("weasyprint.HTML.render", lambda *_, **__: document)
+
+
+def words_of(pdf: Path) -> int:
+    """Words of the text of a PDF."""
+    program = shutil.which("pdftotext")
+    if program is None:
+        pytest.skip("pdftotext is not installed")
+    text = subprocess.run(
+        [program, "-layout", str(pdf), "-"], capture_output=True, check=True, text=True
+    ).stdout
+    return len(text.split())
 
 
 def both_pages(folder: Path) -> str:
