@@ -57,9 +57,10 @@ and the person's own other trials, copied or interpolated; it has the same freed
 *Nearer*: curves to which the walk is nearer.
 
 **Nearer than the best prediction without a model: {nearer} of {curves} curves.** That prediction
-meets {within} of {judged} limits on curves: they are context, nearness decides. With the limits on
-sagittal angles, falls, distance and pushes {accepted} of {all} values that decide are met. {pushes}
-of {pushed} pushes of 300 N were survived; {falls} of {walks} walks fell.
+meets {guess_deciding} of {deciding} limits on curves that decide, those on sagittal angles, and
+{within} of all {judged}: the others are context, for nearness decides. Of all that decides, with
+distance, falls and pushes, {accepted} of {all} values are met. {pushes} of {pushed} pushes of 300 N
+were survived; {falls} of {walks} walks fell.
 """
 
 TITLE = """# Accuracy by subject
@@ -172,12 +173,20 @@ def error_table(people: Sequence[Metrics]) -> str:
     pushes = [each.push_recovery for each in people if each.push_recovery is not None]
     survived = [each for found in pushes for phase in found.survived for each in phase]
     starts = [start for each in people for start in each.walk.starts]
+    beside = [
+        row.guess_within
+        for each in people
+        for row in _deciding(each)
+        if row.measure in RMSE.values() and row.guess_within is not None
+    ]
     about = ABOUT_ERRORS.format(
         people=len(people),
         nearer=sum(each.nearer for each in counts),
         curves=sum(each.curves for each in counts),
         within=sum(each.guess_within for each in counts),
         judged=sum(each.guess_judged for each in counts),
+        guess_deciding=sum(beside),
+        deciding=len(beside),
         accepted=sum(each.accepted for each in counts),
         all=sum(each.accepted + each.refused for each in counts),
         pushes=sum(survived),
@@ -267,7 +276,7 @@ def people_table(people: Sequence[Metrics]) -> str:
     for each in people:
         rows, counts = _deciding(each), each.summary
         missed = {row.title for row in rows if not row.passed}
-        failed = sorted({re.split(":|,| nearer", name)[0].lower() for name in missed})
+        failed = sorted({re.split(":| nearer| for ", name)[0] for name in missed})
         lines.append(
             [
                 each.subject.identifier,
