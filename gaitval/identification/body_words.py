@@ -22,7 +22,7 @@ def sentences(found: Shared, model: BodyModel) -> str:
     """
     if not found.fits:
         return (
-            f"The record does not fit the model of its errors (deviance {found.cost:.0f}, of other "
+            f"The measurement does not fit the model of its errors (deviance {found.cost:.0f}, of other "
             f"people 70 to 225, at most {SHARED.largest_deviance:.0f}): nothing is learned of "
             "the body, "
             f"which stays as scaled, legs {100 * model.leg_length:.1f} cm. Look at mass, speed and "
@@ -34,7 +34,7 @@ def sentences(found: Shared, model: BodyModel) -> str:
     before = f"scaled: {100 * scaled:.1f} ± {100 * leg.prior_sd:.1f}"
     added = ", so the record adds next to nothing" if leg.contraction > _LITTLE else ""
     most = SHARED.largest_deviance
-    fit = f"The record fits the model (deviance {found.cost:.0f}, at most {most:.0f})"
+    fit = f"The measurement fits the model (deviance {found.cost:.0f}, at most {most:.0f})"
     return f"{length} ({before}){added}. {_difference(found.legs)}. {fit}."
 
 

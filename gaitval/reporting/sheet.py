@@ -263,8 +263,9 @@ def _learned(metrics: Metrics, kappa: float) -> Learned | None:
 
 
 def _round(found: IdentificationResult) -> Round | None:
-    """The round of Algorithm 1 that was chosen."""
-    return next((each for each in found.rounds if each.round == found.chosen_round), None)
+    """The round of Algorithm 1 that was chosen, or the last one."""
+    last = found.rounds[-1] if found.rounds else None
+    return next((each for each in found.rounds if each.round == found.chosen_round), last)
 
 
 def _repeats(metrics: Metrics) -> dict[str, Cell]:

@@ -9,6 +9,7 @@ import pytest
 from report_run import build_run
 from seen_figures import bands, figure_of, forward, legend, lines
 
+from gaitval.configuration import ReportSettings
 from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.results import read_metrics
 from gaitval.quantities.joint_power import BURSTS
@@ -25,7 +26,8 @@ def run(tmp_path_factory: pytest.TempPathFactory):
     build_run(folder)
     metrics = read_metrics(folder / "metrics.json")
     subject = load_subject(str(folder / "subject.toml"))
-    return metrics, run_grids.figures(metrics, subject, run_grids.strides_in(folder, metrics))
+    strides = run_grids.strides_in(folder, metrics)
+    return metrics, run_grids.figures(metrics, subject, strides, ReportSettings())
 
 
 def test_every_panel_of_a_run_has_record_walk_norm_and_events(run) -> None:
@@ -95,9 +97,9 @@ def test_a_panel_draws_each_number_in_its_place() -> None:
     for number, (side, which) in enumerate(
         (side, which) for side in figures.COLOURS for which in ("record", "walk")
     ):
-        mean, sd = step**1.5 + 100.0 * number, 1.0 + 0.01 * step + number
+        mean, sd = step**1.5 + 100.0 * number, 20.0 + 0.2 * step + 20.0 * number
         size[side, which] = mean, sd
-        strides = mean + np.array([[-3.0], [2.0], [1.0]])
+        strides = mean + np.array([[-60.0], [40.0], [20.0]])
         walked = which == "walk"
         curves.append(
             DrawnCurve(side, mean, sd if walked else None, strides if walked else None, which)
@@ -129,7 +131,7 @@ def test_a_panel_draws_each_number_in_its_place() -> None:
             parts = thin[: 3 * 35].reshape(3, 35, 2)[:, :-1]
             np.testing.assert_array_equal(parts[..., 0], np.tile(step[::3], (3, 1)))
             np.testing.assert_allclose(
-                parts[..., 1] - mean[::3], [[-3.0] * 34, [2.0] * 34, [1.0] * 34]
+                parts[..., 1] - mean[::3], [[-60.0] * 34, [40.0] * 34, [20.0] * 34]
             )
     (band,) = bands(axes, figures.BAND_COLOUR)
     mean, sd = norm.mean[::2], norm.sd[::2]
@@ -211,9 +213,15 @@ def _legend(normal: Mapping[str, Norm]) -> str:
     return found
 
 
-def test_the_legend_has_no_band_that_a_single_cycle_lacks() -> None:
-    words = ("recorded", "simulated")
-    for sd, there in ((np.full(101, np.nan), False), (np.full(101, 0.1), True)):
-        panel = Panel("angles/knee_angle", (DrawnCurve("right", WAVE, sd),))
-        labels = [each.get_label() for each in grids._handles([panel], words, "")]
-        assert ("± SD of the cycles" in labels) is there
+@pytest.mark.parametrize(("size", "there"), [(np.nan, False), (0.01, False), (0.02, True)])
+def test_the_legend_and_the_panel_have_only_what_the_lines_do_not_hide(size, there) -> None:
+    """A single cycle has no SD; 1 % of the height of a panel is within its line."""
+    spread = size * np.ptp(WAVE)
+    curve = DrawnCurve("right", WAVE, np.full(101, spread), WAVE + [[spread], [-spread]])
+    figure = figure_of(
+        lambda: grids.grid([[Panel("angles/knee_angle", (curve,))]], height=1.5, figure_name="one")
+    )
+    labels = legend(figure)
+    assert ("± SD of the cycles" in labels) is there
+    assert ("single strides" in labels) is there
+    assert bool(bands(figure.axes[0], figures.COLOURS["right"])) is there

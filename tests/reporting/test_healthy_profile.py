@@ -33,13 +33,13 @@ def read(values):
 
 
 def _tables(values):
-    return Healthy(read(values).curve_statistics, is_control(PERSON))
+    return Healthy(read(values).gait_profiles, is_control(PERSON))
 
 
 def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters(metrics):
     """A mean of both sides would be under 1.6 degrees."""
     changed = copy.deepcopy(metrics)
-    profiles = changed["curve_statistics"]["profiles"]
+    profiles = changed["gait_profiles"]
     profiles["record"] |= {"right": 5.0, "left": 5.1, "total": 5.1}
     profiles["walk"] |= {"right": 5.1, "left": 7.0, "total": 6.1}
     profiles["walk"]["scores"]["hip_flexion_l"] = profiles["record"]["scores"]["hip_flexion_l"] + 9
@@ -55,15 +55,15 @@ def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters
 
 
 def test_older_metrics_have_no_such_section(metrics):
-    older = {name: value for name, value in metrics.items() if name != "curve_statistics"}
-    assert read(older).curve_statistics is None
+    older = {name: value for name, value in metrics.items() if name != "gait_profiles"}
+    assert read(older).gait_profiles is None
     assert "gait_profile" in _drawings(read(metrics), None)
     assert "gait_profile" not in _drawings(read(older), None)
 
 
 def test_sides_of_the_profile_differ_in_shape_and_the_record_is_hollow_in_both_modes(metrics):
     """Hollow, not white: white is the page's colour and would be a dark dot on a dark page."""
-    found = GaitProfiles.model_validate(metrics["curve_statistics"]["profiles"])
+    found = GaitProfiles.model_validate(metrics["gait_profiles"])
     (axes,) = figure_of(lambda: profile(found)).axes
     marks = {each.get_label(): each for each in axes.lines if each.get_marker() in "<>"}
     assert {name: each.get_marker() for name, each in marks.items()} == {
@@ -79,7 +79,7 @@ def test_sides_of_the_profile_differ_in_shape_and_the_record_is_hollow_in_both_m
 
 
 def test_the_profile_draws_each_score_on_its_side_in_its_column(metrics):
-    given = copy.deepcopy(metrics["curve_statistics"]["profiles"])
+    given = copy.deepcopy(metrics["gait_profiles"])
     found = GaitProfiles.model_validate(given)
     (axes,) = figure_of(lambda: profile(found)).axes
     controls = load_controls()

@@ -28,8 +28,8 @@ from gaitval.correction.walked import accuracy_of
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.metrics.validation import validate
-from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.reporting import figures, stick_figures, tables
+from gaitval.reporting.grids import curve_name
 from gaitval.reporting.report import within_text, write_report
 from gaitval.scaling.scaling import scale_subject
 from gaitval.subjects.subject_file import load_subject
@@ -101,16 +101,16 @@ def test_the_page_is_whole_and_needs_nothing_else(run_folder, name):
 
 
 def test_a_guess_and_the_skill_stand_beside_the_errors(page, run_folder):
-    """Of the fore-aft force under the right foot: 1 - RMSE / RMSE of the guess."""
+    """Of the anterior-posterior force under the right foot: 1 - RMSE / that of the prediction."""
     metrics = json.loads((run_folder / "metrics.json").read_text(encoding="utf-8"))
-    guess = metrics["predictions"][0]["rmse"]["forces"]["forward_r"]
+    guess = metrics["lights"]["forces"]["forward_r"]["guess_error"]
     error = metrics["walks"][metrics["final"]]["errors"]["forces"]["forward_r"]["rmse"]
     cells = (number(error, 1), number(guess, 1), number(1.0 - error / guess, 2))
     (row,) = [
         each for each in rows_of((run_folder / "report.html").read_text(encoding="utf-8"))
-        if each.cells[:1] == ["Forward"] and len(each.cells) == 11
+        if each.cells[:1] == ["Anterior-posterior"] and len(each.cells) == 13
     ]  # fmt: skip
-    assert tuple(row.cells[1:7:2]) == cells, "of the right side"
+    assert (row.cells[1], row.cells[7], row.cells[9]) == cells, "of the right side"
 
 
 def test_every_section_is_there(whole):
@@ -123,7 +123,7 @@ def test_every_section_is_there(whole):
             "of 14 parameters",
         ),
         *("Correction of the reference", "Beside healthy people"),
-        *("Contradictions in the record", "How the feet meet the ground", "Pushes: "),
+        *("Contradictions in the record", "Pushes: "),
         *("Learning", "Tolerances and where they come from", "Context of use"),
         "Provenance",
     ):
@@ -149,9 +149,8 @@ def test_failures_come_first_and_are_named(page, metrics):
 
 def verdict_of(rows: list[dict]) -> str:
     """The word of a limit by its rows in metrics.json."""
-    if not all(row["passed"] for row in rows):
-        return "FAILED"
-    return "goal reached" if all(row["reached"] for row in rows) else "passed"
+    states = {row["state"] for row in rows if not row["passed"]}
+    return "passed" if not states else "not shown" if states == {"not shown"} else "FAILED"
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -170,6 +169,7 @@ def test_every_limit_is_said_to_be_what_it_is(run_folder, tmp_path, monkeypatch,
             row["turned"] = verdict_of(rows) != "passed"
     for row in stored["tolerances"] if turned else ():
         row["passed"] = row.pop("turned")
+        row["state"] = "passed" if row["passed"] else "failed"
     write_json(tmp_path / "metrics.json", stored)
     write_report(tmp_path)
     page = both_pages(tmp_path)
@@ -184,14 +184,14 @@ def test_every_limit_is_said_to_be_what_it_is(run_folder, tmp_path, monkeypatch,
         assert [each.cells[-1] for each in table] == [expected] * (rows[0]["role"] == "acceptance")
         (sources,) = [
             each for each in shown
-            if len(each.cells) == 4 and re.match(re.escape(title) + "[≤≥=]", each.cells[0])
+            if len(each.cells) == 4 and re.match(re.escape(title) + "([≤≥=]|nearer)", each.cells[0])
         ]  # fmt: skip
         message = sources.marked[0][1]
         assert says(message) == "failed" or message == expected, title
         assert (says(message) == "failed") is (expected == "FAILED"), title
         for each in (*table, sources):
             assert (each.failed, each.marked[0][0]) == (mark == "fail", mark)
-    assert {"FAILED", "goal reached" if not turned else "passed"} <= found
+    assert {"FAILED", "passed"} <= found
     counts = [
         sum(verdict_of(rows) == "FAILED" for rows in limits.values() if rows[0]["role"] == role)
         for role in ("acceptance", "context")
@@ -230,13 +230,13 @@ def test_what_one_repeat_did_to_many_values_is_said_once(run_folder, tmp_path, m
     shutil.copytree(run_folder, tmp_path, dirs_exist_ok=True)
     stored = read_json(tmp_path / "metrics.json")
     close = {"close": True, "kept": 7, "repeats": 8, "low": 0.1, "high": 0.2}
-    counts = {"sagittal-angles": 6, "frontal-moments": 2}
-    of = {name: [] for name in counts}
-    for row in stored["tolerances"]:
-        if row["id"] in of:
-            of[row["id"]].append(row)
-            row |= {"passed": True, "failed_by": [], "spread": close}
-    assert {name: len(rows) for name, rows in of.items()} == counts
+    counts = {"sagittal-angles": 6, "skill-forces": 2}
+    of = {name: [row for row in stored["tolerances"] if row["id"] == name] for name in counts}
+    for name, count in counts.items():
+        assert len(of[name]) >= count
+        for number, row in enumerate(of[name]):
+            spread = close if number < count else None
+            row |= {"passed": True, "failed_by": [], "spread": spread}
     write_json(tmp_path / "metrics.json", stored)
     write_report(tmp_path)
     text = both_pages(tmp_path)
@@ -246,12 +246,14 @@ def test_what_one_repeat_did_to_many_values_is_said_once(run_folder, tmp_path, m
 
 def test_a_person_among_the_controls_is_named_so_and_the_worse_side_comes_first(whole, metrics):
     text = " ".join(whole.text.split())
-    profiles = metrics["curve_statistics"]["profiles"]
+    profiles = metrics["gait_profiles"]
     by_side = {side: profiles["walk"][side] - profiles["record"][side] for side in SIDES}
     worse = max(by_side, key=lambda side: abs(by_side[side]))
     record, walk = (number(profiles[which][worse], 1) for which in ("record", "walk"))
-    assert f"The {worse} side differs more: record {record}°, walk {walk}°." in text
-    assert ("differs from the record by more than that" in text) == (abs(by_side[worse]) >= 1.6)
+    assert f"The {worse} side differs more: measured {record}°, walk {walk}°." in text
+    assert ("differs from the measured gait by more than that" in text) == (
+        abs(by_side[worse]) >= 1.6
+    )
     assert "does not matter clinically" not in text
     assert "This person is one of the 42 and is not left out of their mean" in text
 
@@ -280,7 +282,7 @@ def test_bursts_that_a_curve_lacks_are_not_found(page, metrics):
     assert [lacking[name, "right"] for name in ("K1", "K2", "K3", "K4")] == [None] * 4
 
 
-FIT = "fitted to the recorded one", "The walk is a fit"
+FIT = "fitted to the measured gait", "The walk is a fit"
 
 
 def test_the_numbers_are_those_of_the_metrics(whole, metrics):
@@ -292,11 +294,11 @@ def test_the_numbers_are_those_of_the_metrics(whole, metrics):
     assert number(consistency["mean_force"]["vertical"], 3) in text
     plates = metrics["record"]["plates"]
     assert f"{number(100 * (1 - 1 / plates['scale']), 1)} % too small" in text
-    assert f"{number(100 * plates['shift_right'], 1)} ± " in text
+    assert f"{number(abs(100 * plates['shift_right']), 1)} ± " in text
     assert "The record has no step width" in text
     assert number(metrics["record"]["joint_power"]["bursts"]["A2_r"], 2) in text
     message = metrics["second_engine"]
-    assert f"{message['goals_reached']} of {message['goals']} goals are reached there" in text
+    assert f"{message['limits_met']} of {message['limits']} acceptance limits are met" in text
     assert "the subject's weight" in text
     assert "at its bound" in text
     assert "12.2 less than with the body as scaled" in text or "12.3 less" in text
@@ -321,14 +323,6 @@ def test_the_correction_is_told_in_degrees(whole, metrics):
     assert "Change of the height of the pelvis: −2.1 mm" in text
     assert re.search("angles ?2.250 ?1.600 ?°", text)
     assert re.search("angles of the pelvis, not fitted ?0.700 ?0.750 ?°", text)
-
-
-def test_goals_are_told_beside_the_tolerances(whole, metrics):
-    text = " ".join(whole.text.split())
-    assert re.search("≤ 4°, goal ≤ 2°", text)
-    reached, goals = metrics["summary"]["goals_reached"], metrics["summary"]["goals"]
-    assert f"{reached} of {goals} reach their goal" in text
-    assert 0 < reached < goals
 
 
 @pytest.mark.slow  # that of an import is always made twice (test_recording_report.py)
@@ -475,7 +469,7 @@ def test_what_was_not_recorded_was_not_held_out(run_folder, tmp_path, monkeypatc
     write_report(folder)
     text = " ".join(Page(both_pages(folder)).text.split())
     assert "Held out: nothing" in text
-    assert "moments and forces were not recorded" in text
+    assert "Moments and forces were not measured" in text
 
 
 def test_a_slope_and_a_load_are_told(run_folder, tmp_path, monkeypatch):
@@ -561,7 +555,7 @@ def test_headings_say_how_far_curves_are_off_and_which_most(page, metrics):
         text = " ".join(page.text.split())
         heading = re.search(
             rf"{rough(np.mean(list(rmse.values())))}{unit}[^()]* off on average, "
-            rf"most {CURVE_NAMES[name]}, {side} \({rough(rmse[worst])}",
+            rf"most {curve_name(kind, name)}, {side} \({rough(rmse[worst])}",
             text,
         )
         assert heading, kind
@@ -574,9 +568,13 @@ def test_headings_say_how_far_curves_are_off_and_which_most(page, metrics):
         (
             {"use": "kinematics"},
             "moments and forces are predicted",
-            "Moments, forces and stance were read by nothing but this comparison",
+            "Moments, forces and stance are predicted from the motion",
         ),
-        ({"holdout": "even"}, "predicted from other trials", "Nothing of what it is compared with"),
+        (
+            {"holdout": "even"},
+            "predicted from other trials",
+            "The person’s other trials, and of this one only the speed",
+        ),
     ],
 )
 def test_the_page_says_what_the_walker_was_told(tmp_path, monkeypatch, message, subtitle, sentence):
