@@ -22,9 +22,9 @@ def sentences(found: Shared, model: BodyModel) -> str:
     """
     if not found.fits:
         return (
-            f"The measurement does not fit the model of its errors (deviance {found.cost:.0f}, of other "
-            f"people 70 to 225, at most {SHARED.largest_deviance:.0f}): nothing is learned of "
-            "the body, "
+            "The measurement does not fit the model of its errors "
+            f"(deviance {found.cost:.0f}, of other people 70 to 225, at most "
+            f"{SHARED.largest_deviance:.0f}): nothing is learned of the body, "
             f"which stays as scaled, legs {100 * model.leg_length:.1f} cm. Look at mass, speed and "
             "plates."
         )

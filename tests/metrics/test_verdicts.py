@@ -106,7 +106,7 @@ def test_close_are_rows_that_pass_but_might_not_again(metrics):
 def test_targets_in_the_words_of_gait_analysis():
     assert target_text("walk") == ""
     assert target_text("knee_angle_l") == "left knee flexion"
-    assert target_text("medial_r") == "right medial force"
+    assert target_text("medial_r") == "right mediolateral force"
     assert target_text("toe_clearance_r") == "right toe clearance"
     assert target_text("hip_adduction") == "hip adduction"
     assert target_text("lumbar_bending") == "lumbar bending"

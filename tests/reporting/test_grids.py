@@ -217,7 +217,7 @@ def _legend(normal: Mapping[str, Norm]) -> str:
 def test_the_legend_and_the_panel_have_only_what_the_lines_do_not_hide(size, there) -> None:
     """A single cycle has no SD; 1 % of the height of a panel is within its line."""
     spread = size * np.ptp(WAVE)
-    curve = DrawnCurve("right", WAVE, np.full(101, spread), WAVE + [[spread], [-spread]])
+    curve = DrawnCurve("right", WAVE, np.full(101, spread), WAVE + np.array([[spread], [-spread]]))
     figure = figure_of(
         lambda: grids.grid([[Panel("angles/knee_angle", (curve,))]], height=1.5, figure_name="one")
     )

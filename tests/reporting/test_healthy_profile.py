@@ -68,11 +68,11 @@ def test_sides_of_the_profile_differ_in_shape_and_the_record_is_hollow_in_both_m
     marks = {each.get_label(): each for each in axes.lines if each.get_marker() in "<>"}
     assert {name: each.get_marker() for name, each in marks.items()} == {
         f"{which}, {side}": symbol
-        for which in ("record", "walk")
+        for which in ("measured", "walk")
         for side, symbol in (("right", ">"), ("left", "<"))
     }
     hollow = {name for name, each in marks.items() if each.get_markerfacecolor() == "none"}
-    assert hollow == {"record, right", "record, left"}
+    assert hollow == {"measured, right", "measured, left"}
     drawn = profile(found)
     assert "#ffffff" not in drawn
     assert "#d9d9d9" in drawn  # which the style sheet has for dark pages
@@ -92,7 +92,7 @@ def test_the_profile_draws_each_score_on_its_side_in_its_column(metrics):
         assert (bar.get_y(), bar.get_height()) == pytest.approx((mean - sd, 2 * sd))
     assert axes.get_ylim()[0] == 0 < axes.get_ylim()[1]
     assert axes.get_ylabel().endswith("°")
-    for which, scores in (("record", found.record), ("walk", found.walk)):
+    for which, scores in (("measured", found.record), ("walk", found.walk)):
         for side, symbol in (("right", ">"), ("left", "<")):
             (line,) = [each for each in axes.lines if each.get_label() == f"{which}, {side}"]
             own = [

@@ -234,8 +234,8 @@ def test_what_one_repeat_did_to_many_values_is_said_once(run_folder, tmp_path, m
     of = {name: [row for row in stored["tolerances"] if row["id"] == name] for name in counts}
     for name, count in counts.items():
         assert len(of[name]) >= count
-        for number, row in enumerate(of[name]):
-            spread = close if number < count else None
+        for at, row in enumerate(of[name]):
+            spread = close if at < count else None
             row |= {"passed": True, "failed_by": [], "spread": spread}
     write_json(tmp_path / "metrics.json", stored)
     write_report(tmp_path)

@@ -4,7 +4,10 @@ import html
 import re
 from typing import NamedTuple
 
-SENSES = r"(?P<failed>\b[Ff]ail(?:ed|s)?\b|FAILED)|(?P<kept>\bkept\b|(?<!not )\bmet\b|(?<!-)\bpass(?:es|ed)?\b)"
+SENSES = (
+    r"(?P<failed>\b[Ff]ail(?:ed|s)?\b|FAILED)|"
+    r"(?P<kept>\bkept\b|(?<!not )\bmet\b|(?<!-)\bpass(?:es|ed)?\b)"
+)
 
 
 def says(text: str) -> str:
