@@ -72,7 +72,7 @@ def test_what_is_no_walk_is_refused(tmp_path: Path) -> None:
         collect([tmp_path / "none"])
     with pytest.raises(ArtefactError, match="nor a folder in it has a"):
         collect([tmp_path])
-    (tmp_path / "metrics.json").write_text('{"schema_version": 13, "subject": "<b>"}')
+    (tmp_path / "metrics.json").write_text('{"schema_version": 14, "subject": "<b>"}')
     with pytest.raises(ArtefactError, match="does not match the schema"):
         collect([tmp_path])
 

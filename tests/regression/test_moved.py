@@ -69,6 +69,6 @@ def test_what_the_baseline_lacks_is_not_counted_as_kept(message: io.StringIO) ->
 def test_a_kind_that_decides_and_has_no_figure_is_no_pass() -> None:
     """All that is compared is kept, but of the moments nothing is."""
     new = row("improved", None, 0.1)
-    with pytest.raises(ToleranceError, match=r"not judged.*moment_rmse"):
-        judge_moved([row("kept"), replace(new, measure="moment_rmse")], Path("S05"))
+    with pytest.raises(ToleranceError, match=r"not judged.*moment_skill"):
+        judge_moved([row("kept"), replace(new, measure="moment_skill")], Path("S05"))
     judge_moved([row("kept"), replace(new, measure="learning_gain")], Path("S05"))
