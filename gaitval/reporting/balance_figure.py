@@ -23,7 +23,7 @@ CENTIMETRES: Final = 100.0
 MARKS: Final[Mapping[Side, str]] = {"right": "o", "left": "^"}
 GUESS_COLOUR: Final = "#7a7a7a"
 NAME: Final = "foot_placement"
-HEIGHT: Final = 2.3
+HEIGHT: Final = 2.15
 """Inches."""
 
 

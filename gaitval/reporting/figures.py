@@ -51,7 +51,7 @@ def stability_regions(pushes: PushRecovery) -> str:
     outermost = max(max(max(row) for row in pushes.largest), pushes.force)
     # three rings at multiples of 100 N, the last one at or beyond every push
     rings = np.linspace(0.0, 300.0 * np.ceil(outermost / 300.0), 4)[1:]
-    with new_figure(2.35) as figure:
+    with new_figure(1.9) as figure:
         panels = figure.subplots(1, len(pushes.phases), squeeze=False)
         for axes, phase, largest, survived in zip(
             panels[0], pushes.phases, pushes.largest, pushes.survived, strict=True

@@ -112,7 +112,7 @@ def figures(
     rows[NARROW] = [list(column) for column in zip(*rows["curves"], strict=True)]
     adults = "parameter/cadence" in normal
     healthy = "healthy adults, ± SD" if adults else ""  # the sheet's footnote says how many
-    heights = {"curves": 0.86, NARROW: 1.1, "kinematics": 1.27, "kinetics": 1.35}
+    heights = {"curves": 0.76, NARROW: 1.1, "kinematics": 1.27, "kinetics": 1.35}
     words = ("measured" if metrics.is_recorded_at_all else "predicted", "walk")
     draws: dict[str, Draw] = {
         name: partial(

@@ -25,7 +25,7 @@ from gaitval.subjects.subject import Subject
 
 WARNINGS: Final = 2
 """Shown, the gravest first."""
-FAILED_SHOWN: Final = 4
+FAILED_SHOWN: Final = 3
 """Failed limits that the sheet lists; it counts the others."""
 SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 """Coordinates whose share of feed-forward the sheet gives."""

@@ -32,7 +32,7 @@ def test_each_sagittal_curve_has_a_row_with_its_sources(found):
 def test_bands_are_drawn_as_wide_as_they_are_each_side_in_its_colour():
     step = np.arange(101.0)
     given = {
-        f"{kind}_{joint}_{side}": (step + 10 * j + 100 * s + 1000 * k, 1.0 + step / 50 + s)
+        f"{kind}_{joint}_{side}": (step + 10 * j + 100 * s + 1000 * k, 10.0 + step / 5 + s)
         for k, kind in enumerate(UNITS)
         for j, joint in enumerate(SHOWN)
         for s, side in enumerate("rl")
