@@ -1,41 +1,51 @@
 """What was learned for a person, and what was given: the paper's rule, feed-forward, correction."""
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from gaitval.coordinates import split_side
 from gaitval.metrics.curve_results import Epsilon
-from gaitval.metrics.results import Learned, Metrics
-
-if TYPE_CHECKING:
-    from gaitval.metrics.validation import StageResults
+from gaitval.metrics.learning_gain import LearningGain
+from gaitval.metrics.results import (
+    CorrectionResult,
+    IdentificationResult,
+    Learned,
+    Metrics,
+    TorqueShares,
+)
 
 SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 """Coordinates whose share of feed-forward is given."""
 
 
-def learned(by: "StageResults", shown: Epsilon | None, kappa: float) -> Learned | None:
-    """What the stages of a run (`by`) learned, beside epsilon of the walk `shown`; None where no
-    round of Algorithm 1 was run to its end. `kappa` is its threshold.
+def learned(
+    found: IdentificationResult | None,
+    training: LearningGain | None,
+    correction: CorrectionResult | None,
+    torque_shares: TorqueShares | None,
+    shown: Epsilon | None,
+    kappa: float,
+) -> Learned | None:
+    """What a run learned, by what its stages `found`, beside epsilon of the walk `shown`; None
+    where no round of Algorithm 1 was run to its end. `kappa` is its threshold.
     """
-    found = by.identification
     rounds = [] if found is None else [r for r in found.rounds if r.round == found.chosen_round]
     last = next(iter(rounds), None)
     if last is None or last.epsilon is None or last.epsilon.total is None or not last.floor:
         return None
     shares = [
         of["feed_forward"].r_squared
-        for name, of in (by.torque_shares or {}).items()
+        for name, of in (torque_shares or {}).items()
         if split_side(name)[1] in SAGITTAL
     ]
     known = [each for each in shares if each is not None]
     return Learned(
-        samples=0 if by.training is None else by.training.samples,
+        samples=0 if training is None else training.samples,
         epsilon_before=last.epsilon.total,
         epsilon_after=None if shown is None else shown.total,
         epsilon_reference=last.floor,
         kappa=kappa,
         feed_forward=[min(known), max(known)] if known else [],
-        fitted_numbers=0 if by.correction is None else by.correction.numbers,
+        fitted_numbers=0 if correction is None else correction.numbers,
     )
 
 

@@ -539,7 +539,14 @@ def validate(
             summary=summary(
                 found.verdicts,
                 error_rows(walk, of.recorded, of.baselines),
-                learned(by, walk.epsilon, configuration.identification.kappa),
+                learned(
+                    by.identification,
+                    by.training,
+                    by.correction,
+                    by.torque_shares,
+                    walk.epsilon,
+                    configuration.identification.kappa,
+                ),
             ),
             lights=found.lights,
             known_to=found.known_to,
