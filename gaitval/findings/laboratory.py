@@ -137,6 +137,8 @@ FLOOR_TILTED: Final[Finding] = Finding(
     values=_level,
     numbers={"belt": 1.1},
     limits=0.7,
+    # a slope to walk on is no camera's error, and a walk on it is not one on the level
+    impossible=(-np.inf, 4.0),
     unit="deg",
     sentence=(
         "by the markers of the flat feet the floor {way} by {value:.1f} ± {error:.1f}° in the "
@@ -144,7 +146,7 @@ FLOOR_TILTED: Final[Finding] = Finding(
         "cameras is tilted, or the floor is. Forces and markers do not fit each other, and the "
         "pelvis is tilted by as much"
     ),
-    remedy="Level the calibration frame of the cameras",
+    remedy="Level the calibration frame of the cameras, or give a trial on level ground",
     source=(
         "over ground the floor rises by 0.20 (SD) in eleven recordings of McGill, at most 0.34; on "
         "a belt, where feet roll a little while they count as flat, by 0.3 to 0.8 in three"

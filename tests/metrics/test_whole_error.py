@@ -51,7 +51,7 @@ def test_the_error_about_own_hips_has_the_lever_of_the_vertical_force(walked):
 
 
 def test_the_summary_is_the_mean_of_both_sides(walked):
-    metrics, curves, record = walked
+    metrics, _, record = walked
     for row in metrics.summary.errors:
         sides = [f"{row.curve}_{letter}" for letter in "rl"]
         errors = [metrics.walk.errors.of(row.kind)[side].rmse for side in sides]
