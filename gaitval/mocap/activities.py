@@ -1,4 +1,4 @@
-"""Who walks on stairs or boxes is refused before anything else is doubted.
+"""Stairs, boxes, running and jumping are refused before anything else is doubted.
 
 Axes: the project's (z up), m.
 """
@@ -20,6 +20,13 @@ LIMITS: Final[Mapping[str, float]] = {
     "rests": 0.12,
     # A foot rests for longer in every stance of a walk.
     "shortest_rest_s": 0.15,
+    # Share of the time in which both feet are raised: a jump of 0.1 m in 10 s.
+    "jumps": 0.02,
+    # m. The lowest marker of the feet of walkers, also of children who turn, is within 0.034
+    # m of where it is lowest in a stride; runners and jumpers raise it by 0.1 to 0.46 m.
+    "off_ground_m": 0.06,
+    # s, more than a stride, in which one of the feet is on the ground.
+    "while_s": 1.4,
 }
 """What decides in this module: each in the unit and for the reason that is said before it."""
 
@@ -62,4 +69,30 @@ def check_level(recording: Recording, landmarks: Mapping[str, str]) -> None:
             f"{recording.source}: the feet rest on two levels that are {apart:.2f} m apart: stairs "
             "or a box. Only walking on level ground can be analysed; give such a trial, or a part "
             "of this one on the level with --trial-time."
+        )
+
+
+def check_on_ground(recording: Recording, landmarks: Mapping[str, str]) -> None:
+    """Refuse who leaves the ground with both feet, at any speed; not where a heel or all of a
+    forefoot has no marker, which does not show it.
+    """
+    low = []
+    for side in "RL":
+        names = [landmarks.get(f"{side}.{each}") for each in FEET]
+        if names[0] not in recording.names or not {*names[1:]} & {*recording.names}:
+            return
+        heights = [recording.marker(str(each))[:, 2] for each in names if each in recording.names]
+        low.append(np.min(heights, axis=0))  # NaN where one is not seen
+    lowest = np.min(low, axis=0)
+    known = np.asarray(np.isfinite(lowest))
+    half = round(0.5 * LIMITS["while_s"] * recording.marker_rate)
+    ground = np.where(known, lowest, np.inf)
+    padded = np.pad(ground, half, constant_values=np.inf)
+    ground = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).min(axis=1)
+    off = (lowest[known] - ground[known]) > LIMITS["off_ground_m"]
+    if off.sum() > LIMITS["jumps"] * len(lowest):
+        raise RecordError(
+            f"{recording.source}: both feet are off the ground at once, {100 * off.mean():.0f} % "
+            "of the time: the person runs, hops or jumps. Only walking can be analysed; give a "
+            "walking trial, or the part of this one in which the person walks with --trial-time."
         )

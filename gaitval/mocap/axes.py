@@ -16,7 +16,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.activities import check_level
+from gaitval.mocap.activities import check_level, check_on_ground
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Recording
 from gaitval.units import PELVIS_HEIGHT, confused
@@ -283,6 +283,7 @@ def turn_to_walking_direction(
     velocity, how = _walking_velocity(shown, landmarks, pelvis)
     speed = float(np.linalg.norm(velocity))
     check_level(shown, landmarks)
+    check_on_ground(shown, landmarks)
     angle = float(np.arctan2(velocity[1], velocity[0]))
     quarter = round(angle / (np.pi / 2)) * np.pi / 2
     along = abs(angle - quarter) <= ALONG_AXIS

@@ -290,6 +290,15 @@ class TestWalkingDirection:
         with pytest.raises(RecordError, match="stairs"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
+    @pytest.mark.parametrize("belt", [False, True], ids=["overground", "treadmill"])
+    def test_who_leaves_the_ground_with_both_feet_does_not_walk(self, belt):
+        """Whoever runs slowly, hops or jumps ahead, at any speed."""
+        recording = walking(1.2, belt=belt)
+        markers = recording.markers.copy()
+        markers[..., 2] += 0.12 * np.maximum(0.0, np.sin(2 * np.pi * 2 * recording.time))[:, None]
+        with pytest.raises(RecordError, match="both feet are off the ground at once"):
+            turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
+
     @pytest.mark.parametrize("drop", [-0.3, 0.25])
     def test_a_box_is_no_level_ground(self, drop):
         recording = walking(0.6, belt=False)
