@@ -200,7 +200,7 @@ def against_record(
     limits = {
         row["target"]: row["tolerance"]
         for row in metrics["tolerances"]
-        if row["measure"] == measure and row["role"] == "acceptance"
+        if row["measure"] == measure and row["citation"] == "gaitval"
     }
     record, unit = metrics["record"]["curves"][kind], metrics["units"][kind]
     parts, met = [], []

@@ -31,7 +31,7 @@ def limits(*, role: str | None = None) -> Registry:
     >>> import gaitval as gv
     >>> table = gv.limits(role="acceptance").to_frame()
     >>> print(*table[["quantity", "limit", "value", "unit"]].iloc[0])
-    Hip, knee and ankle angles, sagittal: RMSE at most 4.0 deg
+    Hip, knee and ankle angles, sagittal: RMSE at most 2.0 deg
     """
     if role not in (None, "acceptance", "context"):
         raise ValueError(f'role is {role!r}; it must be "acceptance", "context" or None')

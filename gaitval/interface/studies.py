@@ -79,8 +79,8 @@ def run_study(
 
     >>> from gaitval.metrics.results import read_metrics
     >>> study = read_metrics(gv.load_policy(5).folder)
-    >>> study.summary.refused  # of 48 values
-    0
+    >>> study.summary.nearer, study.summary.curves  # nearer than any prediction without a model
+    (8, 32)
     >>> study.to_frame().columns.tolist()
     ['side', 'quantity', 'percent', 'value', 'unit', 'source']
     """

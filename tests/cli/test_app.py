@@ -23,7 +23,7 @@ from gaitval.cli.study import STAGE_NAMES
 from gaitval.cli.terminal import display
 from gaitval.errors import ArtefactError
 from gaitval.study.inputs import STORED_FILES
-from gaitval.study.stage import BESIDE
+from gaitval.study.stage import BESIDE, RECORDS
 from gaitval.subjects.subject_file import load_subject
 
 HEAVY = {
@@ -210,8 +210,8 @@ def test_an_option_of_another_stage_is_refused(
     ("run", "message"),
     [
         ("nowhere", "nowhere: no such folder, and no subject. Give a run folder, such as"),
-        (".", ".: no run folder, so there is nothing to report. Run `gaitval subject`"),
-        ("5", "reports/S05: no run folder, so there is nothing to report"),
+        (".", ".: no walk is in this folder, so there is nothing to report. Run `gaitval subject`"),
+        ("5", "reports/S05: no walk is in this folder, so there is nothing to report"),
     ],
 )
 def test_a_report_of_what_is_no_run_is_refused(
@@ -234,6 +234,7 @@ def test_a_report_is_of_the_folder_or_of_the_run_of_a_subject(
     monkeypatch.chdir(tmp_path)
     subject = load_subject("5").to_toml()
     write_text(tmp_path / "reports" / "S05" / "subject.toml", subject)
+    write_text(tmp_path / "reports" / "S05" / RECORDS, "{}")
     asked: list[tuple[Any, ...]] = []
     monkeypatch.setattr(
         "gaitval.study.one_stage.run_one",

@@ -484,7 +484,7 @@ REFUSED: dict[str, tuple[Callable[[Laboratory], Request], tuple[str, ...]]] = {
         ("not in m",),
     ),
     "Nmm": (
-        plates(lambda p: replace(p, free_moment=1e3 * p.free_moment)), ("looks like Nmm",),
+        plates(lambda p: replace(p, free_moment=1e3 * p.free_moment)), ("Nmm", "divide by 1000"),
     ),
     "nobody": (
         plates(lambda p: replace(p, force=0 * p.force, free_moment=0 * p.free_moment)),

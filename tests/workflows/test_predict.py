@@ -59,7 +59,7 @@ def test_a_held_out_trial_and_then_a_speed(tmp_path):
     )
     page = (tmp_path / "at-0.78" / "report.html").read_text(encoding="utf-8")
     assert "predicted from other trials" in page
-    assert "Nothing of what it is compared with but the speed" in page
+    assert "and of this one only the speed" in page
     policy = (tmp_path / "policy" / "policy.safetensors").read_bytes()
     assert (tmp_path / "at-0.78" / "policy" / "policy.safetensors").read_bytes() == policy
 

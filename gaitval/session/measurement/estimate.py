@@ -18,7 +18,7 @@ from scipy.linalg import cho_solve
 from scipy.special import logsumexp
 
 from gaitval.arrays import Array, Flags
-from gaitval.consistency import NAMED, OTHER, SOUND, Change, Verdict, verdict_of
+from gaitval.consistency import OTHER, SOUND, Change, Verdict, verdict_of
 from gaitval.gait.plate_contacts import CONTACTS
 from gaitval.session.measurement.balance import PRESSURE, Data, PlateTrial, data_of
 from gaitval.session.measurement.kinds import KINDS, Fault, faults, kind_of
@@ -42,6 +42,8 @@ BEAM: Final = 10
 
 LIKELY: Final = 0.65
 """Probability from which on a fault is named though others are not much less probable."""
+TOGETHER: Final = 0.7
+"""Probability from which on two or three faults are named, of which one is likely."""
 FARTHEST: Final = 4.0
 """Standard deviations of real faults, beyond which a size is none of them."""
 
@@ -298,7 +300,7 @@ class Search:
 def _vague(verdict: Verdict) -> bool:
     """Whether many faults are each a little probable, and no few of them explain the data."""
     first, *_ = verdict.named
-    return first.probability < LIKELY and sum(each.probability for each in verdict.named) < NAMED
+    return first.probability < LIKELY and sum(each.probability for each in verdict.named) < TOGETHER
 
 
 def _change(fault: Fault, values: Array, deviations: Array) -> Change:
