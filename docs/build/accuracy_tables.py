@@ -30,8 +30,7 @@ from claims.marked_table import with_table
 from claims.numerics import changes_by_step
 from gaitval._internal.io.text_tables import csv_text
 from gaitval._internal.text.number_text import number, unit_sign
-from gaitval.metrics.curve_results import RMSE
-from gaitval.metrics.origin import SKILLS
+from gaitval.metrics.curve_results import OF_SKILL, RMSE
 from gaitval.metrics.results import ErrorRow, Metrics, read_metrics
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.verdicts import bound_text, value_text
@@ -122,7 +121,7 @@ def _skills(metrics: Metrics) -> dict[str, list[Verdict]]:
     """Rows of nearness by the name of the curve, of both sides."""
     found: dict[str, list[Verdict]] = {}
     for row in _deciding(metrics):
-        if row.measure in SKILLS:
+        if row.measure in OF_SKILL:
             kind = row.measure.removesuffix("_skill")
             found.setdefault(error_name(f"{kind}_rmse", row.target), []).append(row)
     return found
@@ -162,7 +161,7 @@ def error_table(people: Sequence[Metrics]) -> str:
                 f"{_name(first)}, {unit_sign(first.unit)}",
                 cell("as_measured", plates),
                 cell("corrected"),
-                cell("own_hips", first.kind == "moments" and first.curve.startswith("hip")),
+                cell("own_hips", first.of_hip),
                 cell("correction", plates),
                 cell("prediction", bool(near)),
                 f"{sum(map(_nearer, near))} of {len(near)}" if near else "–",

@@ -5,9 +5,9 @@ Each curve is judged by itself: its skill, 1 - error / error of the prediction t
 the measured curve, has to be above 0. So a prediction that is shown as a walk is not accepted, and
 no curve is because others of its group are. Among the predictions are the person's own other
 trials, copied or interpolated, if there are any that do not repeat the walk's own, but not their
-moments and forces where the walk was given angles alone. The best
-one is chosen curve by curve with the measurement at hand, which is to its favour, and its moments
-of the hip are about the point that brings it nearest, for the walk's are too.
+moments and forces where the walk was given angles alone. The best one is chosen curve by curve with
+the measurement at hand, which is to its favour, and its moments of the hip are about the point that
+brings it nearest, for the walk's are too.
 
 An error larger than what the measured curve itself is known to is not accepted either. A skill that
 is not above 0, but by less than the walks of the same policy from other starts differ, is "not
@@ -24,11 +24,12 @@ import numpy as np
 from gaitval._internal.io.text_tables import shipped_table
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.metrics.baselines import GROUPS, skill
-from gaitval.metrics.comparison import rms, rmse_of
+from gaitval.metrics.comparison import mean_of_all, rms, rmse_of
 from gaitval.metrics.curve_results import (
     CURVE_UNITS,
-    KINDS,
+    OF_SKILL,
     RMSE,
+    SKILL,
     CurveLight,
     CurveLights,
     Kind,
@@ -39,15 +40,13 @@ from gaitval.metrics.curve_results import (
     PredictionResult,
     Reason,
 )
-from gaitval.metrics.origin import SKILLS, Origins, curve_origin
+from gaitval.metrics.origin import Origins, curve_origin
 from gaitval.metrics.results import CurveErrors, HeldOutErrors
 from gaitval.metrics.tolerances import AgainstGuess, FailedBy, Measure, Verdict, holds, measured
 from gaitval.metrics.typed import array, number, sided
 
-_SKILL: Final = dict(zip(KINDS, SKILLS, strict=True))
-_OF_SKILL: Final[Mapping[str, Kind]] = dict(zip(SKILLS, KINDS, strict=True))
 _OF_ERROR: Final[Mapping[str, Kind]] = {measure: kind for kind, measure in RMSE.items()}
-"""Kind of the curves of each measure."""
+"""Kind of the curves of each error."""
 
 _ROUNDING: Final = 1e-6
 """A skill as small as this is 0: a prediction shown as a walk differs from itself by rounding."""
@@ -89,7 +88,7 @@ def skill_measures(errors: CurveErrors, baselines: Baselines) -> list[Measure]:
     one.
     """
     return [
-        measured(_SKILL[kind], name, _skill(rmse_of(error), best[1]))
+        measured(SKILL[kind], name, _skill(rmse_of(error), best[1]))
         for kind, name, error in errors.items()
         if (best := baselines.best(kind, name)) is not None
     ]
@@ -100,11 +99,6 @@ def _skill(walk: float | None, guess: float) -> float | None:
         return 0.0
     found = skill(walk, guess)
     return None if found is None else 0.0 if abs(found) < _ROUNDING else number(found)
-
-
-def _mean(values: Sequence[float | None]) -> float | None:
-    known = [each for each in values if each is not None]
-    return float(np.mean(known)) if known and len(known) == len(values) else None
 
 
 def known_to(uncertainty: Mapping[str, float]) -> dict[tuple[Kind, str], float]:
@@ -144,7 +138,7 @@ def _accepted(
     known: Mapping[tuple[Kind, str], float],
     baselines: Baselines,
 ) -> Verdict:
-    kind = _OF_SKILL.get(verdict.measure)
+    kind = OF_SKILL.get(verdict.measure)
     if kind is None:
         return _beside_guess(verdict, baselines)
     best = baselines.best(kind, verdict.target)
@@ -216,7 +210,7 @@ def lights(
     wrong = {} if held_out is None else {each.group: each.mean for each in held_out.groups}
     rows: dict[tuple[Kind, str], list[Verdict]] = {}
     for row in verdicts:
-        of = _OF_SKILL.get(row.measure, _OF_ERROR.get(row.measure))
+        of = OF_SKILL.get(row.measure, _OF_ERROR.get(row.measure))
         if row.role == "acceptance" and of is not None:
             rows.setdefault((of, row.target), []).append(row)
     found: dict[Kind, dict[str, CurveLight]] = {}
@@ -250,7 +244,7 @@ def lights(
 
 def _distance(errors: CurveErrors, group: str, side: Side) -> float:
     kind, names = GROUPS[group]
-    found = _mean([rmse_of(errors.of(kind)[f"{name}_{side[0]}"]) for name in names])
+    found = mean_of_all([rmse_of(errors.of(kind)[f"{name}_{side[0]}"]) for name in names])
     return np.inf if found is None else found
 
 
@@ -258,7 +252,7 @@ def _light(error: float | None, rows: Sequence[Verdict]) -> tuple[Light, Reason]
     """Of a recorded curve with an `error`, by the `rows` of the limits that decide on it."""
     if error is None:
         return "do not", "too short"
-    skills = [row for row in rows if row.measure in _OF_SKILL]
+    skills = [row for row in rows if row.measure in OF_SKILL]
     if any(row.failed_by for row in rows if row not in skills):
         return "do not", "limit"
     if not skills:
@@ -286,10 +280,10 @@ def known_groups(
     for group, (kind, names) in GROUPS.items():
         curves = sided(names)
         recorded = [c for c in curves if curve_origin(kind, c, origins) == "recorded"]
-        record = _mean([known.get((kind, curve)) for curve in recorded])
+        record = mean_of_all([known.get((kind, curve)) for curve in recorded])
         apart = None
         if second is not None:
-            apart = _mean([_apart(walked.of(kind)[c], second.of(kind)[c]) for c in curves])
+            apart = mean_of_all([_apart(walked.of(kind)[c], second.of(kind)[c]) for c in curves])
         rows.append(
             KnownTo(
                 group=group,

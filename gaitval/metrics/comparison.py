@@ -1,6 +1,6 @@
 """Compare simulated curves over the gait cycle with the recorded ones."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -84,6 +84,15 @@ def foot_progression(rollout: Rollout, cycles: GaitCycles, model: BodyModel) -> 
         angle = foot_angles(frames[:, SEGMENTS.index(f"foot_{side[0]}")], side)[:, 2]
         found[f"foot_progression_{side[0]}"] = cut(angle, cycles.starts[side], cycles.ends[side])
     return found
+
+
+def mean_of_all(values: Iterable[float | None]) -> float | None:
+    """The mean of `values`; None without any, or where one of them is not known: a mean over fewer
+    could not be compared with another of all.
+    """
+    found = list(values)
+    known = [each for each in found if each is not None]
+    return float(np.mean(known)) if known and len(known) == len(found) else None
 
 
 def rms(difference: Array) -> float:

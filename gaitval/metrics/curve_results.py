@@ -64,6 +64,13 @@ RMSE: Final[Mapping[Kind, str]] = {
     "forces": "force_rmse",
 }
 """Measure of the errors of each kind of curve."""
+SKILL: Final[Mapping[Kind, str]] = {
+    "angles": "angle_skill",
+    "moments": "moment_skill",
+    "forces": "force_skill",
+}
+"""Measure of the skill of each kind of curve."""
+OF_SKILL: Final[Mapping[str, Kind]] = {measure: kind for kind, measure in SKILL.items()}
 
 
 class RecordedCurves(Kinds[Curve]):

@@ -28,8 +28,10 @@ def learned(
     """What a run learned, by what its stages `found`, beside epsilon of the walk `shown`; None
     where no round of Algorithm 1 was run to its end. `kappa` is its threshold.
     """
-    rounds = [] if found is None else [r for r in found.rounds if r.round == found.chosen_round]
-    last = next(iter(rounds), None)
+    last = None
+    if found is not None and found.rounds:
+        chosen = (each for each in found.rounds if each.round == found.chosen_round)
+        last = next(chosen, found.rounds[-1])
     if last is None or last.epsilon is None or last.epsilon.total is None or not last.floor:
         return None
     shares = [

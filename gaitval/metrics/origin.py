@@ -31,8 +31,6 @@ ORIGINS: Final[tuple[Origin, ...]] = ("recorded", "mirrored", "expected", "predi
 Origins = Mapping[RecordedQuantity, Mapping[Side, Origin]]
 """Of each quantity of the record, on each side."""
 
-SKILLS: Final[tuple[str, ...]] = ("angle_skill", "moment_skill", "force_skill")
-
 _KINDS: Final[Mapping[RecordedQuantity, Literal["angles", "kinetics", "stance"]]] = {
     "angles": "angles",
     "moments": "kinetics",

@@ -250,6 +250,11 @@ class ErrorRow(Result):
     prediction: Number | None
     """Mean error of the best prediction without a model of each side; null without one."""
 
+    @property
+    def of_hip(self) -> bool:
+        """Whether it is a moment of the hip, which hangs on where the hip centre is."""
+        return self.kind == "moments" and self.curve.startswith("hip_")
+
 
 class Learned(Result):
     """What was learned for this person, and what the walk was given."""

@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from gaitval.metrics.curve_results import RMSE
-from gaitval.metrics.origin import SKILLS, Origins, is_judged, measure_origin, status
+from gaitval.metrics.curve_results import OF_SKILL, RMSE
+from gaitval.metrics.origin import Origins, is_judged, measure_origin, status
 from gaitval.metrics.results import (
     ComparedMeasure,
     Endurance,
@@ -147,7 +147,7 @@ def measure_rows(
         ComparedMeasure(**each.as_dict(), comparison=status(each.measure, known), origin=origin)
         for each in measures
         if is_judged(origin := measure_origin(each.measure, each.target, origins))
-        or each.measure not in SKILLS
+        or each.measure not in OF_SKILL
     ]
 
 
@@ -161,7 +161,7 @@ def summary(
     would meet, the `errors` of the walk and what was `learned`.
     """
     deciding = [verdict for verdict in verdicts if verdict.role == "acceptance"]
-    skills = [verdict for verdict in deciding if verdict.measure in SKILLS]
+    skills = [verdict for verdict in deciding if verdict.measure in OF_SKILL]
     beside = [verdict for verdict in verdicts if _is_of_curve(verdict)]
     return Summary(
         accepted=sum(verdict.passed for verdict in deciding),

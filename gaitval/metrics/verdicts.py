@@ -8,8 +8,8 @@ from typing import Final
 
 from gaitval._internal.text.number_text import unit_text
 from gaitval.coordinates import split_side
-from gaitval.metrics.curve_results import CURVE_UNITS, KINDS
-from gaitval.metrics.origin import SKILLS, Origins, furthest, not_recorded
+from gaitval.metrics.curve_results import CURVE_UNITS, OF_SKILL
+from gaitval.metrics.origin import Origins, furthest, not_recorded
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import AcceptanceState, Verdict, load_registry
 
@@ -36,9 +36,6 @@ CURVE_NAMES: Final[Mapping[str, str]] = {
 }
 """Of the targets of measures, in the words of gait analysis."""
 
-
-OF_SKILL: Final = dict(zip(SKILLS, KINDS, strict=True))
-"""Kind of the curves of each skill."""
 
 GUESSES: Final[Mapping[str, str]] = {
     "line through others": "the line through others",

@@ -6,16 +6,14 @@ each of these changes stands beside the error. A change of a mean error by more 
 so that no error pays for another unseen.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
-
-import numpy as np
 
 from gaitval._internal.text.number_text import number as number_text
 from gaitval.coordinates import SIDES, split_side
 from gaitval.metrics.acceptance import Baselines
-from gaitval.metrics.comparison import rms, rmse_of
+from gaitval.metrics.comparison import mean_of_all, rms, rmse_of
 from gaitval.metrics.curve_results import (
     CURVE_UNITS,
     HipCentres,
@@ -63,11 +61,11 @@ def _row(
         kind=kind,
         curve=name,
         unit=CURVE_UNITS[kind],
-        as_measured=_mean([before.get(c, e) for c, e in zip(curves, corrected, strict=True)]),
-        corrected=_mean(corrected),
-        own_hips=_mean([own.get(c, e) for c, e in zip(curves, corrected, strict=True)]),
-        correction=_mean([_corrected_by(record, kind, curve) for curve in curves]),
-        prediction=_mean([None if each is None else each[1] for each in best]),
+        as_measured=mean_of_all([before.get(c, e) for c, e in zip(curves, corrected, strict=True)]),
+        corrected=mean_of_all(corrected),
+        own_hips=mean_of_all([own.get(c, e) for c, e in zip(curves, corrected, strict=True)]),
+        correction=mean_of_all([_corrected_by(record, kind, curve) for curve in curves]),
+        prediction=mean_of_all([None if each is None else each[1] for each in best]),
     )
 
 
@@ -93,13 +91,6 @@ def _corrected_by(record: RecordResult, kind: Kind, curve: str) -> float | None:
         return 0.0
     before = getattr(measured_curves, kind)[curve]
     return number(rms(array(record.curves.of(kind)[curve]) - array(before)))
-
-
-def _mean(values: Iterable[float | None]) -> float | None:
-    found = list(values)
-    known = [each for each in found if each is not None]
-    # a mean over fewer sides could not be compared with another of both
-    return float(np.mean(known)) if known and len(known) == len(found) else None
 
 
 def uncorrected_measures(walk: WalkResult) -> list[Measure]:
@@ -172,7 +163,7 @@ def mean_errors(values: Mapping[tuple[str, str], float | None]) -> dict[MeanErro
             error = MeanError(error_name(measure, target), UNITS[measure])
             lost = None if value is None else 100.0 - value
             found.setdefault(error, []).append(lost if measure == "push_survival" else value)
-    means = {error: _mean(each) for error, each in found.items()}
+    means = {error: mean_of_all(each) for error, each in found.items()}
     return {error: mean for error, mean in means.items() if mean is not None}
 
 

@@ -326,8 +326,7 @@ class ReportPage:
     def sheet(self) -> Sheet:
         """The first page."""
         settings = self.run.configuration
-        kappa, looks = settings.identification.kappa, settings.report
-        return sheet(self.metrics, self.subject, kappa, looks.extensor_positive)
+        return sheet(self.metrics, self.subject, settings.report.extensor_positive)
 
     @cached_property
     def picture(self) -> Picture | None:

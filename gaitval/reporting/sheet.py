@@ -7,13 +7,12 @@ from typing import Final, NamedTuple
 
 from gaitval._internal.text.number_text import number, rough, unit_text
 from gaitval.coordinates import SIDES, Side, split_side
-from gaitval.metrics.curve_results import CURVE_UNITS, CurveLight, Kind, Light, Reason
+from gaitval.metrics.curve_results import CURVE_UNITS, OF_SKILL, CurveLight, Kind, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
-from gaitval.metrics.results import ErrorRow, IdentificationResult, Metrics, Round
+from gaitval.metrics.results import ErrorRow, Learned, Metrics
 from gaitval.metrics.verdicts import (
     GUESSES,
-    OF_SKILL,
     LimitVerdict,
     counted_limits,
     failed_limits,
@@ -27,8 +26,6 @@ WARNINGS: Final = 2
 """Shown, the gravest first."""
 FAILED_SHOWN: Final = 3
 """Failed limits that the sheet lists; it counts the others."""
-SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
-"""Coordinates whose share of feed-forward the sheet gives."""
 PLATES_UNCERTAIN: Final = 0.02
 """Share of the force by which plates may be wrong before the sheet says so."""
 
@@ -106,14 +103,12 @@ class Sheet:
     nearer: Mapping[str, Cell]
     errors: Sequence["ErrorCells"]
     moved: Mapping[Side, Cell]
-    learned: "Learned | None"
+    learned: Learned | None
 
 
-def sheet(
-    metrics: Metrics, subject: Subject, kappa: float, extensor_positive: bool = False
-) -> Sheet:
-    """The sheet of a run of `subject` with the results `metrics`; `kappa` times the reference's
-    epsilon is the paper's criterion to stop. Moments are called as they are drawn.
+def sheet(metrics: Metrics, subject: Subject, extensor_positive: bool = False) -> Sheet:
+    """The sheet of a run of `subject` with the results `metrics`. Moments are called as they are
+    drawn.
     """
     failed = failed_limits(metrics)
     counts = {
@@ -153,7 +148,7 @@ def sheet(
             if row.kind != "angles"
         ],
         moved=_moved(metrics),
-        learned=_learned(metrics, kappa),
+        learned=metrics.summary.learned,
     )
 
 
@@ -189,13 +184,12 @@ class ErrorCells(NamedTuple):
 
 def _error_cells(row: ErrorRow, extensor_positive: bool) -> ErrorCells:
     digits = 3 if row.kind == "moments" else 2
-    of_hip = row.kind == "moments" and row.curve.startswith("hip_")
     return ErrorCells(
         kind=row.kind,
         name=panel_name(row.kind, row.curve, extensor_positive),
         as_measured=Cell(row.as_measured, digits),
         corrected=Cell(row.corrected, digits),
-        own_hips=Cell(row.own_hips if of_hip else None, digits),
+        own_hips=Cell(row.own_hips if row.of_hip else None, digits),
         correction=Cell(row.correction, digits),
         prediction=Cell(row.prediction, digits),
     )
@@ -207,65 +201,6 @@ def _moved(metrics: Metrics) -> dict[Side, Cell]:
     if plates is None:
         return {}
     return {side: Cell(1000.0 * getattr(plates, f"shift_{side}")) for side in SIDES}
-
-
-class Learned(NamedTuple):
-    """What was learned for this person, and what was given.
-
-    Attributes
-    ----------
-    samples : of training for this person.
-    before, after : epsilon before the correction and of the walk shown; `ratio_before`,
-        `ratio_after` over that of the reference.
-    kappa : what the first ratio has to be below by the paper's criterion, and whether it `met` it.
-    least, most : share of the variance of the sagittal moments that feed-forward explains.
-    numbers : that the correction fits.
-    """
-
-    samples: Cell
-    before: Cell
-    ratio_before: Cell
-    after: Cell
-    ratio_after: Cell
-    kappa: Cell
-    met: bool
-    least: Cell
-    most: Cell
-    numbers: Cell
-
-
-def _learned(metrics: Metrics, kappa: float) -> Learned | None:
-    found = metrics.identification
-    last = None if found is None else _round(found)
-    if last is None or last.epsilon is None or last.epsilon.total is None or not last.floor:
-        return None
-    after = None if metrics.walk.epsilon is None else metrics.walk.epsilon.total
-    ratio = last.epsilon.total / last.floor
-    shares = [
-        share.r_squared
-        for name, of in (metrics.torque_shares or {}).items()
-        if split_side(name)[1] in SAGITTAL
-        for share in (of["feed_forward"],)
-        if share.r_squared is not None
-    ]
-    return Learned(
-        samples=Cell(0 if metrics.training is None else metrics.training.samples),
-        before=Cell(last.epsilon.total, 3),
-        ratio_before=Cell(ratio, 2),
-        after=Cell(after, 3),
-        ratio_after=Cell(None if after is None else after / last.floor, 2),
-        kappa=Cell(kappa, -2),
-        met=ratio < kappa,
-        least=Cell(min(shares, default=None), 2),
-        most=Cell(max(shares, default=None), 2),
-        numbers=Cell(None if metrics.correction is None else metrics.correction.numbers),
-    )
-
-
-def _round(found: IdentificationResult) -> Round | None:
-    """The round of Algorithm 1 that was chosen, or the last one."""
-    last = found.rounds[-1] if found.rounds else None
-    return next((each for each in found.rounds if each.round == found.chosen_round), last)
 
 
 def _repeats(metrics: Metrics) -> dict[str, Cell]:

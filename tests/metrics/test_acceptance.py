@@ -17,8 +17,8 @@ from gaitval.metrics.acceptance import (
 )
 from gaitval.metrics.baselines import GROUPS, others_line
 from gaitval.metrics.comparator import compared_with
-from gaitval.metrics.curve_results import KINDS
-from gaitval.metrics.origin import SKILLS, everything
+from gaitval.metrics.curve_results import KINDS, OF_SKILL
+from gaitval.metrics.origin import everything
 from gaitval.metrics.results import HeldOutError, HeldOutErrors
 from gaitval.metrics.tolerances import evaluate
 from gaitval.metrics.validation import validate
@@ -58,7 +58,7 @@ def changed(kind, **new):
 
 def decided(metrics):
     """The rows that decide on curves: whether each is nearer than the best prediction."""
-    return [row for row in metrics.tolerances if row.measure in SKILLS]
+    return [row for row in metrics.tolerances if row.measure in OF_SKILL]
 
 
 def between(share):

@@ -38,7 +38,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_numbers_are_those_of_the_run(folder: Path) -> None:
     metrics, subject = read_metrics(folder), load_subject(str(folder / "subject.toml"))
-    found, summary = sheet(metrics, subject, KAPPA), metrics.summary
+    found, summary = sheet(metrics, subject), metrics.summary
     assert (found.accepted.value, found.judged.value) == (
         summary.accepted,
         summary.accepted + summary.refused,
@@ -63,9 +63,9 @@ def test_the_numbers_are_those_of_the_run(folder: Path) -> None:
             assert cells.correction.value == row.correction
     chosen = metrics.identification.rounds[-1]
     ratio = chosen.epsilon.total / chosen.floor
-    assert found.learned.ratio_before.value == pytest.approx(ratio)
-    assert found.learned.met == (ratio < KAPPA)
-    assert found.learned.numbers.value == metrics.correction.numbers
+    assert found.learned.ratio_before == pytest.approx(ratio)
+    assert found.learned.rule_met == (ratio < KAPPA)
+    assert found.learned.fitted_numbers == metrics.correction.numbers
     assert stance.norm_mean.value == pytest.approx(100.0 * float(normal.mean))
     worst = next(each for each in limit_verdicts(metrics, "acceptance") if not each.passed)
     first = found.failed[0]
@@ -193,7 +193,7 @@ def _sizes(page):
 def test_the_gravest_doubts_come_first_and_three_at_most(folder: Path) -> None:
     found = read_metrics(folder / "metrics.json")
     subject = load_subject(str(folder / "subject.toml"))
-    kinds = [each.kind for each in sheet(found, subject, KAPPA).warnings]
+    kinds = [each.kind for each in sheet(found, subject).warnings]
     assert len(kinds) == WARNINGS
     assert kinds[0] == "narrow"
 
@@ -204,7 +204,7 @@ def test_a_run_without_much_has_a_sheet_all_the_same(tmp_path: Path) -> None:
     metrics |= {"gait_profiles": None, "identification": None, "push_recovery": None}
     metrics |= {"second_engine": None, "predictions": []}
     write_json(tmp_path / "metrics.json", metrics)
-    found = sheet(read_metrics(tmp_path / "metrics.json"), load_subject("S05"), KAPPA)
+    found = sheet(read_metrics(tmp_path / "metrics.json"), load_subject("S05"))
     assert found.profile is None
     assert set(found.lights) == {"angles", "moments", "forces"}
 
@@ -218,7 +218,7 @@ def test_a_score_of_fewer_angles_is_not_beside_the_healthy_score_of_nine(
     profiles["variables"] = [name for name in PROFILE_ANGLES if name not in left_out]
     for score in (profiles["record"], profiles["walk"]):
         score["scores"] |= {f"{name}_{side}": 5.0 for name in PROFILE_ANGLES for side in "rl"}
-    found = sheet(metrics_from(metrics, "here"), load_subject("S05"), KAPPA).profile
+    found = sheet(metrics_from(metrics, "here"), load_subject("S05")).profile
     means = [cell.value for cell in found.healthy[0]]
     assert len(means) == len(found.names) == 10 - len(left_out)
     assert (means[-1] is None) == bool(left_out)

@@ -28,8 +28,8 @@ from gaitval.cli.predict import print_distances
 from gaitval.cli.terminal import display
 from gaitval.configuration import Configuration
 from gaitval.metrics.baselines import group_rows
+from gaitval.metrics.curve_results import OF_SKILL
 from gaitval.metrics.origin import (
-    SKILLS,
     curve_origin,
     is_judged,
     measure_origin,
@@ -145,7 +145,7 @@ def _in_metrics(metrics: Json) -> Iterator[str]:
         if not judged(row):
             yield f"verdict on {row['measure']} of {row['target']}"
     for row in metrics["measures"]:
-        if row["measure"] in SKILLS and not judged(row):
+        if row["measure"] in OF_SKILL and not judged(row):
             yield f"{row['measure']} of {row['target']}"
         if row["origin"] != measure_origin(row["measure"], row["target"], origins):
             yield f"origin of {row['measure']} of {row['target']}"
@@ -262,7 +262,7 @@ def _in_comparison(metrics: Json, folder: Path) -> Iterator[str]:
         write_comparison(Path(place), "page", [walk], matched([walk], [walk]))
         table = pd.read_csv(Path(place) / "page.csv")
         html = (Path(place) / "page.html").read_text("utf-8")
-    skills = table[table["measure"].isin(SKILLS)]
+    skills = table[table["measure"].isin(list(OF_SKILL))]
     for row in skills[skills["compared_with"] != "recorded"].itertuples():
         yield f"the comparison has {row.measure} of {row.target}"
     if not typed(metrics).is_recorded_at_all and "not judged" not in html:

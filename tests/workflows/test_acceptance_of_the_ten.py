@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitval.metrics.curve_results import RMSE
-from gaitval.metrics.origin import SKILLS
+from gaitval.metrics.curve_results import OF_SKILL, RMSE
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import load_registry
 from gaitval.subjects.subject_file import builtin_subjects, load_subject
@@ -24,11 +23,10 @@ OWN = {each.id: each for each in load_registry().tolerance
 def test_no_accepted_curve_is_farther_than_a_prediction(name):
     """Each error of a prediction is worked out again, but for the free hips."""
     metrics = STORED[name]
-    kinds = dict(zip(SKILLS, ("angles", "moments", "forces"), strict=True))
-    rows = [row for row in metrics.tolerances if row.measure in kinds]
+    rows = [row for row in metrics.tolerances if row.measure in OF_SKILL]
     assert len(rows) == 32
     for row in rows:
-        kind = kinds[row.measure]
+        kind = OF_SKILL[row.measure]
         walk = metrics.walk.errors.of(kind)[row.target].rmse
         others = [
             guess.about_nearest_hips.get(row.target, error) if kind == "moments" else error

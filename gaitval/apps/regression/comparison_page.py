@@ -172,8 +172,7 @@ def _before_and_after(metrics: Metrics) -> list[dict[str, Any]]:
             "kind": each.kind,
             "unit": each.unit,
             "digits": 3 if each.unit == "Nm/kg" else 2,
-            "values": [each.as_measured, each.corrected]
-            + ([each.own_hips] if each.curve.startswith("hip_") else []),
+            "values": [each.as_measured, each.corrected] + ([each.own_hips] if each.of_hip else []),
         }
         for each in metrics.summary.errors
         if each.kind != "angles"

@@ -279,7 +279,7 @@ def print_errors(metrics: "Metrics") -> None:
         "curve", *(Column(name, justify="right") for name in columns), "unit", title=title
     )
     for row in metrics.summary.errors:
-        hip = row.own_hips if row.kind == "moments" and row.curve.startswith("hip_") else None
+        hip = row.own_hips if row.of_hip else None
         values = (row.as_measured, row.corrected, hip, row.prediction)
         cells = ["" if value is None else f"{value:.3g}" for value in values]
         name = target_text(row.curve).strip() + words[row.kind]
