@@ -1,1 +1,1 @@
-"""Marker sets drafted from names, and a pelvis without markers on its anterior spines."""
+"""Marker sets drafted from names."""
