@@ -24,7 +24,6 @@ from gaitval.findings.finding import Finding, Looked, Result, Seen, look_for
 
 FINDINGS: Final[tuple[Finding, ...]] = (
     markers.SELDOM,
-    markers.LOST,
     markers.NOISE,
     markers.STUCK,
     markers.FILLED,

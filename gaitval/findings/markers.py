@@ -10,7 +10,6 @@ import numpy as np
 from gaitval.arrays import Array, Flags, runs
 from gaitval.findings.finding import Finding, Seen
 from gaitval.gait.filters import low_pass, octave
-from gaitval.mocap.lost_frames import lost_frames, lost_text
 from gaitval.mocap.recording import Recording
 
 DIFFERENCES: Final = 4
@@ -64,25 +63,6 @@ def _seldom(stood: Stood) -> Iterator[Seen]:
     every = len(stood.recording.markers)
     for name, count in stood.frames.items():
         yield Seen(count / every, name, {"count": count, "all": every})
-
-
-def _lost(read: AsRead, *, named: int) -> Iterator[Seen]:
-    """All places where frames are missing or too many."""
-    recording, rate = read.recording, read.recording.marker_rate
-    lost = lost_frames(recording.markers)
-    parts = [
-        f"before frame {at} ({recording.start + at / rate:.3f} s) {lost_text(frames)}"
-        for at, frames in lost[:named]
-    ]
-    if len(lost) > named:
-        parts.append(f"and so {len(lost) - named} × more")
-    late = sum(frames for _, frames in lost) / rate
-    words = {
-        "parts": "; ".join(parts),
-        "late": abs(late),
-        "way": "later" if late > 0 else "earlier",
-    }
-    yield Seen(sum(abs(frames) for _, frames in lost) / rate, "all markers", words)
 
 
 def _noise(read: AsRead, *, named: int) -> Iterator[Seen]:
@@ -271,19 +251,6 @@ SELDOM: Final[Finding] = Finding(
         "one of 107 frames in a file of MOtoNMS, 11 cm from its place: a ghost more often than a "
         "marker"
     ),
-)
-LOST: Final[Finding] = Finding(
-    name="lost frames",
-    needs=AsRead,
-    values=_lost,
-    numbers={"named": 3},
-    limits=0.0,
-    unit="s",
-    sentence=(
-        "{parts}: the times after it are wrong, and forces that lost nothing come {late:.0f ms} "
-        "{way} than the markers from there to the end"
-    ),
-    remedy="Export the trial again, or use a part of it (--trial-time)",
 )
 NOISE: Final[Finding] = Finding(
     name="noise",

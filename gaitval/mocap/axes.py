@@ -16,7 +16,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.activities import check_level, check_on_ground
+from gaitval.mocap.activities import check_on_ground
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Recording
 from gaitval.units import PELVIS_HEIGHT, confused
@@ -282,7 +282,6 @@ def turn_to_walking_direction(
     _check_straight(shown, landmarks)
     velocity, how = _walking_velocity(shown, landmarks, pelvis)
     speed = float(np.linalg.norm(velocity))
-    check_level(shown, landmarks)
     check_on_ground(shown, landmarks)
     angle = float(np.arctan2(velocity[1], velocity[0]))
     quarter = round(angle / (np.pi / 2)) * np.pi / 2

@@ -1,4 +1,4 @@
-"""Clean marker trajectories for kinematics: gaps, spikes, exchanged markers.
+"""Clean marker trajectories for kinematics: lost markers, spikes and gaps.
 
 Nothing is changed silently: findings list every frame that `clean` replaced, and every frame that
 it could not. It works in any axes with z up (the project's, REP-103), in metres.
@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
-from gaitval.mocap.exchanges import exchange_back, mirrored_arms
+from gaitval.mocap.exchanges import check_sides
 from gaitval.mocap.lost_markers import leave_out_lost
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.repairs import Repair, repair, seen_frames
@@ -23,19 +23,18 @@ def clean(
     processing: ProcessingSettings,
     *,
     landmarks: Mapping[str, str],
-    standing: Recording | None = None,
 ) -> tuple[Recording, tuple[Repair, ...]]:
     """Correct what can be corrected in the marker trajectories of a trial; also returns what was
     found, in order of time.
 
     In this order: samples at exactly the origin, which some systems write for a marker that was not
-    seen, become gaps; markers that change places are changed back; markers that are not on their
-    segment, and spikes, become gaps; gaps are filled. Gaps up to half of `largest_gap_s` are filled
-    with a cubic through position and velocity at the edges, which is the more accurate way for
-    them. Longer gaps, up to five times `largest_gap_s`, are rebuilt from three or more other
-    markers of the segment (their rigid motion by Kabsch's method, joined to the frames around the
-    gap). Without these, the cubic fills gaps up to `largest_gap_s`. Longer gaps, and gaps at an end
-    of the trial without such neighbours, stay NaN.
+    seen, become gaps; markers that are not on their segment, and spikes, become gaps; jumps from
+    which a marker does not return are found; gaps are filled. Gaps up to half of `largest_gap_s`
+    are filled with a cubic through position and velocity at the edges, which is the more accurate
+    way for them. Longer gaps, up to five times `largest_gap_s`, are rebuilt from three or more
+    other markers of the segment (their rigid motion by Kabsch's method, joined to the frames around
+    the gap). Without these, the cubic fills gaps up to `largest_gap_s`. Longer gaps, and gaps at an
+    end of the trial without such neighbours, stay NaN.
 
     Parameters
     ----------
@@ -45,12 +44,10 @@ def clean(
     processing : `largest_gap_s`.
     landmarks : anatomical landmark -> marker, see `foot_markers`. They show where the person faces,
         and so which side is left.
-    standing : a trial of the same markers in their places, for those that are lost, in any axes.
 
     Raises
     ------
-    RecordError : no marker is ever seen; left and right labels are exchanged in the whole trial;
-        two markers change places once, and it is unclear which part is right.
+    RecordError : no marker is ever seen; left and right labels are exchanged in the whole trial.
     """
     markers = recording.markers.copy()
     # axes are turned about the origin, so a zero stays a zero
@@ -69,18 +66,9 @@ def clean(
         for name, gone in zip(recording.names, never, strict=True)
         if gone
     ]
-    # Before the spikes: a marker that visits another one's place for a moment would be cut as one.
-    findings += exchange_back(recording, markers, segments)
-    # After the exchanges: labels that are wrong for a part of the trial only are right by now.
-    seen_now = recording.with_markers(recording.names, markers)
-    for pair in mirrored_arms(seen_now, segments, landmarks):
-        columns = [recording.names.index(name) for name in pair]
-        markers[:, columns] = markers[:, columns[::-1]]
-        findings.append(
-            repair(recording, "swap", pair, 0, len(markers), "left and right exchanged back")
-        )
-    findings += leave_out_lost(recording, markers, segments, standing)
-    found, spiked = cut_spikes(recording, markers)
+    check_sides(recording.with_markers(recording.names, markers), segments, landmarks)
+    findings += leave_out_lost(recording, markers, segments)
+    found, spiked = cut_spikes(recording, markers, segments)
     findings += found
     if not (seen_frames(markers) | never).all():
         from gaitval.mocap.gaps import fill_gaps

@@ -28,21 +28,14 @@ LIMITS: Final[Mapping[str, float]] = {
     # m, likewise, of a foot, whose skin hardly moves: 0.02 m at most in eleven recordings of
     # seven laboratories (running and jumping, too).
     "foot_away_m": 0.06,
-    # m, likewise, of a marker that rests: feet bend by 0.03 m.
-    "held_away_m": 0.08,
     # m, likewise, of one that is exactly where it was, from any other of its segment.
     "same_away_m": 0.04,
     # m. On its way from the body and back it is left out from this on.
     "leaves_m": 0.03,
-    # m/s. A marker that lies on the floor, or whose last place is held, is slower.
-    "rests": 0.05,
     # s. For a shorter time it is a spike.
     "shortest_s": 0.06,
     # s, about a stride, in which the foot may pass by the place where its marker lies.
     "together_s": 1.0,
-    # Share of the frames in which a distance must be that of the standing trial for this to
-    # be right; else the marker was put elsewhere between the trials.
-    "as_standing": 0.1,
 }
 """What decides in this module: each in the unit and for the reason that is said before it."""
 
@@ -84,10 +77,7 @@ class _Away(NamedTuple):
 
 
 def leave_out_lost(
-    recording: Recording,
-    markers: Array,
-    segments: Mapping[str, str],
-    standing: Recording | None = None,
+    recording: Recording, markers: Array, segments: Mapping[str, str]
 ) -> list[Repair]:
     """Make gaps in place where a marker is not on its segment.
 
@@ -96,21 +86,19 @@ def leave_out_lost(
     recording : for names, rate and the times of findings.
     markers : (T, M, 3) m, changed in place; NaN where not seen.
     segments : marker -> segment of the body model; others are not judged.
-    standing : a trial in which the markers are in their places, in any axes.
     """
     rate, names = recording.marker_rate, recording.names
     # Toes bend by less than what is not on a foot is away.
     segments = {name: each.replace("toes", "foot") for name, each in segments.items()}
-    places = _places(standing)
     # A place that a program holds says nothing about where the others are.
     held = np.stack([_held(markers[:, i], rate) for i in range(len(names))], axis=1)
     measured = np.where(held[..., None], np.nan, markers)
     findings = []
     for number, name in enumerate(names):
-        away = _away(number, markers, measured, names, segments, places)
+        away = _away(number, markers, measured, names, segments)
         if away is None or not (away.one > LIMITS["same_away_m"]).any():
             continue
-        lost = _lost(markers[:, number], away, held[:, number], rate)
+        lost = _lost(away, held[:, number], rate)
         for begin, end in _merged(lost, away.one > LIMITS["leaves_m"], rate):
             largest, seconds = float(away.one[begin:end].max()), (end - begin) / rate
             until = "from there on" if end == len(markers) else f"for {seconds:.2f} s"
@@ -125,25 +113,12 @@ def leave_out_lost(
     return findings
 
 
-def without_lost(
-    recording: Recording, segments: Mapping[str, str], standing: Recording | None = None
-) -> Recording:
+def without_lost(recording: Recording, segments: Mapping[str, str]) -> Recording:
     """The trial with gaps where a marker is not on its segment, as by `leave_out_lost`."""
     markers = recording.markers.copy()
     markers[~seen_frames(markers)] = np.nan
-    leave_out_lost(recording, markers, segments, standing)
+    leave_out_lost(recording, markers, segments)
     return recording.with_markers(recording.names, markers)
-
-
-def _places(standing: Recording | None) -> dict[str, Array]:
-    """Median place (3,) m of each marker of the standing trial."""
-    if standing is None:
-        return {}
-    return {
-        name: np.median(path[seen_frames(path)], axis=0)
-        for name in standing.names
-        if seen_frames(path := standing.marker(name)).any()
-    }
 
 
 def _away(
@@ -152,7 +127,6 @@ def _away(
     measured: Array,
     names: tuple[str, ...],
     segments: Mapping[str, str],
-    places: Mapping[str, Array],
 ) -> _Away | None:
     """How far a marker is off its distances from the others, as they are `measured`. Where there
     is one other in its segment, it is joined by the marker of another segment whose distance is
@@ -166,9 +140,7 @@ def _away(
     within, beside = list[tuple[float, Array]](), list[tuple[float, Array]]()
     for other in own if len(own) != 1 else rest:
         distance = np.linalg.norm(markers[:, number] - measured[:, other], axis=1)
-        both = [places[names[i]] for i in (number, other) if names[i] in places]
-        stands = float(np.linalg.norm(both[0] - both[1])) if len(both) == 2 else None
-        usual = _usual(distance, stands if other in own else None)
+        usual = _usual(distance)
         if usual is not None:
             found = usual[1], np.abs(distance - usual[0])
             (within if other in own else beside).append(found)
@@ -188,16 +160,11 @@ def _away(
     return _Away(np.where(known >= 2, middle, 0.0), largest, furthest)
 
 
-def _usual(distance: Array, stands: float | None) -> tuple[float, float] | None:
-    """That of standing, `stands`, if it is met; else the distance, m, in the middle of the
-    narrowest range with `LIMITS` of all frames. With the width of this range; None if that is no
-    rigid one.
+def _usual(distance: Array) -> tuple[float, float] | None:
+    """The distance, m, in the middle of the narrowest range with `LIMITS` of all frames, and the
+    width of this range; None if that is no rigid one.
     """
     known = np.sort(distance[np.isfinite(distance)])
-    if stands is not None and len(known):
-        near = known[np.abs(known - stands) < LIMITS["leaves_m"]]
-        if len(near) >= LIMITS["as_standing"] * len(known):
-            return float(np.median(near)), float(np.ptp(near))
     count = int(np.ceil(LIMITS["dense"] * len(known)))
     if count < 3:
         return None
@@ -208,14 +175,9 @@ def _usual(distance: Array, stands: float | None) -> tuple[float, float] | None:
     return float(known[first : first + count].mean()), float(widths[first])
 
 
-def _lost(path: Array, away: _Away, held: Flags, rate: float) -> Flags:
-    """(T,) whether a marker with the `path` (T, 3) m, which is `away` from its place and may be
-    `held`, is lost.
-    """
-    step = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    step = np.nan_to_num(np.r_[step[:1], step], nan=np.inf)
-    rests = _long(step < LIMITS["rests"] / rate, rate)
-    lost = (away.most > away.furthest) | (rests & (away.most > LIMITS["held_away_m"]))
+def _lost(away: _Away, held: Flags, rate: float) -> Flags:
+    """(T,) whether a marker, which is `away` from its place and may be `held`, is lost."""
+    lost = away.most > away.furthest
     for begin, end in zip(*runs(held), strict=True):
         # It is held all the while, also where its distances pass through what they were.
         if (away.one[begin:end] > LIMITS["same_away_m"]).any():

@@ -11,7 +11,7 @@ from gaitval.arrays import Array, Flags
 from gaitval.errors import RecordWarning
 from gaitval.mocap.recording import Recording
 
-RepairKind = Literal["missing", "gap", "spike", "swap", "jump", "lost", "offset", "contact"]
+RepairKind = Literal["missing", "gap", "spike", "jump", "lost", "offset", "contact"]
 OF_FORCES: Final = ("offset", "contact")
 """Kinds that are found in samples of the forces; the others are in frames of the markers."""
 

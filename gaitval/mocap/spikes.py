@@ -1,6 +1,7 @@
 """Whether a marker leaves its path; frames in which it does so for a moment are cut."""
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -13,6 +14,9 @@ from gaitval.mocap.repairs import Repair, repair, seen_frames
 LIMITS: Final[Mapping[str, float]] = {
     # s. A marker that returns later than this is not a spike; it was somewhere else.
     "longest_spike": 0.05,
+    # s. In this time the line between two markers of a segment turns far less than the half
+    # turn that an exchange causes (the shank turns at up to 400 deg/s).
+    "longest_hidden_s": 0.2,
     # After a spike the marker returns to where its earlier velocity would have taken it, to
     # within this fraction of the spike's size. Velocity changes during a spike, so much less
     # cannot be required.
@@ -54,13 +58,17 @@ def surprise_of(path: Array) -> Array:
     return np.nan_to_num(distance)
 
 
-def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Repair], Flags]:
-    """Turn frames in which a marker briefly leaves its path into gaps.
+def cut_spikes(
+    recording: Recording, markers: Array, segments: Mapping[str, str]
+) -> tuple[list[Repair], Flags]:
+    """Turn frames in which a marker briefly leaves its path into gaps, and find those from which
+    markers do not return: all that jump at the same frames are one finding.
 
     Parameters
     ----------
     recording : for names, rate and the times of findings.
     markers : (T, M, 3) m, changed in place; NaN where not seen.
+    segments : that of the body model by marker.
 
     Returns
     -------
@@ -82,19 +90,39 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Repair], Flag
         # A jump that is left when the spikes are cut does not come back.
         surprise[:, column] = surprise_of(path)
         jumped[:, column] = surprise[:, column] > jump_tolerance(path, rate)
-    # Where all jump, frames are missing: `gaitval.findings` says so.
-    jumped[jumped.mean(axis=1) > 0.5] = False
-    for column, name in enumerate(recording.names):
-        jumps = np.flatnonzero(jumped[:, column])
-        if len(jumps):
-            action = (
-                f"leaves its path by up to {1000 * surprise[jumps, column].max():.0f} mm in "
-                f"{count_of(len(jumps), 'frame')} and does not return; left as it is: "
-                "check the label"
-            )
-            first, last = int(jumps[0]), int(jumps[-1])
-            findings.append(repair(recording, "jump", [name], first, last + 1, action))
+    jumped |= _turned_round(recording, markers, segments)
+    places: dict[tuple[str, ...], list[int]] = {}
+    for frame in np.flatnonzero(jumped.any(axis=1)):
+        names = (name for name, off in zip(recording.names, jumped[frame], strict=True) if off)
+        places.setdefault(tuple(names), []).append(int(frame))
+    for together, frames in places.items():
+        action = (
+            f"off their paths by up to {1000 * surprise[frames].max():.0f} mm in "
+            f"{count_of(len(frames), 'frame')}, and not back; left as they are: another marker has "
+            "the label from there on, or the marker was moved; if it is most of them, frames are "
+            "missing or are there twice"
+        )
+        findings.append(repair(recording, "jump", together, frames[0], frames[-1] + 1, action))
     return findings, spiked
+
+
+def _turned_round(recording: Recording, markers: Array, segments: Mapping[str, str]) -> Flags:
+    """(T, M) whether a marker is seen again after a short gap, but the line between it and another
+    of its segment points the other way: they have each other's names.
+    """
+    found = np.zeros(markers.shape[:2], dtype=bool)
+    longest = round(LIMITS["longest_hidden_s"] * recording.marker_rate) + 1
+    for pair in combinations(range(markers.shape[1]), 2):
+        of = {segments.get(recording.names[i]) for i in pair}
+        if len(of) != 1 or of == {None}:
+            continue
+        line = markers[:, pair[0]] - markers[:, pair[1]]
+        shown = np.flatnonzero(seen_frames(line))
+        before, after = shown[:-1], shown[1:]
+        hidden = (after - before > 1) & (after - before <= longest)
+        turned = (line[before] * line[after]).sum(axis=1) < 0.0
+        found[np.ix_(after[hidden & turned], pair)] = True
+    return found
 
 
 def _spikes(path: Array, rate: float) -> list[tuple[int, int, float]]:

@@ -115,8 +115,7 @@ def read_session(
     def walked(number: int) -> Recording:
         recording, trial = walking[number].turned(axes.rotation), request.trials[number]
         lost: list[QualityFlag] = []
-        in_places = None if request.stands_in_walk else standing
-        found = prepared(recording, marker_set, processing, trial, notify, lost, in_places)
+        found = prepared(recording, marker_set, processing, trial, notify, lost)
         warn(number, lost)
         return found
 
@@ -198,8 +197,7 @@ def _doubts_beside(
     another person. `as_recorded` is the walk before it was cleaned.
     """
     # What is left out, and said to be, is not doubted once more.
-    in_places = None if request.stands_in_walk else standing
-    as_recorded = without_lost(as_recorded, marker_set.segments, in_places)
+    as_recorded = without_lost(as_recorded, marker_set.segments)
     distances = check_same_person(
         trajectories(standing),
         trajectories(walk),
@@ -485,34 +483,28 @@ def prepared(
     file: Path,
     notify: Notify = silent,
     flags: list[QualityFlag] | None = None,
-    standing: Recording | None = None,
 ) -> Recording:
     """A walking trial `recording`, `named` after `marker_set` and in the project's axes, turned
     about the vertical, so that the person walks along +x, and cleaned as `processing` says;
-    `notify` calls it `file`. Warnings about markers that were lost, by their places in `standing`
-    if there is one, go to `flags`. Raises RecordError as
-    `turn_to_walking_direction` and `clean`.
+    `notify` calls it `file`. Warnings about markers that were lost or jump go to `flags`. Raises
+    RecordError as `turn_to_walking_direction` and `clean`.
     """
     landmarks = marker_set.landmarks
     # A marker that fell off says nothing about where the person walks and faces.
-    shown = without_lost(recording, marker_set.segments, standing)
+    shown = without_lost(recording, marker_set.segments)
     recording, heading = turn_to_walking_direction(recording, landmarks, shown)
     notify("axes", heading)
-    recording, findings = clean(
-        recording, marker_set.segments, processing, landmarks=landmarks, standing=standing
-    )
+    recording, findings = clean(recording, marker_set.segments, processing, landmarks=landmarks)
     _notify_cleaning(notify, file, findings)
-    for each in findings if flags is not None else ():
-        if each.kind == "lost":
-            assert flags is not None
-            flags.append(lost_doubt(each))
+    if flags is not None:
+        flags += [lost_doubt(each) for each in findings if each.kind in ("lost", "jump")]
     return recording
 
 
 def lost_doubt(found: Repair) -> QualityFlag:
-    """The warning about a marker that was `found` lost."""
+    """The warning about a marker that was `found` lost, or those that jump."""
     return QualityFlag(
-        "lost marker", ", ".join(found.names), found.end - found.start, 0.0, "s",
+        f"{found.kind} marker", ", ".join(found.names), found.end - found.start, 0.0, "s",
         f"from {found.start:.2f} s on it {found.action}. Look at it in the recording program: "
         "delete or label it there, and export again",
     )  # fmt: skip

@@ -94,25 +94,6 @@ def test_a_marker_of_the_foot_that_is_higher_in_walking(raised, names):
     assert [warning.where for warning in found] == names
 
 
-@pytest.mark.parametrize("lost", [-8, -1, 1, 10])
-def test_frames_that_were_lost_or_are_there_twice_are_one_warning(lost: int) -> None:
-    whole = synthetic(8.0, marker_rate=150.0)
-    before = whole.markers[:400]
-    after = whole.markers[400 + lost :] if lost > 0 else whole.markers[400:]
-    twice = np.repeat(before[-1:], max(-lost, 0), axis=0)
-    other = whole.with_markers(whole.names, np.concatenate([before, twice, after]))
-    (warning,) = [each for each in trajectory_warnings(other) if each.check == "lost frames"]
-    assert f"before frame {400 + max(-lost, 0)} " in warning.message
-    assert warning.value == pytest.approx(abs(lost) / 150.0, rel=0.1)
-    assert ("later" if lost > 0 else "earlier") in warning.message
-
-
-def test_frames_that_are_held_for_a_while_lose_no_time() -> None:
-    fixed = synthetic(8.0, marker_rate=150.0)
-    fixed.markers[400:403] = fixed.markers[399]
-    assert not [warning for warning in trajectory_warnings(fixed) if warning.check == "lost frames"]
-
-
 def test_a_pose_put_together_from_the_walk_says_nothing_of_the_height_of_feet():
     """Its feet are where the walk has them, but for how the pose is put together."""
     raised = stood(R_MT1=-0.03)

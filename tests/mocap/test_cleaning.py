@@ -159,44 +159,34 @@ def test_a_marker_that_jumps_and_stays_is_reported_and_left() -> None:
 # -- exchanged markers ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("frames", [slice(200, 260), slice(200, 201), slice(500, None), slice(90)])
+@pytest.mark.parametrize("frames", [slice(200, 260), slice(500, None), slice(90), slice(300, 450)])
 @pytest.mark.parametrize("pair", [("R.MT1", "R.MT5"), ("L.ASIS", "L.PSIS"), ("R.ASIS", "L.ASIS")])
-def test_a_momentary_exchange_is_undone_and_reported(frames: slice, pair: tuple[str, str]) -> None:
-    recording = walk()
-    result, findings = cleaned(exchanged(recording, *pair, frames))
-    np.testing.assert_array_equal(result.markers, recording.markers)
-    (finding,) = findings
-    assert finding.kind == "swap"
+def test_an_exchange_within_a_trial_is_one_jump(frames: slice, pair: tuple[str, str]) -> None:
+    _, findings = cleaned(exchanged(walk(), *pair, frames))
+    (finding,) = (each for each in findings if each.kind == "jump")
     assert set(finding.names) == set(pair)
-    first, stop, _ = frames.indices(len(recording.markers))
-    assert (finding.first, finding.last) == (first, stop - 1)
+    assert finding.first == (frames.start or frames.stop)
+    assert "another marker has the label from there on" in finding.action
 
 
-def test_an_exchange_hidden_by_a_gap_is_undone() -> None:
-    recording = walk()
-    hidden = exchanged(recording, "R.MT1", "R.MT5", slice(205, 300))
+def test_an_exchange_hidden_by_a_gap_is_a_jump() -> None:
+    hidden = exchanged(walk(), "R.MT1", "R.MT5", slice(205, None))
     for name in ("R.MT1", "R.MT5"):
         hidden = changed(hidden, name, slice(200, 205), np.nan)
-    result, findings = cleaned(hidden)
-    seen = np.r_[0:200, 205:600]
-    np.testing.assert_array_equal(result.markers[seen], recording.markers[seen])
-    assert "swap" in {finding.kind for finding in findings}
+    _, findings = cleaned(hidden)
+    (finding,) = (each for each in findings if each.kind == "jump")
+    assert (finding.names, finding.first) == (("R.MT1", "R.MT5"), 205)
 
 
-def test_three_that_change_places_in_turn_are_put_back() -> None:
-    recording = walk()
-    wrong = exchanged(recording, "R.Heel", "R.MT1", slice(200, 260))
-    wrong = exchanged(wrong, "R.MT1", "R.MT5", slice(200, 260))
-    result, (finding,) = cleaned(wrong)
-    np.testing.assert_array_equal(result.markers, recording.markers)
-    assert finding.names == ("R.Heel", "R.MT1", "R.MT5")
-
-
-def test_an_exchange_in_the_middle_that_does_not_return_is_refused() -> None:
-    with pytest.raises(
-        RecordError, match=r"(?s)R.MT1 and R.MT5 change places at frame 300 .*3.000"
-    ):
-        cleaned(exchanged(walk(), "R.MT1", "R.MT5", slice(300, None)))
+@pytest.mark.parametrize("lost", [-10, 10])
+def test_frames_that_are_missing_or_too_many_are_jumps_of_most_markers(lost: int) -> None:
+    recording = walk(8.0, marker_rate=150.0)
+    frames = np.arange(len(recording.markers))
+    kept = np.r_[frames[:400], frames[400 + lost :]]
+    other = recording.with_markers(recording.names, recording.markers[kept])
+    first = next(each for each in cleaned(other)[1] if each.kind == "jump")
+    assert (first.first, len(first.names) > 5) == (400, True)
+    assert "frames are missing or are there twice" in first.action
 
 
 def test_one_pair_with_left_and_right_exchanged_all_along_is_refused() -> None:
@@ -223,25 +213,24 @@ def test_markers_inside_of_feet_on_one_line_are_not_exchanged() -> None:
     assert np.array_equal(result.markers, narrow.markers)
 
 
-def test_a_pair_of_the_arms_that_is_exchanged_all_along_is_exchanged_back() -> None:
-    """No leg needs them, and which is the left one is plain."""
+def test_arms_that_are_crossed_or_exchanged_are_left_as_they_are() -> None:
+    """No leg needs them."""
     recording = walk()
     wrists = {"L.Wrist": 0.5, "R.Wrist": 0.45}
     sides = [
         recording.marker(f"{name[0]}.ASIS") + np.array([0, 0, up]) for name, up in wrists.items()
     ]
-    names = (*recording.names, *wrists)
     recording = recording.with_markers(
-        names, np.concatenate([recording.markers, np.stack(sides, axis=1)], axis=1)
+        (*recording.names, *wrists),
+        np.concatenate([recording.markers, np.stack(sides, axis=1)], axis=1),
     )
     wrong = exchanged(recording, "L.Wrist", "R.Wrist", slice(None))
-    segments = {name: f"forearm_{name[0].lower()}" for name in wrists}
     places = LANDMARKS | {name: name for name in wrists}
-    result, findings = clean(wrong, segments, PROCESSING, landmarks=places)
-    for name in ("L.Wrist", "R.Wrist"):
-        np.testing.assert_allclose(result.marker(name), recording.marker(name))
-    (swap,) = (each for each in findings if each.kind == "swap")
-    assert set(swap.names) == {"L.Wrist", "R.Wrist"}
+    arms = {name: f"forearm_{name[0].lower()}" for name in wrists}
+    result, _ = clean(wrong, arms, PROCESSING, landmarks=places)
+    np.testing.assert_array_equal(result.markers, wrong.markers)
+    with pytest.raises(RecordError, match=r"exchanged for L.Wrist and R.Wrist:"):
+        clean(wrong, dict.fromkeys(wrists, "torso"), PROCESSING, landmarks=places)
 
 
 def test_all_labels_with_left_and_right_exchanged_are_refused() -> None:
