@@ -23,7 +23,6 @@ from gaitval.gait.events import foot_contacts
 from gaitval.gait.feet_on_plates import FEET, Feet, distances_to_feet, feet_of, shared_by_both
 from gaitval.gait.filters import low_pass
 from gaitval.gait.plate_contacts import (
-    CONTACTS,
     check_synchrony,
     judge_brushes,
     judge_contact,
@@ -81,8 +80,8 @@ def assign_forces(
 
     `valid` is False for a foot, and a finding says why, while both feet are on one plate (one of
     them partly, perhaps: the crossing of a split belt); while its contact's centre of pressure is
-    outside the foot; while part of it is beside the plates; and in a stance (by the markers) of
-    which the plates show less than four fifths.
+    outside the foot; while part of it is beside the plates; and in a stance (by the markers) that
+    the plates do not show from its beginning to its end.
 
     Parameters
     ----------
@@ -124,9 +123,7 @@ def assign_forces(
             "If not, give a trial in which somebody did."
         ).with_way_on("--kinematics-only")
     check_synchrony(recording, shares.touched, landmarks)
-    peak = shares.wrench[:, :, 2].max()
-    ends = bool(peak >= CONTACTS.least_peak * processing.force_threshold_n)
-    findings += judge_unshown(recording, feet, shares.touched, shares.valid, ends=ends)
+    findings += judge_unshown(recording, feet, shares.touched, shares.valid)
     filtered = low_pass(
         shares.wrench, rate=recording.force_rate, cutoff_hz=cutoff_hz, order=processing.filter_order
     )

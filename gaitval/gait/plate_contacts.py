@@ -17,7 +17,6 @@ from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.gait.events import foot_contacts, marker_events
 from gaitval.gait.feet_on_plates import FEET, Feet, distances_to_feet, nearest_foot, over_plate
-from gaitval.mocap.force_plates import RENUMBER, numbered_other_way
 from gaitval.mocap.recording import Event, Plate, Recording
 from gaitval.mocap.repairs import Repair, repair
 
@@ -37,15 +36,10 @@ class ContactLimits:
     """Fraction of a contact's loaded time beyond `outside_foot` that marks it as another foot's."""
     well_loaded: float = 0.2
     """Fraction of the contact's peak force above which the centre of pressure is used."""
-    least_shown: float = 0.8
-    """Fraction of a stance, by markers, in which the plates must show a force."""
-    longest_missed: float = 0.09
-    """s of a stance's beginning or end, by markers, that a plate may not show: -25 to 41 and -28 to
-    50 ms in 64 stances of 24 people, the last at 0.5 m/s."""
-    least_peak: float = 10.0
-    """Force thresholds, of at most 5 % of the weight, that some foot must load a plate with, else
-    where stances begin and end is not known from it: twenty, where the forces are in the unit they
-    have."""
+    least_shown: float = 0.95
+    """Fraction of a stance, by markers, in which the plates must show a force, but for the time
+    within which its events are known (`FEET.settling_seconds`): plates miss -25 to 41 ms of its
+    beginning and -28 to 50 ms of its end in 64 stances of 24 people, the last at 0.5 m/s."""
     brush_force: float = 2.0
     """A touch too short for a stance is reported above this many force thresholds."""
     longest_flight: float = 0.25
@@ -246,8 +240,11 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
     if exchanged:
         raise RecordError(
             f"{seen}, but with right and left of the plates exchanged they do so at the same time: "
-            f"the plates show each foot's forces under the other one. {_why_exchanged(recording)}"
-            " (Forces that are half a stride late would look the same.)"
+            "the plates show each foot's forces under the other one. Their corners are numbered "
+            "the other way round, or the channels of two plates (C3D: FORCE_PLATFORM:CHANNEL), the "
+            "columns of right and left, or what was said of them, are exchanged: compare with the "
+            "laboratory, and export both together. (Forces that are half a stride late would look "
+            "the same.)"
         )
     raise RecordError(
         f"{seen}: the forces are of another trial, or not synchronised with the cameras, or the "
@@ -278,50 +275,11 @@ def _sizes(lags: Mapping[str, Sequence[float]]) -> list[float]:
     return [float(np.median(np.abs(each))) for each in lags.values()]
 
 
-def _why_exchanged(recording: Recording) -> str:
-    """Why plates may show the other foot's forces, and what to look at."""
-    placed = [plate for plate in _placed_plates(recording) if plate.foot is None]
-    round_ = [plate.name for plate in placed if numbered_other_way(plate)]
-    if round_:
-        return f"The corners of plate {', '.join(round_)} are {RENUMBER}."
-    return (
-        "The channels of two plates (C3D: FORCE_PLATFORM:CHANNEL), their corners, the columns of "
-        "right and left in the file of the forces, or what was said of them, are exchanged, or "
-        "mirrored against the markers: compare with the laboratory, and export both together."
-    )
-
-
-def _cut_off(touched: Flags, begin: int, end: int, rate: float) -> str:
-    """Which end of a stance, by markers from sample `begin` to before `end`, a foot that has
-    `touched` (T,) a plate is not seen on it, in words; empty where both are. Forces that come late
-    end late, too, and miss nothing.
-    """
-    there = np.flatnonzero(touched[begin:end])
-    if not len(there) or begin == 0 or end == len(touched):
-        return ""
-    starts, stops = runs(touched)
-    late = (starts[stops > begin + there[0]][0] - begin) / rate
-    early = (end - stops[starts <= begin + there[-1]][-1]) / rate
-    if min(late, early) < -FEET.settling_seconds or max(late, early) <= CONTACTS.longest_missed:
-        return ""
-    missed = [
-        f"the {what} {1000 * seconds:.0f} ms"
-        for what, seconds in (("first", late), ("last", early))
-        if seconds > CONTACTS.longest_missed
-    ]
-    return (
-        f"the plates do not show {' and '.join(missed)} of this stance, by markers: part of the "
-        "foot was beside its plate, or on another's"
-    )
-
-
-def judge_unshown(
-    recording: Recording, feet: Feet, touched: Flags, valid: Flags, *, ends: bool = True
-) -> list[Repair]:
+def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags) -> list[Repair]:
     """A finding for each stance of `feet`, by the markers of `recording`, that the plates do not
     show, or show in part, and each landing that nothing shows. `touched` (T, 2) is whether each
     foot is on a plate, at the force samples; `valid` (T, 2) is set to False in place over these
-    stances. `ends` is whether forces are large enough to show where a stance begins and ends.
+    stances.
     """
     findings = []
     settling = round(FEET.settling_seconds * recording.force_rate)
@@ -335,16 +293,13 @@ def judge_unshown(
                 valid[begin:end, column] &= shown[begin:end]
                 continue
             share = float(shown[begin:end].mean())
-            cut = ends and _cut_off(touched[:, column], begin, end, recording.force_rate)
-            if share >= CONTACTS.least_shown and not cut:
+            if share >= CONTACTS.least_shown:
                 continue
             valid[begin:end, column] = False
             action = (
-                "is on no plate; no forces there"
-                if share < 1.0 - CONTACTS.least_shown
-                else f"{cut}; forces not used"
-                if share >= CONTACTS.least_shown
-                else f"the plates show only {100 * share:.0f} % of this stance; forces not used"
+                f"the plates show only {100 * share:.0f} % of this stance; forces not used"
+                if share > 1.0 - CONTACTS.least_shown
+                else "is on no plate; no forces there"
             )
             findings.append(repair(recording, "contact", (f"{side} foot",), begin, end, action))
     for begin, end in zip(*runs(np.asarray(~(feet.stance | touched).any(axis=1))), strict=True):

@@ -202,10 +202,9 @@ def test_a_touch_too_short_for_a_stance(peak, message, column):
 
 @pytest.mark.parametrize(
     ("shown", "words"),
-    [(range(30, 280), None), (range(70, 236), None), (range(60, 198), "only 79 % of this stance"),
-     (range(60, 234), "the last 92 ms"), (range(80, 280), "the first 100 ms"),
-     (range(100, 101), "only 24 %"), (range(10, 50), "only 20 %"), (range(10, 49), "on no plate"),
-     (range(0), "on no plate")],
+    [(range(30, 280), None), (range(50, 240), None), (range(60, 198), "only 79 % of this stance"),
+     (range(60, 234), "only 94 %"), (range(80, 280), "only 92 %"), (range(100, 101), "only 24 %"),
+     (range(10, 12), "on no plate"), (range(0), "on no plate")],
 )  # fmt: skip
 @pytest.mark.parametrize("column", [0, 1])
 def test_a_stance_of_which_plates_show_too_little(shown, words, column):
@@ -293,8 +292,5 @@ def test_exchanged_sides_are_told_from_another_clock(jitter):
     with pytest.raises(RecordError, match="under the other one") as error:
         check_synchrony(recording, touched, LANDMARKS)
     assert "another trial" not in str(error.value)
-    # Of plates whose z points up, as these, the corners go the other way round.
-    assert "other way round" in str(error.value)
-    down = tuple(replace(each, corners=each.corners[[1, 0, 3, 2]]) for each in recording.plates)
-    with pytest.raises(RecordError, match="CHANNEL"):
-        check_synchrony(replace(recording, plates=down), touched, LANDMARKS)
+    for word in ("corners", "other way round", "CHANNEL"):
+        assert word in str(error.value)
