@@ -53,8 +53,8 @@ def without_raised(
             continue
         load = float(np.linalg.norm(plate.force - np.median(plate.force, axis=0), axis=1).max())
         what = (
-            f"it is, or acts, {height - floor:.2f} m above the floor, where no foot is: a handrail, "
-            "a seat, a support, or a device on the body. It is used for no foot (its force changes "
+            f"it is, or acts, {height - floor:.2f} m above the floor, where no foot is: a rail, a "
+            "seat, a support, or a device on the body. It is used for no foot (its force changes "
             f"by up to {load:.0f} N); joint moments are those of person and device together. If a "
             "rail or a support carried weight, say so with aid = 'rail' or 'support' in a session "
             "file"

@@ -1,9 +1,9 @@
 """Whether results can be those of a walk, and of one trial: times, noise, soles, sides, forces.
 
-Every limit may be kept by a motion that nobody walked: an angle with the other sign, one leg half a
-stride off, right and left exchanged. Then a foot is not flat on the ground, both feet strike
-together, or the plates' forces act beside the feet. `FINDINGS` is what is looked for; which curve
-has another sign, unit or side is told of the mean curves (`odd_curves`).
+Every limit may be kept by a motion that nobody walked: an angle with the other sign, right and left
+exchanged. Then a foot is not flat on the ground, or the plates' forces act beside the feet.
+`FINDINGS` is what is looked for; which curve has another sign, unit or side is told of the mean
+curves (`odd_curves`), and where both feet strike together there is no cycle.
 """
 
 from collections.abc import Iterator, Mapping
@@ -80,26 +80,6 @@ def _noise(of: Moments, finest: float) -> Iterator[Seen]:
         yield Seen(float(np.median(shares)), "Moments")
 
 
-def _swings(of: Walk) -> Iterator[Seen]:
-    """deg, of each joint of the legs."""
-    for ours, name in of.known.coordinates.items():
-        if ours[:-2] in LEGS and name in of.motion.given:
-            swing = float(np.degrees(np.ptp(of.motion.values[name])))
-            yield Seen(swing, "Motion", {"name": name})
-
-
-def _left_strike(of: Walk) -> Iterator[Seen]:
-    """Where in the right foot's cycle the left one strikes, median."""
-    strikes = np.array([cycle.start for cycle in of.plain.cycles["left"]])
-    phases = [
-        (at - cycle.start) / cycle.duration
-        for cycle in of.plain.cycles["right"]
-        for at in strikes[(strikes >= cycle.start - 0.1) & (strikes < cycle.end - 0.1)]
-    ]
-    if phases:
-        yield Seen(float(np.median(phases)), "Motion")
-
-
 def _soles(of: Walk) -> Iterator[Seen]:
     """deg, mean in mid-stance, by which each foot is pitched against its pose in standing."""
     model, axes = of.known.model, body_axes(of.known.model, of.known.bodies)
@@ -170,18 +150,6 @@ FINDINGS: Final = (
         remedy="Filter them (6 Hz is usual), and run it again",
         numbers={"finest": 90.0},  # Hz: between frames farther apart people move
         source="0.05 of the legs' moments in walking",
-    ),
-    Finding(
-        name="swing of a joint", needs=Walk, values=_swings, limits=(2.0, np.inf), unit="deg",
-        sentence="{name} moves by {value:.1f}°: it is in radians, unlike the header or the other "
-        "angles, or one pose was written into all rows, and this is no walk",
-        source="a knee in a splint and a fused ankle move by more",
-    ),
-    Finding(
-        name="left strike", needs=Walk, values=_left_strike, limits=(0.32, 0.68), unit="1",
-        sentence="the left foot strikes at {value:.2f} of the right one's cycle: one leg's columns "
-        "are half a stride off, or a copy of the other's, or one has another unit",
-        source="three standard deviations, of 0.06, from the middle",
     ),
     Finding(
         name="sole", needs=Walk, values=_soles, limits=(-9.0, 9.0), unit="deg",

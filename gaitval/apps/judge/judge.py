@@ -184,7 +184,10 @@ def _undecided(found: Judgement) -> None:
     of_dynamics = bool(found.moments) or "residual_force_share" in seen
     judged = found.angles or of_dynamics or found.marker_errors is not None
     if found.skeleton.has_legs and not judged:
-        found.undecided.append("The motion: no complete gait cycle was found in it.")
+        found.undecided.append(
+            "The motion: no complete gait cycle was found in it. It is too short, or one leg's "
+            "columns are half a stride off, a copy of the other's, or in another unit."
+        )
     lacking = [name for name in ("residuals", "moments") if not getattr(found, name)]
     if request.id is not None and lacking and (lacking != ["moments"] or found.skeleton.has_legs):
         found.undecided.append(f"Inverse dynamics: {' and '.join(lacking)} could not be judged.")
