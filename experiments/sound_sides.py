@@ -17,6 +17,7 @@ the moments that are expected before any walk, each person's with the others' fi
 
 import csv
 from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -154,11 +155,17 @@ def figures(patient: Patient, side: Side, moment: Array, usual: float) -> tuple[
     return later, float(expected @ moment / (expected @ expected))
 
 
+@cache
+def _patients(data: Path) -> list[Patient]:
+    """All of the strides, for the four files."""
+    strides, people = tables(data)
+    return found_patients(strides, people, SPEEDS, [HEALTHY])
+
+
 def _amputees(data: Path, kind: str) -> Iterator[tuple[Patient, Side, Array]]:
     """Those whose ankle moment on a side ("intact", "prosthetic") was measured, and it."""
     truth = true_moments(data)
-    strides, people = tables(data)
-    for each in found_patients(strides, people, SPEEDS, [HEALTHY]):
+    for each in _patients(data):
         moment = truth.get((each.subject.identifier, kind))
         if each.person.amputation is not None and moment is not None:
             side = each.person.amputation

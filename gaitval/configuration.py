@@ -605,12 +605,17 @@ def _is_a_convention(name: str) -> str:
 
 
 class ReportSettings(Section):
-    """Paper of the pages, and how their angles are counted; no file but a page's
+    """Paper of the pages, what they have, and how their angles are counted; no file but a page's
     figures and their tables depends on them.
     """
 
     paper: Literal["a4", "letter"] = "a4"
     """Sheets of the PDF."""
+    pdf: bool = True
+    """Whether a page is written as PDF, too, which takes as long as its figures."""
+    figures: bool = True
+    """Whether a page has its figures; without them it is written in a fifth of the time, and the
+    tables behind them are there all the same."""
     convention: Annotated[str, AfterValidator(_is_a_convention)] = OWN
     """What joint angles are called zero by, in the figures of imports and reports: isb,
     plug-in-gait, rajagopal2016, gait2392, or the forward tilt, in degrees, of the plane of ASIS and

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from quick_settings import QUICK
+from quick_settings import QUICK, WITH_WORDS
 from typer.main import get_command
 
 from gaitval import plugins
@@ -169,7 +169,7 @@ def test_an_import_runs_without_any_extra(tmp_path: Path) -> None:
     done = without(
         tmp_path,
         *("import", "--static", "sample/standing.c3d", "--trial", "sample/walking.c3d"),
-        *("--mass", "64.95", "--height", "1.53", "--sex", "F", "--out", "mine"),
+        *("--mass", "64.95", "--height", "1.53", "--sex", "F", "--out", "mine", *WITH_WORDS),
     )
     assert (tmp_path / "mine" / "subject.toml").is_file(), done.stderr
 

@@ -136,7 +136,7 @@ def predict(
         if is_changed(record):
             display.plain(_UNCERTAIN)
             display.plain(_rates(metrics))
-    display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
+    display.print_report(run.folder)
     changes = ((record.slope, "slope {:+g} %"), (record.cross_slope, "cross-slope {:+g} %"),
                (record.load, "load {:g} %"))  # fmt: skip
     where = "".join(f", {words.format(value)}" for value, words in changes if value)

@@ -216,7 +216,7 @@ def report(
         written = given if folder.name == "baseline" else folder
         with locked(written):
             write_report(folder, settings, written)
-    display.output.print(f"Report: {written / 'report.html'} and report.pdf")
+    display.print_report(written)
     _judged(read_metrics(folder), folder)
 
 
@@ -314,7 +314,7 @@ def subject_command(
 
     metrics = read_metrics(run.folder)
     display.print_errors(metrics)
-    display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
+    display.print_report(run.folder)
     display.print_verdict(metrics)
     _judged(metrics, run.folder)
 

@@ -39,6 +39,8 @@ def _labelled(svg: str, text: str, medium: str) -> Markup:
     """A figure with a text for those who cannot see it. On a screen its colours follow the style
     sheet, so that dark mode has its own.
     """
+    if not svg:
+        return Markup(f"<em>{escape(text)}: left out (report.figures)</em>")
     if medium == "print":  # as an image: the page's style sheet need not look at its parts
         picture = _base64(svg.replace(FONT, "Report"))  # as the paper calls this font
         return Markup(f'<img src="data:image/svg+xml;base64,{picture}" alt="{escape(text)}">')
@@ -120,23 +122,27 @@ def write_page(
         `written`, the style sheet as `css`, the script as `script`, the medium, "screen" or
         "print", as `medium`. Its `drawings` say how each figure is drawn (`Draw`); `data` are the
         tables behind them (`figure_data`), which are written beside the page, too.
-    settings : the paper; A4 by default.
+    settings : the paper, A4 by default, and whether there are figures and a PDF, both by default;
+        without one, that of an earlier page is removed.
     scripts : file names of scripts of this page alone, in this package; their texts are given to
         the template as `scripts`. No other script runs (`security_policy`).
     beside : templates of further pages of the same values, by the name of their HTML: what is for
         a screen alone, because few people read it.
     """
     page, values = _prepared(template, context, scripts)
+    looks = settings or ReportSettings()
     draws: Mapping[str, Draw] = context.get("drawings", {})
-    values["drawings"] = _drawings(draws)
+    values["drawings"] = _drawings(draws) if looks.figures else dict.fromkeys(draws, Markup())
     write_tables(folder, values["data"])
     write_text(folder / f"{name}.html", _html(page, values, "screen"))
     for other, further in (beside or {}).items():
         second, own = _prepared(further, context, ())
         own["drawings"] = values["drawings"]
         write_text(folder / f"{other}.html", _html(second, own, "screen"))
-    paper = (settings or ReportSettings()).paper
-    print_page(folder / f"{name}.pdf", _html(page, values, "print"), paper)
+    if looks.pdf:
+        print_page(folder / f"{name}.pdf", _html(page, values, "print"), looks.paper)
+    else:
+        (folder / f"{name}.pdf").unlink(missing_ok=True)
 
 
 def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any]) -> Path:

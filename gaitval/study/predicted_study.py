@@ -35,7 +35,7 @@ from gaitval.study.learning_stages import (
     train_stage,
 )
 from gaitval.study.predicted_tasks import predicted_task, range_stage, range_task, speeds_of
-from gaitval.study.report_stages import metrics_of, report_stage, validate_stage
+from gaitval.study.report_stages import metrics_of, page_files, report_stage, validate_stage
 from gaitval.study.run import choose_start
 from gaitval.study.scaling_stages import reference_stage, scale_stage
 from gaitval.study.stage import Run, Stage, run_stage
@@ -234,7 +234,7 @@ def predicted_report_stage(run: Run) -> Stage:
             "metrics.json",
             ROLLOUTS["nominal"],
         ),
-        outputs=("report.html", "report-details.html", "report.pdf"),
+        outputs=page_files(run),
     )
 
 

@@ -133,7 +133,7 @@ def validate_stage(run: Run) -> Stage:
 
 def report_stage(run: Run) -> Stage:
     """Everything in the folder of `run` → report.html, report-details.html and
-    report.pdf.
+    report.pdf, unless `report.pdf` is false.
     """
 
     def report() -> None:
@@ -159,5 +159,11 @@ def report_stage(run: Run) -> Stage:
             *ROLLOUTS.values(),
             *(name for each in body_stages(run) for name in each.outputs),
         ),
-        outputs=("report.html", "report-details.html", "report.pdf"),
+        outputs=page_files(run),
     )
+
+
+def page_files(run: Run) -> tuple[str, ...]:
+    """What the report of `run` is written to."""
+    pdf = ("report.pdf",) if run.configuration.report.pdf else ()
+    return "report.html", "report-details.html", *pdf

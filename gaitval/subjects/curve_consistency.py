@@ -317,7 +317,9 @@ def judge_curves(curves: Curves) -> Judged:
     for mistake in mistakes(own, expected):
         changed = mistake.undo(own)
         after = {**own, **changed}
-        concerned = sorted(set().union(*(touched[name] for name in changed)))
+        # What the mistake costs most shows soonest that it is none.
+        among = set().union(*(touched[name] for name in changed))
+        concerned = sorted(among, key=lambda i: -_count(seen[i]))
         better, hope = 0.0, sum(perfect[i] - now[i] for i in concerned)
         for i in concerned:
             better += _log(seen[i], after) - now[i]

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from made_up_session import SHORT, made_up_session
+from quick_settings import WITH_WORDS
 from typer.testing import CliRunner
 
 from gaitval import cli
@@ -157,7 +158,7 @@ def test_an_import_keeps_the_record_of_a_device(session, tmp_path):
     words = [
         "import", "--static", str(request.static), "--trial", str(request.trials[0]),
         "--forces", str(path), "--mass", str(request.mass_kg), "--height", str(request.height_m),
-        "--sex", request.sex, "--out", str(tmp_path / "out"),
+        "--sex", request.sex, "--out", str(tmp_path / "out"), *WITH_WORDS,
     ]  # fmt: skip
     done = CliRunner().invoke(cli.app, words)
     assert done.exit_code == 0, done.output

@@ -27,6 +27,7 @@ from format_files import (
 )
 from known_walk import known_walk
 from made_up_session import MadeUpSession, made_up_session
+from quick_settings import WITH_WORDS
 
 from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.cohort.table import read_table
@@ -345,7 +346,7 @@ def _imported(folder: Path) -> None:
     """A marker set of one's own, through the import."""
     return through(folder, "import", *_PERSON, "--static", folder / "stand.c3d", "--trial",
                    folder / "walk.trc", "--forces", folder / "walk_forces.mot", "--marker-set",
-                   folder / "own.toml")  # fmt: skip
+                   folder / "own.toml", *WITH_WORDS)  # fmt: skip
 
 
 _PERSON: Final = ("--sex", "F", "--mass", "63.2", "--height", "1.66", "--age", "30")
@@ -419,7 +420,7 @@ def _further(folder: Path) -> dict[str, Kind]:
         "session": Kind(
             seeds("session.toml", *trial),
             ("session.toml",),
-            lambda f: through(f, "import", f / "session.toml"),
+            lambda f: through(f, "import", f / "session.toml", *WITH_WORDS),
         ),
         "marker_set": Kind(seeds("own.toml", *trial), ("own.toml",), _imported),
         "cohort": loaded("table.csv", read_table),

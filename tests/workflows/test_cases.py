@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from knee_implant import knee_request
 from made_up_session import MadeUpSession, doubts, made_up_session
-from recorded_sessions import rajagopal_walk, wbds01_overground, wbds01_t01
+from quick_settings import WITH_WORDS
+from recorded_sessions import wbds01_overground, wbds01_t01
 from typer.testing import CliRunner
 
 from gaitval import cli
@@ -135,7 +136,8 @@ def test_a_case_that_somebody_sent_ends_as_it_should(name, cases, tmp_path, monk
     monkeypatch.chdir(cases / name)
     command, code, words = CASES[name]
     out = tmp_path / ("out.toml" if name.startswith("curves") else "out")
-    result = CliRunner().invoke(cli.app, [*command.split(), "--out", str(out)])
+    pages = WITH_WORDS if name.startswith("import") else ()
+    result = CliRunner().invoke(cli.app, [*command.split(), "--out", str(out), *pages])
     message = " ".join(result.output.split())
     assert result.exit_code == code, message
     for word in words:
@@ -163,10 +165,7 @@ def test_every_case_is_tried(cases):
 # -- clean recordings, and forces with one fault ---------------------------------------------------
 
 CLEAN: dict[str, tuple[Callable[[Path, Path], Request], tuple[str, ...]]] = {
-    # Its second plate is 25 to 32 mm from where the file says: built-in S01 corrects it, too.
-    "WBDS01, treadmill": (lambda data, _: wbds01_t01(data), ("measurement: place",)),
     "WBDS01, over ground": (lambda data, _: wbds01_overground(data), ()),
-    "Rajagopal": (lambda data, _: rajagopal_walk(data), ()),
     # He is given as 75 kg, and the plates carry 83 kg; markers of the left shank were filled in;
     # the right foot strikes once.
     "implanted knee, 1": (
@@ -178,7 +177,8 @@ CLEAN: dict[str, tuple[Callable[[Path, Path], Request], tuple[str, ...]]] = {
         ("filled gap", "measurement: mass", "one side"),
     ),
 }
-"""Recordings of the raw data, and what is truly wrong with them. The shipped sample is imported in
+"""Recordings of the raw data, and what is truly wrong with them. WBDS01's treadmill and Rajagopal's
+walk are in `test_import_recordings.py`; the shipped sample is imported in
 `tests/session/test_uneven_legs.py` and the cases, and has nothing."""
 
 
@@ -271,7 +271,13 @@ def test_a_doubt_is_on_the_page_in_the_record_and_in_the_summary(made, tmp_path)
     request = with_forces(made, tmp_path / "f.mot", twisted)
     options = [f"--mass={request.mass_kg}", f"--height={request.height_m}", f"--sex={request.sex}"]
     options += [f"--trial={request.trials[0]}", f"--forces={request.forces[0]}"]
-    command = ["import", f"--static={request.static}", f"--out={tmp_path / 'out'}", *options]
+    command = [
+        "import",
+        f"--static={request.static}",
+        f"--out={tmp_path / 'out'}",
+        *options,
+        *WITH_WORDS,
+    ]
     result = CliRunner().invoke(cli.app, command)
     assert result.exit_code == 0, result.output
     assert "Warning: walk.trc: plate r" in " ".join(result.output.split())

@@ -52,6 +52,13 @@ def recorded(request: pytest.FixtureRequest) -> Recorded:
 
 
 @pytest.mark.slow
+def test_a_clean_recording_has_the_warnings_that_are_true(t01, rajagopal):
+    """WBDS01's second plate is 25 to 32 mm from where the file says: built-in S01 corrects it."""
+    assert [warning.check for _, warning in t01.found.warnings] == ["measurement: place"]
+    assert not rajagopal.found.warnings
+
+
+@pytest.mark.slow
 def test_markers_are_within_the_published_limits(recorded):
     """OpenSim's checklist for inverse kinematics: RMS below 2 cm, largest below 4 cm."""
     errors = marker_errors(recorded.walk.kinematics)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_up_session import CONTRADICTED, MadeUpSession, made_up_session
+from quick_settings import WITH_WORDS, WORDS
 from typer.testing import CliRunner
 
 from gaitval import cli
@@ -68,7 +69,9 @@ def plates(session: MadeUpSession) -> list[str]:
 
 def imported(session: MadeUpSession, out: Path, **changed: object) -> object:
     given = session.request.model_dump(include=set(ImportOptions.model_fields)) | changed
-    return import_files(ImportOptions(**given), out, configuration=load_configuration())
+    return import_files(
+        ImportOptions(**given), out, configuration=load_configuration(settings=WORDS)
+    )
 
 
 @pytest.mark.slow
@@ -232,7 +235,7 @@ def test_a_trial_without_a_whole_cycle_is_a_trial_with_moments(session, tmp_path
         "import", "--static", str(request.static), "--trial", str(request.trials[0]),
         "--forces", str(request.forces[0]), "--mass", str(request.mass_kg),
         "--height", str(request.height_m), "--sex", request.sex, "--trial-time", "0.3:1.25",
-        "--out", str(tmp_path / "command"),
+        "--out", str(tmp_path / "command"), *WITH_WORDS,
     ]  # fmt: skip
     result = CliRunner().invoke(cli.app, command)
     assert result.exit_code == 0, result.output

@@ -19,7 +19,7 @@ import pytest
 import sbom
 from lock import canonical, locked
 from numba.core.caching import _CacheLocator
-from quick_settings import QUICK
+from quick_settings import PAGES, QUICK
 
 from gaitval._internal.numba.compiled import _cache_folder
 from gaitval.subjects.sample import SAMPLE
@@ -217,7 +217,7 @@ def test_the_main_job_runs_away_from_the_checkout(installed, tmp_path):
     )
     empty = tmp_path / "empty"
     empty.mkdir()
-    settings = [argument for setting in QUICK for argument in ("--set", setting)]
+    settings = [argument for setting in (*QUICK, *PAGES) for argument in ("--set", setting)]
     with shared_compiled(installed):
         done = subprocess.run(
             [sys.executable, "-I", "-c", code, "subject", "5", *settings],

@@ -191,6 +191,12 @@ def _short(cell: str) -> str:
         return cell
 
 
+def print_report(folder: Path) -> None:
+    """Print where the report of a run `folder` is."""
+    pdf = " and report.pdf" if (folder / "report.pdf").is_file() else ""
+    output.print(f"Report: {folder / 'report.html'}{pdf}")
+
+
 def print_verdict(metrics: "Metrics", where: str = "") -> None:
     """Print the verdict of `metrics` in a sentence (`where` as there), then each failed limit once
     with its worst value and its remedy: at most `VERDICT_ROWS` rows, acceptance before context.

@@ -122,7 +122,8 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         quantities = quantities_of(summary)
         written.append(write_table(target / CURVES, _curve_table(found, quantities)))
         write_recording_report(target, summary, configuration.report)
-        written += [target / "recording.html", target / "recording.pdf"]
+        pages = (target / f"recording.{ending}" for ending in ("html", "pdf"))
+        written += [page for page in pages if page.is_file()]
         written += sorted((target / FIGURES).glob("*.csv"))
         results = {n: quantity_result(BY_NAME[n], each) for n, each in quantities.items()}
         record = ImportResult.model_validate(without_nan(_record(found)) | {"quantities": results})
