@@ -23,6 +23,7 @@ femoral epicondyles and malleoli, heel, first and fifth metatarsal heads."""
 LANDMARK_NAMES = (
     *(f"{side}.{name}" for side in "RL" for name in LANDMARKS),
     "Sacrum",
+    *("R.Crest", "L.Crest"),
     *(
         f"{side}.{name}"
         for side in "RL"
@@ -34,7 +35,8 @@ LANDMARK_NAMES = (
 )
 """All landmarks that a marker can be on. Thigh and Shank are the wand markers of Plug-in Gait,
 which lie in the frontal plane of the segment; Knee.Axis is the end of an alignment device on the
-knee's axis; Toe is any marker beyond the metatarsal heads, Wrist a single marker on the wrist."""
+knee's axis; the crests replace an ASIS without a marker (`markers.spines`); Toe is any marker
+beyond the metatarsal heads, Wrist a single marker on the wrist."""
 
 WIDTHS = {"knee_width": KNEE_WIDTH, "ankle_width": ANKLE_WIDTH, "elbow_width": ELBOW_WIDTH}
 """Across the epicondyles and malleoli."""

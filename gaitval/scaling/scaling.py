@@ -333,8 +333,9 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
             f"pelvis: tilted forward by {tilt:.0f} degrees in standing (plausible: "
             f"{PLAUSIBLE.plausible_tilt[0]:g} to {PLAUSIBLE.plausible_tilt[1]:g})"
             + (
-                ": look whether its front markers are on the iliac crests, or front and rear "
-                "are exchanged"
+                ": its front markers are as high above the rear ones as the iliac crests are. If "
+                "they are on the crests, say so in a marker set (landmarks R.Crest and L.Crest), "
+                "and the spines are estimated; else look whether front and rear are exchanged"
                 if tilt < PLAUSIBLE.plausible_tilt[0] and "markers" in _origin(measured)
                 else ""
             )

@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
 from shlex import quote
@@ -54,6 +54,7 @@ class SessionRecordings:
     standing, walking : in the project's axes, walking along +x.
     warnings : the trial, and a warning about its markers.
     looked : the trial, and what was looked for in its markers.
+    placement_sd : m, each way, of landmarks that no marker is on, by name.
     points : joint centres that the standing trial has as points, or the first walk that has any.
     """
 
@@ -63,6 +64,7 @@ class SessionRecordings:
     walking: tuple[Recording, ...]
     warnings: tuple[tuple[str, QualityFlag], ...] = ()
     looked: tuple[tuple[str, Looked], ...] = ()
+    placement_sd: Mapping[str, float] = field(default_factory=dict)
     points: "tuple[GivenCentre, ...]" = ()
 
 
@@ -100,7 +102,8 @@ def read_session(
     stood = Result((), ())
     if not request.stands_in_walk:
         standing, stood = without_seldom(standing)
-    walking, taken_off = completed(marker_set, standing, walking)
+    whole = completed(marker_set, standing, walking)
+    marker_set, standing, walking = whole.marker_set, whole.standing, list(whole.walking)
     points = _points((standing, *walking), marker_set)
     axes = _axes(request, standing, marker_set.landmarks)
     notify("axes", axes.description)
@@ -128,7 +131,7 @@ def read_session(
     standing, of_walk = _standing(
         request, processing, marker_set, axes, standing, first, floor, notify
     )
-    warn(0, (*stood.flags, *taken_off, *of_walk))
+    warn(0, (*stood.flags, *whole.flags, *of_walk))
     turned = list[Recording]()
     looked = [(request.called(0), row) for row in stood.looked]
     for number, named_walk in enumerate(walking):
@@ -149,6 +152,7 @@ def read_session(
         walking=tuple(turned),
         warnings=tuple(flags),
         looked=tuple(looked),
+        placement_sd=whole.placement_sd,
         points=points,
     )
 

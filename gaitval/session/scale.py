@@ -25,8 +25,10 @@ from gaitval.model.ground import Ground
 from gaitval.model.markers import ModelMarker
 from gaitval.scaling.joint_centres import FUNCTIONAL, measure
 from gaitval.scaling.marker_set import MarkerSet
+from gaitval.scaling.markers.spines import SPINES
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scaling import ScaledBody, build_body
+from gaitval.session.pelvis_markers import FROM_CRESTS
 from gaitval.session.read import SessionRecordings, about_file, of_trial
 from gaitval.session.request import Notify, Request, silent
 from gaitval.session.standing import standing_places
@@ -163,6 +165,8 @@ def _by_standing(
     """The body by the landmarks of the standing trial."""
     places, marker_set = standing_places(session.standing), session.marker_set
     on_landmarks = marker_set.on_landmarks({name: at.tolist() for name, at in places.items()})
+    by_crests = any(warning.check == FROM_CRESTS for _, warning in session.warnings)
+    estimated = SPINES if by_crests else ()
     with about_file(str(request.static)):
         measured = measure(
             on_landmarks, **request.widths, centres=centres, centres_source=centres_source
@@ -173,7 +177,7 @@ def _by_standing(
         scaled = build_body(request, measured)
         odd = look(
             StandingBody(
-                points=on_landmarks,
+                points={name: at for name, at in on_landmarks.items() if name not in estimated},
                 lengths=scaled.table,
                 widths={"knee width": request.knee_width, "ankle width": request.ankle_width},
                 height=request.height_m,
@@ -210,6 +214,7 @@ def _fit_to_trials(
     )
     roles = session.marker_set.markers
     placed = {name: MODEL_FIT.anatomical_sd for name in names if roles[name].role == "anatomical"}
+    placed |= {name: sd for name, sd in session.placement_sd.items() if name in names}
     markers, walked = placement.markers, replace(walking, markers=smooth)
     if request.joint_centres == "given":
         from gaitval.scaling.given_centres import segment_below, with_centres

@@ -57,7 +57,7 @@ class StandingPerson:
                 frame[:3, 3] += self.girdle[definition.segment[-1]]
             if definition.landmark in self.landmarks:
                 places[name] = self.landmarks[definition.landmark]
-            elif definition.landmark is None:
+            elif definition.landmark in (None, "R.Crest", "L.Crest"):
                 places[name] = frame[:3, 3] + frame[:3, :3] @ noise.uniform(-0.1, 0.1, 3)
             else:
                 continue

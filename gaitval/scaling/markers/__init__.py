@@ -1,1 +1,1 @@
-"""Marker sets drafted from names."""
+"""Marker sets drafted from names, and a pelvis without markers on its anterior spines."""
