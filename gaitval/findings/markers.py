@@ -89,44 +89,20 @@ def _noise(read: AsRead, *, named: int) -> Iterator[Seen]:
         yield Seen(found[worst], where, {"worst": worst})
 
 
-def _stuck(read: AsRead, *, frames: int, travel_m: float, coarse_m: float) -> Iterator[Seen]:
-    """How long a coordinate repeats itself while the marker moves on, s."""
-    rate = read.recording.marker_rate
-    for number, name in enumerate(read.recording.names):
-        path, longest = read.recording.markers[:, number], 0
-        for column in range(3):
-            # NaN in front keeps the length: change t is that from frame t − 1 to t.
-            changes = np.abs(np.diff(path[:, column], prepend=np.nan))
-            if coarse_m < changes[changes > 0.0].min(initial=np.inf) < np.inf:
-                continue
-            for begin, end in zip(*runs(changes == 0.0), strict=True):
-                if end - begin > frames and np.ptp(path[begin:end], axis=0).max() > travel_m:
-                    longest = max(longest, int(end - begin))
-        yield Seen(longest / rate, name)
-
-
-def _filled(
-    read: AsRead, *, away_m: float, alone_s: float, straight_s: float, **of_paths: float
-) -> Iterator[Seen]:
+def _filled(read: AsRead, *, away_m: float, alone_s: float, **of_paths: float) -> Iterator[Seen]:
     """How long markers have a path in which a gap was filled wrongly, s."""
     recording, segments = read.recording, read.segments
-    rate, parts = recording.marker_rate, dict[str, tuple[float, str]]()
-    # Something that moves as one, without a person's accelerations, is no person.
-    straight = [*_polynomials(recording, 2, straight_s, **of_paths)]
-    person = np.mean([each.mean() for each in straight]) < 0.5
-    splines = zip(*(_polynomials(recording, order, **of_paths) for order in (4, 6)), strict=True)
-    for name, line, (third, fifth) in zip(recording.names, straight, splines, strict=True):
-        filled = third | fifth
-        seconds = float(filled.sum() / rate)
+    parts = dict[str, tuple[float, str]]()
+    for name in recording.names:
+        filled = _polynomial(recording.marker(name), recording.marker_rate, **of_paths)
+        seconds = float(filled.sum() / recording.marker_rate)
         others = [
             other
             for other in recording.names
             if other != name and segments.get(other) == segments.get(name, "torso") != "torso"
         ]
         away = max((_away(recording, name, other, filled) for other in others), default=np.nan)
-        if person and line.any():
-            parts[name] = float(line.sum() / rate), "along an exact straight line"
-        elif away > away_m:
+        if away > away_m:
             parts[name] = seconds, f"by up to {1000 * away:.0f} mm"
         elif len(others) < 2 and seconds > alone_s:
             parts[name] = seconds, "where too few other markers show its segment"
@@ -135,33 +111,27 @@ def _filled(
     yield Seen(longest, ", ".join(parts) or "all markers", {"each": each})
 
 
-def _polynomials(
-    recording: Recording, order: int, least_s: float | None = None,
-    *, share: float, spline_s: float, frames: float, travel_m: float, bend: float,
-    rounding_m: float,
-) -> Iterator[Flags]:  # fmt: skip
-    """(T,) for each marker, whether its path is an exact polynomial around a frame: of degree 1, 3
-    or 5, whose differences of an `order` 2, 4 or 6 vanish.
+def _polynomial(
+    path: Array, rate: float,
+    *, share: float, least_s: float, frames: float, travel_m: float, rounding_m: float,
+) -> Flags:  # fmt: skip
+    """(T,) whether a `path` (T, 3) is an exact polynomial around a frame, of degree 5 or less: a
+    straight line, a cubic or a quintic, whose differences of order 6 vanish.
 
     Rounding to a thousandth of a millimetre leaves some of them; noise of cameras is twenty times
     that, and markers that were smoothed and move have ten times as much.
     """
-    rate = recording.marker_rate
-    rounding = bend / rate**2 if order == 2 else rounding_m * 4.0 ** (order / 2 - 2)
-    for name in recording.names:
-        path = recording.marker(name)
-        found: Flags = np.zeros(len(path), dtype=bool)
-        size = np.linalg.norm(np.diff(path, n=order, axis=0), axis=1)
-        known = size[np.isfinite(size)]
-        limit = min(rounding, share * np.median(known)) if len(known) else 0.0
-        for begin, end in zip(*runs(size < limit), strict=True):
-            last = end - 1 + order
-            long = (last + 1 - begin) / rate >= (spline_s if least_s is None else least_s)
-            # A marker that rests has no differences either, and no gap.
-            moved = np.linalg.norm(path[last] - path[begin]) > travel_m
-            if end - begin >= frames and long and moved:
-                found[begin : last + 1] = True
-        yield found
+    found: Flags = np.zeros(len(path), dtype=bool)
+    size = np.linalg.norm(np.diff(path, n=6, axis=0), axis=1)
+    known = size[np.isfinite(size)]
+    limit = min(rounding_m, share * np.median(known)) if len(known) else 0.0
+    for begin, end in zip(*runs(size < limit), strict=True):
+        last = end + 5
+        # A marker that rests has no differences either, and no gap.
+        moved = np.linalg.norm(path[last] - path[begin]) > travel_m
+        if end - begin >= frames and (last + 1 - begin) / rate >= least_s and moved:
+            found[begin : last + 1] = True
+    return found
 
 
 def _away(recording: Recording, name: str, other: str, filled: Flags) -> float:
@@ -269,30 +239,13 @@ NOISE: Final[Finding] = Finding(
         "walk 4 mm move angles by 1.3 degrees and moments by 0.06 Nm/kg, in proportion"
     ),
 )
-STUCK: Final[Finding] = Finding(
-    name="stuck coordinate",
-    needs=AsRead,
-    values=_stuck,
-    numbers={"frames": 5, "travel_m": 0.02, "coarse_m": 1e-4},
-    limits=0.05,
-    unit="s",
-    sentence=(
-        "one of its coordinates stays exactly the same for {value:.2f} s while the marker moves "
-        "on: the trajectory was cut off at the edge of the volume, or filled"
-    ),
-    remedy="Look at the trajectory in the recording program",
-    source=(
-        "at most 0.01 s (a single frame); coarsely rounded files are not checked: a coordinate "
-        "that swings by 2 cm once a second is within half a millimetre for 0.07 s"
-    ),
-)
 FILLED: Final[Finding] = Finding(
     name="filled gap",
     needs=AsRead,
     values=_filled,
     numbers={
-        "away_m": 0.006, "alone_s": 0.3, "straight_s": 0.08, "spline_s": 0.15, "frames": 6,
-        "travel_m": 0.02, "share": 0.1, "bend": 0.05, "rounding_m": 4e-6,
+        "away_m": 0.006, "alone_s": 0.3, "least_s": 0.15, "frames": 6, "travel_m": 0.02,
+        "share": 0.1, "rounding_m": 1.6e-5,
     },
     limits=0.0,
     unit="s",

@@ -40,13 +40,11 @@ class Balance:
         marker frames.
     loads : on the feet there, filtered as the motion is.
     mass_kg : of the person.
-    aid : what carries a part of the body, which is in none of the balances.
     """
 
     needed: Array
     loads: FootForces
     mass_kg: float
-    aid: str | None = None
 
     @cached_property
     def known(self) -> Flags:
@@ -71,18 +69,7 @@ def _weight(balance: Balance) -> Iterator[Seen]:
     if known.any():
         carried = balance.loads.force[known, :, 2].sum(axis=1).mean()
         ratio = float(carried / balance.needed[known, 2].mean())
-        if balance.aid is None:
-            yield Seen(ratio, "all plates")
-            return
-        yield Seen(ratio, "all plates", {"aid": balance.aid}, limits=(1.0, 1.0))
-
-
-def _aided(balance: Balance) -> Iterator[Seen]:
-    return _weight(balance) if balance.aid is not None else iter(())
-
-
-def _carried(balance: Balance) -> Iterator[Seen]:
-    return _weight(balance) if balance.aid is None else iter(())
+        yield Seen(ratio, "all plates")
 
 
 def _frame_rate(balance: Balance) -> Iterator[Seen]:
@@ -103,14 +90,6 @@ def _frame_rate(balance: Balance) -> Iterator[Seen]:
     if correlation > LEAST_CORRELATION:
         factor = float(np.sqrt(ratio)) if ratio > 0.0 else float("nan")
         yield Seen(ratio, "markers and plates", {"factor": factor})
-
-
-def _drift(balance: Balance) -> Iterator[Seen]:
-    """Mean horizontal force that the motion does not need, body weights."""
-    if balance.known.any():
-        drift = balance.excess[balance.known, :2].mean(axis=0)
-        words = {"forward": float(drift[0]), "left": float(drift[1])}
-        yield Seen(float(np.abs(drift).max()), "all plates", words)
 
 
 def _mismatch(balance: Balance, *, seconds: float) -> Iterator[Seen]:
@@ -175,7 +154,7 @@ def _swing(of: Swings) -> Iterator[Seen]:
 WEIGHT: Final[Finding] = Finding(
     name="weight",
     needs=Balance,
-    values=_carried,
+    values=_weight,
     limits=(0.8, 1.2),
     unit="1",
     sentence=(
@@ -185,18 +164,6 @@ WEIGHT: Final[Finding] = Finding(
     source=(
         "off by at most 0.05, and 0.12 in the two trials whose markers jump; over whole cycles "
         "`session.average.check_mass` asks for more, and refuses"
-    ),
-)
-AID: Final[Finding] = Finding(
-    name="aid",
-    needs=Balance,
-    values=_aided,
-    limits=(1.0, 1.0),
-    unit="1",
-    sentence=(
-        "with {aid} the feet carry {value:.2f} times what the body weighs; the rest, and how the "
-        "aid pushes, is not measured. Moments of the legs are those of what the feet carry, trunk "
-        "and residuals those of the aid"
     ),
 )
 FRAME_RATE: Final[Finding] = Finding(
@@ -213,21 +180,7 @@ FRAME_RATE: Final[Finding] = Finding(
     ),
     remedy="Check it in the recording program",
     source=("0.72 to 1.06; a rate that is written double makes it at least 2.9, half at most 0.27"),
-    hidden_by=("weight", "aid"),
-)
-DRIFT: Final[Finding] = Finding(
-    name="horizontal impulse",
-    needs=Balance,
-    values=_drift,
-    limits=0.05,
-    unit="body weights",
-    sentence=(
-        "on average the plates push the body by {forward:.1f %} of its weight forward and "
-        "{left:.1f %} to the left more than its motion shows (at most {limit:.0f %}): a horizontal "
-        "channel is not zeroed"
-    ),
-    source="at most 0.028 (a trial whose markers jump), and 0.006 over whole strides",
-    hidden_by=("weight", "aid", "frame rate"),
+    hidden_by=("weight",),
 )
 MISMATCH: Final[Finding] = Finding(
     name="vertical force and motion",
@@ -245,7 +198,7 @@ MISMATCH: Final[Finding] = Finding(
         "at most 0.09 (WBDS01 on the treadmill, 30 s) and 0.07 (Rajagopal 2016); a plate that goes "
         "silent in the middle of a step lacks 0.5 and more"
     ),
-    hidden_by=("weight", "aid", "frame rate"),
+    hidden_by=("weight", "frame rate"),
 )
 SWING: Final[Finding] = Finding(
     name="swing time",

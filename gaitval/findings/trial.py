@@ -59,7 +59,6 @@ def _of_forces(
     needed = loads.force.sum(axis=1) + dynamics.residual_force
     if aid is not None:
         # The aid is in none of the balances of force and motion; channels can still be dead.
-        yield Balance(needed, loads, mass_kg, aid)
         yield Plates(recording.plates, recording.force_rate, {}, {})
         return
     frames = (forces.time - recording.start) * recording.marker_rate

@@ -12,7 +12,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
 from gaitval.errors import NoCycleError, RecordError
 from gaitval.findings import Looked, look
-from gaitval.findings.laboratory import Laboratory, floor_slope
+from gaitval.findings.laboratory import Laboratory
 from gaitval.findings.poses import Poses
 from gaitval.findings.trial import findings_of_trial
 from gaitval.gait.cycle_checks import without_gaps, without_odd_support
@@ -127,12 +127,11 @@ def work_out_trial(
     cycles = _cycles(recording, events, forces, shown, processing)
     feet = _belt(recording, events, landmarks, cycles)
     belt = feet if request.belt is None else request.belt
-    slope = floor_slope(recording, events, landmarks, belt)
     posed = look(Poses(kinematics, body.markers))
     found = findings_of_trial(
         recording, landmarks, events, ground.findings, ground.measured,
         height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
-        laboratory=Laboratory(slope, belt, feet),
+        laboratory=Laboratory(belt, feet),
         before={warning.check for trial, warning in session.warnings if trial == name},
     )  # fmt: skip
     warnings = (

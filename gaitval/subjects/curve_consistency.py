@@ -2,8 +2,8 @@
 
 A table of curves is held against what is known of walkers: the offsets and shapes of healthy
 people's curves; that right and left are alike and have one pelvis; that the flat foot is level and
-the thigh upright; that moments of neighbouring joints differ by the lever of the ground reaction.
-Each of `curve_mistakes` is undone, and `gaitval.consistency` weighs what is left.
+the thigh upright. Each of `curve_mistakes` is undone, and `gaitval.consistency` weighs what is
+left.
 
 The spread is that between the ten built-in people, and wider: each group of numbers may be off by
 its own factor, as a patient's are.
@@ -18,10 +18,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.consistency import ADVISED, WIDEST, Verdict, log_likelihood, weigh
-from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import mirrored
 from gaitval.gait.sampling import SAMPLES
-from gaitval.scaling.anthropometry import STATURE, WINTER
 from gaitval.subjects.curve_mistakes import POSITIVE, Curves, Mistake, later, mistakes
 
 HARMONICS: Final = 5
@@ -40,20 +38,6 @@ UNEXPLAINED: Final = 0.4
 from which on the curves are no walker's: 0.2 of one of the ten, 0.7 of one who runs."""
 UNTOLD: Final = 3.0
 """Log likelihood that a sign must cost to be known."""
-
-
-ON_ONE_LEG: Final = slice(15, 46)
-"""Rows of single stance: no impact, and the weight and inertia of the leg are small beside the
-ground reaction."""
-_ALONG: Final = np.linspace(-1.0, 1.0, ON_ONE_LEG.stop - ON_ONE_LEG.start)
-_LEVERS: Final = tuple(
-    WINTER[segment] * float(np.mean(list(STATURE.values()))) for segment in ("thigh", "shank")
-)
-"""m, of thigh and shank of a person of mean stature."""
-_BALANCE: Final = (
-    "angle_pelvis_tilt", "angle_hip_flexion", "angle_knee_angle",
-    "moment_hip_flexion", "moment_knee_angle", "moment_ankle_angle", "force_forward", "force_up",
-)  # fmt: skip
 
 
 def _waves() -> Array:
@@ -86,22 +70,6 @@ def _size(parts: Array) -> Array:
     return np.log([np.std(parts.sum(axis=0)) + 1e-6])
 
 
-def _unbalanced(parts: Array) -> Array:
-    """Nm/kg, (4,), mean and slope in single stance of what the moments of hip and knee, and of knee
-    and ankle, differ by besides the lever of the ground reaction; `parts` are those of `_BALANCE`.
-    """
-    tilt, hip, knee, *moments, forward, up = parts[:, ON_ONE_LEG]
-    thigh = np.radians(tilt - hip)
-    found = []
-    for at, upper, lower, lever in (
-        (thigh, -moments[0], moments[1], _LEVERS[0]),
-        (thigh + np.radians(knee), moments[1], -moments[2], _LEVERS[1]),
-    ):
-        left = upper - lower - lever * STANDARD_GRAVITY * (np.cos(at) * forward - np.sin(at) * up)
-        found += [left.mean(), left @ _ALONG / (_ALONG @ _ALONG)]
-    return np.array(found)
-
-
 class Sort(NamedTuple):
     """What is looked at of a curve, or of the sum of some: how it is reduced to numbers; times
     their standard deviation that those of a patient may be off, chosen on half of the 104 people of
@@ -126,8 +94,12 @@ SORTS: Final[Mapping[str, Sort]] = {
     # Of several.
     "sole": Sort(_flat, 4.0, (2.0, 0.0, 0.0)),
     "thigh": Sort(_shape, 4.0, (1.0, 0.0, 0.0)),
-    "balance": Sort(_unbalanced, 4.0, (0.0, 0.04, 0.0)),
 }
+
+
+_SOLE: Final = {"hip_flexion": 1.0, "knee_angle": -1.0, "ankle_angle": 1.0, "pelvis_tilt": -1.0}
+_THIGH: Final = {"hip_adduction": 1.0, "pelvis_list": -1.0}
+"""Angles that add up to that of the sole to the floor, and of the thigh to the vertical."""
 
 
 class Group(NamedTuple):
@@ -167,23 +139,10 @@ def _groups(names: Sequence[str]) -> Iterator[Group]:
     for name, sign in (("tilt", 1.0), ("list", -1.0), ("rotation", -1.0)):
         right, left = (f"angle_pelvis_{name}_{side}" for side in "rl")
         yield Group("pelvis", f"angle_{name}", ((right, 1.0, 0), (left, -sign, SAMPLES // 2)))
-    for side in "rl":
-        for sort, of, factors in (
-            (
-                "sole",
-                "angle",
-                {
-                    "angle_hip_flexion": 1.0,
-                    "angle_knee_angle": -1.0,
-                    "angle_ankle_angle": 1.0,
-                    "angle_pelvis_tilt": -1.0,
-                },
-            ),
-            ("thigh", "angle", {"angle_hip_adduction": 1.0, "angle_pelvis_list": -1.0}),
-            ("balance", "moment", dict.fromkeys(_BALANCE, 1.0)),
-        ):
-            terms = tuple((f"{name}_{side}", factor, 0) for name, factor in factors.items())
-            yield Group(sort, of, terms)  # fmt: skip
+    for sort, terms in (("sole", _SOLE), ("thigh", _THIGH)):
+        for side in "rl":
+            of = tuple((f"angle_{name}_{side}", factor, 0) for name, factor in terms.items())
+            yield Group(sort, "angle", of)
 
 
 Spread = Mapping[tuple[str, str], tuple[Array, Array]]
@@ -333,6 +292,7 @@ def judge_curves(curves: Curves) -> Judged:
     verdict = weigh(tried, 0.0, float(other.sum()) - sum(now))
     untold = () if verdict.named else tuple(
         each.columns[0][6:-2] for each, log in tried
-        if each.family == "sign" and each.columns[0].startswith("angle_") and log > -UNTOLD
+        if each.family == "sign" and len(each.columns) > 1
+        and each.columns[0].startswith("angle_") and log > -UNTOLD
     )  # fmt: skip
     return Judged(verdict, untold, best > sum(perfect) - sum(now) - UNEXPLAINED * len(seen))

@@ -1,15 +1,14 @@
 """Mistakes that people make in tables of mean curves, each with the curves as they are without it.
 
-Of each are said the words, and what to do about it. Programs differ in signs, units and zeros, most
-of all outside the sagittal plane.
+Programs differ in signs, units and zeros, most of all outside the sagittal plane.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -24,19 +23,14 @@ Curves = Mapping[str, Array]
 """(101,) by name with kind and side, `angle_hip_flexion_r`: deg, Nm/kg, body weights."""
 
 PRIORS: Final[Mapping[str, float]] = {
-    "sign": 0.05,
-    "sign of one side": 0.02,
-    "signs of all moments": 0.01,
-    "unit": 0.05,
-    "unit of one column": 0.02,
-    "half a stride": 0.02,
-    "late": 0.02,
+    "sign": 0.08,
+    "unit": 0.07,
+    "late": 0.04,
     "rows": 0.01,
-    "exchanged names": 0.02,
-    "exchanged sides": 0.01,
-    "thigh": 0.04,
     "offset": 0.03,
     "right angle": 0.02,
+    "exchanged names": 0.02,
+    "exchanged sides": 0.01,
 }
 """Probability of each family before the data, shared among its members."""
 POSITIVE: Final[Mapping[str, str]] = {
@@ -64,7 +58,12 @@ SIGNS: Final[Mapping[str, str]] = {
 """Of other curves."""
 SIZES: Final = 7
 """Of a unit per kg of body mass or m of stature, from the smallest person to the largest."""
-CUT: Final = "cut them from heel strike to heel strike of their own side"
+HALF: Final = SAMPLES // 2
+"""Rows of half a stride."""
+CUT: Final = "export 0 to 100 % of one cycle, from heel strike to heel strike of its own side"
+ZERO: Final = "give the difference from standing"
+FAR: Final = 45.0
+"""Degrees, of a zero, beyond which right angles were not taken away."""
 
 
 @dataclass(frozen=True)
@@ -85,18 +84,17 @@ class Mistake(Change):
     @property
     def of_definition(self) -> bool:
         """Whether laboratories may differ so: in zeros, and outside the sagittal plane."""
-        return self.family in ("offset", "thigh") or not any(
+        return self.family == "offset" or not any(
             name.startswith(("moment", "force", *SAGITTAL)) for name in self.columns
         )
 
 
-@dataclass(frozen=True)
-class Columns:
+class Columns(NamedTuple):
     """Those that one mistake may be about.
 
     Attributes
     ----------
-    extent : `table`, or `kind` (all angles, moments, forces), these of one side (`one leg`), `both`
+    extent : `table`, or `kind` (all angles, moments, forces), these of one side (`leg`), `both`
         sides of a curve, or `one`.
     """
 
@@ -109,27 +107,17 @@ class Columns:
         """Of the first, "angle", "moment" or "force"."""
         return self.names[0].partition("_")[0]
 
-    @property
-    def curve(self) -> str:
-        """Without kind and side, of the first."""
-        return self.names[0].partition("_")[2][:-2]
 
-    def mistake(
-        self, family: str, said: str, change: Callable[[Array], Array], remedy: str, name: str = ""
-    ) -> Mistake:
-        """The mistake that is undone by the same `change` of each of these; `said` has `{are}` and
-        `{have}`, and is the name where none is given.
-        """
-        are, have = ("are", "have") if len(self.names) > 1 else ("is", "has")
-        return Mistake(
-            f"{name or said} {self.words}",
-            f"{self.words} {said.format(are=are, have=have)}",
-            PRIORS[family],
-            remedy.format(words=self.words),
-            family=family,
-            columns=self.names,
-            undo=lambda curves: {each: change(curves[each]) for each in self.names},
-        )
+class Undone(NamedTuple):
+    """What one change makes of each curve of its columns: its family and name, what happened, in
+    words with `{are}` and `{have}`, and what to do, with the columns as `{words}`.
+    """
+
+    family: str
+    name: str
+    said: str
+    change: Callable[[Array], Array]
+    remedy: str
 
 
 def later(curve: Array, rows: int) -> Array:
@@ -140,29 +128,104 @@ def later(curve: Array, rows: int) -> Array:
 
 def mistakes(curves: Curves, expected: Curves) -> list[Mistake]:
     """Those that a table of these `curves` may have; `expected` are healthy people's."""
-    found = [*_exchanged(tuple(curves)), *_of_the_thigh(curves)]
+    found = [*_exchanged(tuple(curves))]
     for own in _columns(tuple(curves)):
-        found += [*_signs(own), *_units(own), *_times(own), *_zeros(own, curves, expected)]
+        found += [_mistake(own, each) for each in _undone(own, curves, expected)]
     members = Counter(family for family, _ in {(each.family, each.name) for each in found})
     return [replace(each, prior=each.prior / members[each.family]) for each in found]
 
 
-def _kinds(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Curves of each kind, and all where there are several kinds."""
-    found = {
-        f"the {kind}s": own
+def _mistake(own: Columns, undone: Undone) -> Mistake:
+    are, have = ("are", "have") if len(own.names) > 1 else ("is", "has")
+    return Mistake(
+        f"{undone.name} {own.words}",
+        f"{own.words} {undone.said.format(are=are, have=have)}",
+        PRIORS[undone.family],
+        undone.remedy.format(words=own.words),
+        family=undone.family,
+        columns=own.names,
+        undo=lambda curves: {name: undone.change(curves[name]) for name in own.names},
+    )
+
+
+def _undone(own: Columns, curves: Curves, expected: Curves) -> Iterator[Undone]:
+    """All that may have happened to these columns."""
+    if own.extent in ("both", "one") or (own.extent, own.kind) == ("kind", "moment"):
+        where = SIGNS[own.kind]
+        if own.kind == "angle":
+            where = POSITIVE.get(own.names[0][len("angle_") : -2], where)
+        yield Undone(
+            "sign", "sign", "{have} the other sign", np.negative,
+            f"change the sign of {{words}}: {where}",
+        )  # fmt: skip
+    if own.extent in ("kind", "both", "one"):
+        for unit, factor, fix in _wrong_units(own.kind):
+            advice = fix if own.extent == "kind" else "write all columns of a kind in one unit"
+            yield Undone("unit", unit, f"{{are}} in {unit}", partial(np.multiply, factor), advice)
+    if own.extent in ("table", "kind", "leg", "one"):
+        for rows in range(8, SAMPLES - 8, 4) if own.extent in ("table", "kind") else (HALF,):
+            yield Undone("late", "late", _delay(rows), partial(later, rows=rows), CUT)
+    if own.extent in ("table", "kind"):
+        yield Undone("rows", "rows", "{are} run backwards", np.flip, CUT)
+    if own.extent in ("both", "one") and own.kind == "angle":
+        for factor in (1.0, -1.0):
+            # By how much the mean of healthy people is more than `factor` times that of these.
+            off = [(expected[name] - factor * curves[name])[:-1].mean() for name in own.names]
+            add = float(np.mean(off))
+            if abs(add) > FAR:
+                add = 90.0 * round(add / 90.0)
+                said = f"{{are}} measured from {abs(add):.0f}° in standing"
+                change = partial(_moved, factor, add)
+                yield Undone("right angle", f"{factor:g} {add:g}", said, change, ZERO)
+            elif factor > 0.0 and own.extent == "one":
+                said, change = "{have} another zero", partial(_moved, factor, add)
+                yield Undone("offset", "offset", said, change, ZERO)
+
+
+def _moved(factor: float, add: float, curve: Array) -> Array:
+    return factor * curve + add
+
+
+def _delay(rows: int) -> str:
+    """What happened to curves that are undone by being so many rows later."""
+    if abs(rows - HALF) < 4:
+        return "{are} over the other side's cycle, half a stride off"
+    early = rows if rows < HALF else rows - (SAMPLES - 1)
+    return f"{{are}} about {abs(early)} % of the cycle too {'early' if early > 0 else 'late'}"
+
+
+def _wrong_units(kind: str) -> Iterator[tuple[str, float, str]]:
+    """Units other than deg, Nm/kg and body weights: name, factor, and what to do."""
+    if kind == "angle":
+        radian, degree = ANGLE.units
+        yield radian.name, 1.0 / degree.factor, "give --angle-unit rad"
+        yield degree.name, degree.factor, "give --angle-unit deg"
+        return
+    for unit in (ANKLE_MOMENT if kind == "moment" else VERTICAL_FORCE).units[1:]:
+        fix = unit.how or f"multiply them by {unit.factor:g}, or say the unit in the headers"
+        for size in np.geomspace(1.0 / unit.spread, unit.spread, SIZES if unit.spread > 1.0 else 1):
+            yield unit.name, unit.factor * float(size), fix
+
+
+def _kinds(names: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    """Curves of each kind."""
+    kinds = {
+        f"the {kind}s": tuple(name for name in names if name.startswith(kind))
         for kind in ("angle", "moment", "force")
-        if (own := tuple(name for name in names if name.startswith(kind)))
     }
-    return found if len(found) < 2 else {"all curves": tuple(names), **found}
+    return {words: own for words, own in kinds.items() if own}
 
 
-def _columns(names: Sequence[str]) -> Iterator[Columns]:
-    for words, own in _kinds(names).items():
-        yield Columns("table" if words == "all curves" else "kind", words, own)
+def _columns(names: tuple[str, ...]) -> Iterator[Columns]:
+    kinds = _kinds(names)
+    if len(kinds) > 1:
+        yield Columns("table", "all curves", names)
+    for words, own in kinds.items():
+        yield Columns("kind", words, own)
+    for words, own in {"all curves": names, **kinds}.items():
         for side, long in (("r", "right"), ("l", "left")):
             if leg := tuple(name for name in own if name.endswith(side)):
-                yield Columns("one leg", f"{words} of the {long} side", leg)
+                yield Columns("leg", f"{words} of the {long} side", leg)
     for base in dict.fromkeys(name[:-2] for name in names):
         both = tuple(name for name in names if name[:-2] == base)
         if len(both) > 1:
@@ -171,120 +234,24 @@ def _columns(names: Sequence[str]) -> Iterator[Columns]:
             yield Columns("one", name, (name,))
 
 
-def _signs(own: Columns) -> Iterator[Mistake]:
-    family = {"both": "sign", "one": "sign of one side"}.get(own.extent)
-    if (own.extent, own.kind) == ("kind", "moment"):
-        family = "signs of all moments"
-    if family:
-        where = SIGNS[own.kind]
-        if own.kind == "angle":
-            where = POSITIVE.get(own.curve, where)
-        yield own.mistake(
-            family, "{have} the other sign", np.negative, f"change the sign of {{words}}: {where}",
-            "sign",
-        )  # fmt: skip
-
-
-def _units(own: Columns) -> Iterator[Mistake]:
-    if own.extent in ("table", "one leg"):
-        return
-    whole = own.extent == "kind"
-    for unit, factors, fix in _wrong_units(own.kind):
-        for factor in factors:
-            yield own.mistake(
-                "unit" if whole else "unit of one column", f"{{are}} in {unit}",
-                partial(np.multiply, factor),
-                fix if whole else f"write all columns of {own.kind}s in one unit", unit,
-            )  # fmt: skip
-
-
-def _wrong_units(kind: str) -> Iterator[tuple[str, tuple[float, ...], str]]:
-    """Units other than deg, Nm/kg and body weights: name, factors, and what to do."""
-    if kind == "angle":
-        radian, degree = ANGLE.units
-        yield radian.name, (1.0 / degree.factor,), "give --angle-unit rad"
-        yield degree.name, (degree.factor,), "give --angle-unit deg"
-        return
-    for unit in (ANKLE_MOMENT if kind == "moment" else VERTICAL_FORCE).units[1:]:
-        sizes = np.geomspace(1.0 / unit.spread, unit.spread, SIZES) if unit.spread > 1.0 else [1.0]
-        fix = unit.how or f"multiply them by {unit.factor:g}, or say the unit in the headers"
-        yield unit.name, tuple(unit.factor * each for each in sizes), fix
-
-
-def _times(own: Columns) -> Iterator[Mistake]:
-    if own.extent in ("table", "kind"):
-        for rows in range(8, SAMPLES - 8, 4):
-            early = rows if rows < SAMPLES // 2 else rows - (SAMPLES - 1)
-            said = f"about {abs(early)} % of the cycle too {'early' if early > 0 else 'late'}"
-            if abs(rows - SAMPLES // 2) <= 4:
-                said = "over the other side's cycle, half a stride off"
-            yield own.mistake("late", f"{{are}} {said}", partial(later, rows=rows), CUT, "late")
-        yield own.mistake(
-            "rows", "run backwards", lambda c: c[::-1],
-            "export the curves over 0 to 100 % of one gait cycle",
-        )  # fmt: skip
-    if own.extent in ("one leg", "one"):
-        yield own.mistake(
-            "half a stride", "{are} over the other side's cycle, half a stride off",
-            partial(later, rows=SAMPLES // 2), CUT, "half",
-        )  # fmt: skip
-
-
-def _zeros(own: Columns, curves: Curves, expected: Curves) -> Iterator[Mistake]:
-    if own.kind != "angle" or own.extent not in ("both", "one"):
-        return
-
-    def off(factor: float) -> float:
-        """By how much the mean of healthy people is more than `factor` times that of these."""
-        return float(np.mean([(expected[n] - factor * curves[n])[:-1].mean() for n in own.names]))
-
-    # else a right angle is nearer
-    if own.extent == "one" and abs(off(1.0)) < 45.0:
-        yield own.mistake(
-            "offset", "{have} another zero, or the foot is never put down flat",
-            partial(np.add, off(1.0)), "give it from standing", "offset",
-        )  # fmt: skip
-    for factor in (1.0, -1.0):
-        if add := 90.0 * round(off(factor) / 90.0):
-            yield own.mistake(
-                "right angle", f"{{are}} measured from {abs(add):.0f}° in standing",
-                lambda c, f=factor, a=add: f * c + a,  # type: ignore[misc]
-                f"give the difference from standing: {POSITIVE.get(own.curve, '')}",
-                f"{factor:g} {add:g}",
-            )  # fmt: skip
-
-
-def _exchanged(names: Sequence[str]) -> Iterator[Mistake]:
-    def swapped(family: str, words: str, *pairs: tuple[str, str]) -> Mistake:
-        def changes(curves: Curves) -> dict[str, Array]:
-            return {a: curves[b] for pair in pairs for a, b in (pair, pair[::-1])}
-
-        columns = tuple(each for pair in pairs for each in pair)
-        return Mistake(
-            words, words, PRIORS[family], "exchange their names",
-            family=family, columns=columns, undo=changes,
-        )  # fmt: skip
-
-    for whose, own in _kinds(names).items():
+def _exchanged(names: tuple[str, ...]) -> Iterator[Mistake]:
+    """Sides of all curves, or of a kind; and two curves of one kind."""
+    kinds = _kinds(names)
+    for whose, own in {"all curves": names, **kinds}.items():
         sides = [(n, f"{n[:-2]}_l") for n in own if n.endswith("_r") and f"{n[:-2]}_l" in own]
-        if sides:
-            yield swapped("exchanged sides", f"right and left are exchanged in {whose}", *sides)
-        if whose == "all curves":
-            continue
-        for one, other in combinations(sides, 2):
+        if sides and (whose in kinds or len(kinds) > 1):
+            yield _swapped("exchanged sides", f"right and left are exchanged in {whose}", sides)
+        for one, other in combinations(sides, 2) if whose in kinds else ():
             pairs = [*zip(one, other, strict=True)]
             for few in (pairs, pairs[:1], pairs[1:]):
                 words = "; ".join(" and ".join(pair) for pair in few)
-                yield swapped("exchanged names", f"{words} are exchanged", *few)
+                yield _swapped("exchanged names", f"{words} are exchanged", few)
 
 
-def _of_the_thigh(curves: Curves) -> Iterator[Mistake]:
-    names = tuple(n for n in curves if n.startswith("angle_hip_flexion"))
-    if names and all(f"angle_pelvis_tilt_{n[-1]}" in curves for n in names):
-        yield Mistake(
-            "thigh",
-            f"{' and '.join(names)} are of the thigh against the vertical, not the pelvis",
-            PRIORS["thigh"], "add the tilt of the pelvis to them",
-            family="thigh", columns=names,
-            undo=lambda own: {n: own[n] + own[f"angle_pelvis_tilt_{n[-1]}"] for n in names},
-        )  # fmt: skip
+def _swapped(family: str, words: str, pairs: Iterable[tuple[str, str]]) -> Mistake:
+    swapped = {a: b for pair in pairs for a, b in (pair, pair[::-1])}
+    return Mistake(
+        words, words, PRIORS[family], "exchange their names",
+        family=family, columns=(*swapped,),
+        undo=lambda curves: {name: curves[other] for name, other in swapped.items()},
+    )  # fmt: skip

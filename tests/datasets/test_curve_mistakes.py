@@ -31,6 +31,7 @@ def drawn(random, curves):
     elif family == "unit":
         found = {name: np.radians(curve) for name, curve in curves.items()}
     elif family == "half a stride":
+        family = "late"
         found |= {n: later(c, 50) for n, c in curves.items() if n.endswith(f"_{side}")}
     elif family == "late":
         rows = int(random.choice([-20, 20, 38]))
@@ -82,20 +83,15 @@ def test_a_mistake_is_undone_by_what_undoes_it():
     for name, made in (
         ("sign angle_knee_angle_r", -knee),
         ("radians angle_knee_angle_r", np.radians(knee)),
-        ("half angle_knee_angle_r", later(knee, 50)),
+        ("late angle_knee_angle_r", later(knee, 50)),
         ("-1 180 angle_knee_angle_r", 180.0 - knee),
-        ("run backwards the angles", knee[::-1]),
+        ("rows the angles", knee[::-1]),
     ):
         undone = found[name].undo({**sound, "angle_knee_angle_r": made})
         np.testing.assert_allclose(undone["angle_knee_angle_r"], knee, atol=1e-9)
     ankle = found["1 -90 angle_ankle_angle_l"].undo
     moved = ankle({"angle_ankle_angle_l": sound["angle_ankle_angle_l"] + 90.0})
     np.testing.assert_allclose(moved["angle_ankle_angle_l"], sound["angle_ankle_angle_l"])
-    tilted = {
-        n: c - sound[f"angle_pelvis_tilt_{n[-1]}"] for n, c in sound.items() if "flexion" in n
-    }
-    thigh = found["thigh"].undo({**sound, **tilted})
-    np.testing.assert_allclose(thigh["angle_hip_flexion_r"], sound["angle_hip_flexion_r"])
     assert sum(PRIORS.values()) < 1.0 - ADVISED / 2
 
 

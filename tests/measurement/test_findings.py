@@ -7,7 +7,6 @@ import pytest
 
 from gaitval.findings import FINDINGS, Finding, Seen
 from gaitval.findings.finding import Figure
-from gaitval.findings.laboratory import FLOOR_TILTED
 
 OWN = ("value", "limit", "low", "high")
 
@@ -60,11 +59,3 @@ def test_no_two_findings_have_a_name_and_one_is_hidden_by_those_before_it():
     assert len({*names}) == len(names)
     for number, finding in enumerate(FINDINGS):
         assert {*finding.hidden_by} & {*names} <= {*names[:number]}
-
-
-@pytest.mark.parametrize(("degrees", "certain"), [(1.0, False), (3.9, False), (4.1, True)])
-def test_a_slope_to_walk_on_is_refused_and_tilted_cameras_are_not(degrees, certain):
-    words = {"error": 0.1, "most": 0.7, "way": "rises"}
-    flag = FLOOR_TILTED.flag(Seen(degrees, "cameras", words))
-    assert flag is not None
-    assert flag.certain is certain

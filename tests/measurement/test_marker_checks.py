@@ -70,21 +70,6 @@ def test_a_marker_that_is_seldom_seen_is_not_judged():
     assert not list(trajectory_warnings(recording))
 
 
-def test_a_trajectory_that_is_cut_off():
-    recording = walked(0.0003)
-    recording.markers[:, 2, 2] = recording.markers[:, 2, 2].clip(None, 0.15)
-    (warning,) = trajectory_warnings(recording)
-    assert (warning.check, warning.where) == ("stuck coordinate", "R.MT1")
-    assert 0.2 < warning.value < 0.4
-
-
-def test_a_file_in_whole_millimetres_is_not_cut_off():
-    recording = walked(step=0.001)
-    sideways = recording.markers[:, 0, 1]
-    assert np.diff(np.flatnonzero(np.diff(sideways))).max() > 5, "it stays the same at a turn"
-    assert not list(trajectory_warnings(recording))
-
-
 @pytest.mark.parametrize(("raised", "names"), [(0.0, []), (0.05, ["R.Heel"]), (-0.05, ["R.Heel"])])
 def test_a_marker_of_the_foot_that_is_higher_in_walking(raised, names):
     standing, walking = synthetic(2.0), synthetic(6.0)

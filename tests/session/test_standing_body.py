@@ -37,6 +37,7 @@ def test_nobody_of_ten_has_such_sides(identifier):
         ("Ankle", (0.0, 0.015, 0.0), "Ankle to Ankle.Medial"),
         ("Ankle", (0.03, 0.0, 0.0), "Heel to Ankle"),
         ("ASIS", (0.0, 0.02, 0.015), "ASIS to other PSIS"),
+        ("ASIS", (0.0, 0.0, 0.028), "ASIS above PSIS"),
         ("Heel", (0.0, 0.0, 0.022), "Heel above the floor"),
         ("MT5", (0.0, 0.0, 0.018), "MT5 above the floor"),
     ],

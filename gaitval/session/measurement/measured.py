@@ -11,7 +11,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side, split_side
-from gaitval.findings.laboratory import FLOOR_TILTED
 from gaitval.findings.markers import SMOOTHED
 from gaitval.findings.motion import WEIGHT
 from gaitval.findings.plates import OUTSIDE_FOOT, SATURATED, UNLOADED
@@ -53,7 +52,6 @@ _OF_WEIGHT: Final = frozenset(("gain", "vertical gain", "offset", "mass"))
 _OF_A_PLATE: Final = frozenset(name for name, kind in KINDS.items() if "plate" in kind.whose)
 _OF_A_FOOT: Final = frozenset(("foot", "foot turned"))
 TOLD: Final[Mapping[str, Set[str]]] = {
-    FLOOR_TILTED.name: {"place", "cross-talk", "offset", "tilt", "camera tilt"},
     # with a wrong mass or unit, a plate with the right forces looks wrong by as much
     WEIGHT.name: _OF_WEIGHT,
     SATURATED.name: _OF_WEIGHT,
