@@ -9,7 +9,6 @@ from typing import Final
 
 from gaitval.findings import (
     feet,
-    knees,
     laboratory,
     markers,
     means,
@@ -23,11 +22,9 @@ from gaitval.findings.finding import Finding, Looked, Result, Seen, look_for
 
 FINDINGS: Final[tuple[Finding, ...]] = (
     markers.SELDOM,
-    markers.NOISE,
     markers.FILLED,
     markers.SMOOTHED,
     markers.LOOSE,
-    knees.UNSEEN,
     feet.MOVED,
     feet.HEIGHT,
     standing.UNLIKE,
@@ -40,7 +37,6 @@ FINDINGS: Final[tuple[Finding, ...]] = (
     motion.WEIGHT,
     plates.DEAD,
     plates.SATURATED,
-    plates.CUT_OFF,
     plates.OUTSIDE_FOOT,
     plates.UNLOADED,
     stances.EXCHANGED_AXES,

@@ -12,11 +12,6 @@ from gaitval.findings.finding import Finding, Seen
 from gaitval.gait.filters import low_pass, octave
 from gaitval.mocap.recording import Recording
 
-DIFFERENCES: Final = 4
-"""Order of the differences of frames that leave noise and little motion: what moves at 5 Hz is an
-eighth of itself at 50 Hz, and a hundredth at 100 Hz."""
-DIFFERENCES_NOISE: Final = 70.0**0.5
-"""By what they enlarge noise: the root of the sum of the squares of 1, 4, 6, 4 and 1."""
 MEDIAN_TO_SD: Final = 1.4826
 """Standard deviation of a normal distribution over the median of its absolute values."""
 
@@ -63,30 +58,6 @@ def _seldom(stood: Stood) -> Iterator[Seen]:
     every = len(stood.recording.markers)
     for name, count in stood.frames.items():
         yield Seen(count / every, name, {"count": count, "all": every})
-
-
-def _noise(read: AsRead, *, named: int) -> Iterator[Seen]:
-    """Standard deviation of a coordinate of the noisiest marker, m.
-
-    The median is that of most frames, so a heel that strikes the ground is not taken for noise.
-    """
-    recording = read.recording
-    if len(recording.markers) <= DIFFERENCES:
-        return
-    wander = np.abs(np.diff(recording.markers, n=DIFFERENCES, axis=0)) / DIFFERENCES_NOISE
-    found = {}
-    for number, name in enumerate(recording.names):
-        own = wander[:, number][np.isfinite(wander[:, number]).all(axis=1)]
-        if len(own):
-            # Root mean square over the three coordinates.
-            found[name] = float(MEDIAN_TO_SD * np.sqrt((np.median(own, axis=0) ** 2).mean()))
-    if found:
-        worst = max(found, key=lambda name: found[name])
-        limit = NOISE.high
-        noisy = [name for name, size in found.items() if size > limit]
-        few = ", ".join(noisy) if noisy else worst
-        where = few if len(noisy) <= named else f"{len(noisy)} of {len(found)} markers"
-        yield Seen(found[worst], where, {"worst": worst})
 
 
 def _filled(read: AsRead, *, away_m: float, alone_s: float, **of_paths: float) -> Iterator[Seen]:
@@ -222,23 +193,6 @@ SELDOM: Final[Finding] = Finding(
         "marker"
     ),
 )
-NOISE: Final[Finding] = Finding(
-    name="noise",
-    needs=AsRead,
-    values=_noise,
-    numbers={"named": 3},
-    limits=0.004,
-    unit="m",
-    sentence=(
-        "from frame to frame {worst} scatters by {value:.1f mm} (cameras: below 1 mm; at most "
-        "{limit:.0f mm}): angles and moments of single cycles are off"
-    ),
-    remedy="Look at the calibration of the cameras, or the reconstruction",
-    source=(
-        "at most 0.2 mm in each coordinate of public recordings; in the single cycles of a made-up "
-        "walk 4 mm move angles by 1.3 degrees and moments by 0.06 Nm/kg, in proportion"
-    ),
-)
 FILLED: Final[Finding] = Finding(
     name="filled gap",
     needs=AsRead,
@@ -290,13 +244,12 @@ LOOSE: Final[Finding] = Finding(
     unit="m",
     sentence=(
         "above 5 Hz its distance to the other markers of its segment changes by {value:.1f mm} "
-        "(SD; elsewhere below 1 mm): it is loose and shakes, or the cameras lose it. Moments, and "
+        "(SD; elsewhere below 1 mm): it is loose and shakes, or the cameras scatter. Moments, and "
         "angles of its segment, shake with it"
     ),
-    remedy="Fix it, or leave it out of the file",
+    remedy="Look at the calibration of the cameras, fix it, or leave it out of the file",
     source=(
         "SD above 5 Hz of the distances to the other markers of a segment: at most 0.9 mm in 22 "
         "recordings of 20 people"
     ),
-    hidden_by=("noise",),
 )

@@ -113,26 +113,6 @@ def _saturated(of: Plates, *, samples: int, near: float, least: float) -> Iterat
                 yield _seen(plate, longest / of.rate, what=name)
 
 
-def _cut_off(of: Plates, *, nothing: float, edges: int) -> Iterator[Seen]:
-    """N, of the smallest first or last sample of a contact, beside which the force is exactly 0."""
-    for plate in of.plates:
-        size = np.abs(plate.force).max(axis=1)
-        zero = size == 0.0
-        if zero.mean() < nothing or zero.all():
-            continue
-        begins, ends = runs(~zero)
-        long = ends - begins > 1
-        begins, ends = begins[long & (begins > 0)], ends[long & (ends < len(size))] - 1
-        up = np.abs(plate.force[:, 2])
-        found = np.concatenate([up[begins], up[ends]])
-        # What was set to zero is below the smallest of them, and above what a straight line through
-        # the first two says of the sample before: at a low rate a force rises much from one to the
-        # next.
-        before = 2 * found - np.concatenate([up[begins + 1], up[ends - 1]])
-        if len(found) >= edges and np.median(before) > CUT_OFF.high / 2:
-            yield _seen(plate, float(found.min()))
-
-
 def _outside(of: Plates) -> Iterator[Seen]:
     """Contacts whose centre of pressure is not under the foot."""
     for plate in of.plates:
@@ -203,24 +183,6 @@ SATURATED: Final[Finding] = Finding(
         "a peak of walking of 3 Hz is within a thousandth of its height for 5 ms, and stored in "
         "steps of 0.5 N for 13 ms"
     ),
-)
-CUT_OFF: Final[Finding] = Finding(
-    name="forces cut off",
-    needs=Plates,
-    values=_cut_off,
-    numbers={"nothing": 0.1, "edges": 2},
-    limits=35.0,
-    unit="N",
-    sentence=(
-        "its forces begin and end at {value:.0f} N or more, and are exactly 0 beside: a program "
-        "set smaller ones to zero. Strikes come late and toe-offs early, and the rise of the force "
-        "is missing"
-    ),
-    remedy=(
-        "Export the forces as they were recorded, or with a threshold of at most {limit:.0f} N"
-    ),
-    source="programs set forces below 10 to 20 N to zero; at 500 Hz a sample adds 10 N",
-    hidden_by=("weight",),
 )
 OUTSIDE_FOOT: Final[Finding] = Finding(
     name="centre of pressure under the foot",

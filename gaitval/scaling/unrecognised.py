@@ -13,12 +13,7 @@ def undecided(
     """
     lines = ["the markers fit two marker sets nearly equally, which mean different places:"]
     lines += [f"  {fit.name} ({fit.title}): {score}" for fit, score in (one, other)]
-    for name in uncertain:
-        matches = []
-        for fit, _ in (one, other):
-            definition = fit.markers[fit.renamed([name])[name]]
-            matches.append(f"{definition.landmark or 'no landmark'}, {definition.segment}")
-        lines.append(f"  {name}: {' or '.join(matches)}")
+    lines.append(f"They differ in {', '.join(uncertain)}.")
     lines.append(f"Say which it is: --marker-set {one[0].name} or --marker-set {other[0].name}.")
     return "\n".join(lines)
 

@@ -16,7 +16,6 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
 from gaitval.findings import Looked, Result, look
 from gaitval.findings.feet import Beside
-from gaitval.findings.knees import Knees
 from gaitval.findings.markers import AsRead, Walking
 from gaitval.gait.cycles import CYCLES
 from gaitval.gait.events import EVENTS
@@ -213,7 +212,6 @@ def _doubts_beside(
     return look(
         AsRead(as_recorded, segments),
         Walking(walk, segments),
-        Knees(walk, segments, marker_set.landmarks),
         Beside(standing, walk, marker_set.landmarks, moved, stood=not request.stands_in_walk),
     )
 

@@ -42,6 +42,12 @@ def test_a_marker_that_shakes_on_its_segment(size, number, found):
     assert [flag.where for flag in loose_warnings(recording, SET)] == found
 
 
+def test_a_marker_that_the_cameras_scatter_shakes():
+    recording = foot()
+    recording.markers[:, 1] += np.random.default_rng(1).normal(0.0, 0.006, (400, 3))
+    assert [flag.where for flag in loose_warnings(recording, SET)] == ["b"]
+
+
 def test_of_two_markers_either_may_shake():
     recording = foot()
     recording.markers[:, 1, 0] += 0.006 * np.sin(2 * np.pi * 9.0 * recording.time)

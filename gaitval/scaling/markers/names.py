@@ -65,12 +65,9 @@ def _sides_of(names: Sequence[str]) -> tuple[str, str]:
     def partners(pair: tuple[str, str]) -> int:
         right, left = pair
         return sum(
-            any(
-                left + rest in known or rest + left in known
-                for rest in (_without(name, right, first=True), _without(name, right, first=False))
-                if rest
-            )
+            any(name[: at.start()] + left + name[at.end() :] in known for at in ends)
             for name in names
+            for ends in [re.finditer(f"^{right}|{right}$", name)]
         )
 
     # A longer word wins against a letter of it: "RIGHT" begins with "R".
