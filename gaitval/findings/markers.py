@@ -160,22 +160,16 @@ def _loose(walk: Walking, *, shakes_hz: float, frames: int) -> Iterator[Seen]:
         yield Seen(found[worst], " or ".join(every if worst in every else [worst]))
 
 
-def _fast(path: Array, rate: float, frames: int, shakes_hz: float) -> Array | None:
-    """What of a `path` (T, n) is faster, where it is seen; None where it hardly is."""
-    seen = np.isfinite(path).all(axis=1)
-    if seen.sum() < frames:
-        return None
-    every = np.arange(len(path))
-    whole = np.stack([np.interp(every, every[seen], each[seen]) for each in path.T], axis=1)
-    fast: Array = (whole - low_pass(whole, rate=rate, cutoff_hz=shakes_hz))[seen]
-    return fast
-
-
 def _shake(recording: Recording, one: str, other: str, *, frames: int, shakes_hz: float) -> float:
-    """m; NaN where the two are hardly seen together, or one scatters from frame to frame."""
+    """m; NaN where the two are hardly seen together."""
     apart: Array = np.linalg.norm(recording.marker(one) - recording.marker(other), axis=1)
-    fast = _fast(apart[:, None], recording.marker_rate, frames, shakes_hz)
-    return float("nan") if fast is None else float(MEDIAN_TO_SD * np.median(np.abs(fast)))
+    seen = np.isfinite(apart)
+    if seen.sum() < frames:
+        return float("nan")
+    every = np.arange(len(apart))
+    whole = np.interp(every, every[seen], apart[seen])[:, None]
+    fast = (whole - low_pass(whole, rate=recording.marker_rate, cutoff_hz=shakes_hz))[seen]
+    return float(MEDIAN_TO_SD * np.median(np.abs(fast)))
 
 
 SELDOM: Final[Finding] = Finding(

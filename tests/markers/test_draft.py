@@ -38,14 +38,14 @@ def test_what_names_do_not_say_is_left_to_the_user_as_comments() -> None:
         '# "R.Knee" = { segment = "thigh_r", landmark = "R.Knee" }',
         '# "RKNE" = { segment = "thigh_r", landmark = "R.Knee" }',
         '# "M17" = { segment = "?" }',
+        '# "RFIN" = { segment = "?" }',
     ]
-    assert draft.left_out == ("RFIN",)
 
 
 def test_names_of_files_and_markers_cannot_write_lines_of_their_own() -> None:
     """A C3D label and a file's name may have anything in them."""
     name = 'HJC\n"RASI" = { segment = "thigh_r" }\n#JC'
-    draft = Draft({}, {name: ()}, (name,))
+    draft = Draft({}, {name: ()})
     for title in ("walk😀.c3d", "a\x7f.c3d", 'b"\n[markers]'):
         found = tomllib.loads(draft.as_toml(title, title))
         assert found == {"title": title, "source": title, "markers": {}}

@@ -18,7 +18,6 @@ from gaitval.scaling.markers.names import read_names
         ("D_Calcanhar", "E_Calcanhar", "R.Heel"),
         ("r.bar2", "l.bar2", "R.Shank"),
         ("R.EIAS", "L.EIAS", "R.ASIS"),
-        ("FRTHI", "FLTHI", "R.Thigh"),
         ("Subject:RFMH", "Subject:LFMH", "R.MT1"),
         ("RIMH", "LIMH", "R.MT1"),
         ("RIIMH", "LIIMH", "R.MT2"),

@@ -20,13 +20,12 @@ class Draft:
     Attributes
     ----------
     sure : definition of each marker whose name says one place.
-    unsure : of each other marker, all that its name may mean; nothing where it is silent.
-    left_out : markers of head and hands, of which gaitval's body has none.
+    unsure : of each other marker, all that its name may mean; nothing where it is silent, or of the
+        head or a hand, of which gaitval's body has none.
     """
 
     sure: Mapping[str, MarkerDefinition]
     unsure: Mapping[str, tuple[MarkerDefinition, ...]]
-    left_out: tuple[str, ...]
 
     def as_toml(self, title: str, source: str) -> str:
         """The text of the file: sure markers as lines, the others as comments."""
@@ -47,24 +46,20 @@ class Draft:
                 "# away the # in front of those that you have corrected.",
                 *(f"# {_unsure(name, means)}" for name, means in self.unsure.items()),
             ]
-        if self.left_out:
-            names = ", ".join(map(_quoted, self.left_out))
-            lines += ["", f"# Left out, of head and hands: {names}"]
         return "\n".join(lines) + "\n"
 
 
 def draft_of(names: Sequence[str]) -> Draft:
     """The draft of a file with these `names` of markers."""
     parsed = dict(zip(names, read_names(names), strict=True))
-    left_out = tuple(name for name, word in parsed.items() if word.places in (("Head",), ("Hand",)))
-    found = {name: _definitions(word) for name, word in parsed.items() if name not in left_out}
+    found = {name: _definitions(word) for name, word in parsed.items()}
     on = Counter(means[0].landmark for means in found.values() if len(means) == 1)
     sure = {
         name: means[0]
         for name, means in found.items()
         if len(means) == 1 and (means[0].landmark is None or on[means[0].landmark] == 1)
     }
-    return Draft(sure, {n: means for n, means in found.items() if n not in sure}, left_out)
+    return Draft(sure, {n: means for n, means in found.items() if n not in sure})
 
 
 def _definitions(word: ParsedName) -> tuple[MarkerDefinition, ...]:

@@ -87,16 +87,7 @@ def _parsed(name: str, right: str, left: str) -> ParsedName:
             places = _places(_without(name, word, first=first))
             if places:
                 return ParsedName(side, places)
-    places = _places(name)
-    if places:
-        return ParsedName("", places)
-    for side, word in (("R", right), ("L", left)):
-        # In the middle, as in FRTHI.
-        for at in [match.start() for match in re.finditer(word, name[1:-1])]:
-            places = _places(name[: at + 1] + name[at + 1 + len(word) :]) if len(word) == 1 else ()
-            if places:
-                return ParsedName(side, places)
-    return ParsedName("", ())
+    return ParsedName("", _places(name))
 
 
 def _places(stem: str) -> tuple[str, ...]:
