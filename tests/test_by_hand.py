@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from gaitval._internal.io.partial_files import own_folder
 from gaitval.apps.balance import figures
 from gaitval.apps.export import mujoco_folder
-from gaitval.apps.judge import body as judged_body
 from gaitval.apps.judge.moments import Band, speed_group
 from gaitval.apps.patients.estimates import (
     EstimatedValue,
@@ -19,21 +18,18 @@ from gaitval.apps.patients.estimates import (
     leg_length,
     stride_time,
 )
-from gaitval.correction.slopes import Slopes
 from gaitval.errors import RecordError
-from gaitval.findings.means import usual_drift
-from gaitval.findings.stances import Stance, stance_figures
+from gaitval.findings import pelvis
 from gaitval.kinetics.musculature.person import muscle_volume
 from gaitval.metrics import walk_muscles
+from gaitval.metrics.balance_walk import BalanceWalk
 from gaitval.metrics.foot_placement import Placement
 from gaitval.model.tree import PARENTS
 from gaitval.scaling.given_centres import GivenCentre, laid
-from gaitval.session import average, incline
+from gaitval.session import average
 from gaitval.session.measurement.second_sessions import at_once
-from gaitval.subjects.plausible import RELATIONS
 from gaitval.subjects.prediction import ankles, speed
 from gaitval.subjects.prediction.normal_form import normal_form
-from gaitval.subjects.prediction.slopes import angle_change, stride_time_factor
 from gaitval.subjects.subject_file import load_subject
 
 
@@ -73,70 +69,11 @@ def test_groups_of_speed_are_schwartzs(group, slowest, fastest):
     assert [speed_group(each, 0.98) for each in (slowest, fastest)] == [group, group]
 
 
-def test_a_curve_on_the_edge_of_a_band_is_one_sd_off():
+def test_a_curve_is_as_many_times_the_band_as_it_is_larger_or_smaller():
     middle = np.sin(np.linspace(0.0, 6.0, 101))
     band = Band(middle - 0.3, middle + 0.3)
-    assert band.distance(band.high) == pytest.approx(1.0)
     assert (band.factor(2.5 * middle), band.factor(0.4 * middle)) == pytest.approx((2.5, 2.5))
     assert band.factor(-middle) == pytest.approx(100.0)
-
-
-def test_strides_on_slopes_are_franz_and_krams():
-    """1.25 m/s: 0.93 Hz on the level, 0.92 at +9°, 0.99 at -9°; half way to 0.75 m/s and to 3°."""
-    assert stride_time_factor(1.25, 9.0) == pytest.approx(0.93 / 0.92)
-    assert stride_time_factor(1.25, -9.0) == pytest.approx(0.93 / 0.99)
-    assert stride_time_factor(1.0, 1.5) == pytest.approx(0.835 / 0.8225)
-    assert stride_time_factor(2.5, 20.0) == pytest.approx(1.05 / 1.07)
-
-
-@pytest.mark.parametrize("name", ["thigh", "knee", "ankle"])
-def test_angles_change_with_the_slope_by_a_parabola(name):
-    phase = np.arange(50) / 50
-    change = {at: angle_change(name, at)(phase) for at in (-10.0, -5.0, 0.0, 5.0, 10.0)}
-    assert not change[0.0].any()
-    odd, even = ([change[at] + sign * change[-at] for at in (5.0, 10.0)] for sign in (-1.0, 1.0))
-    np.testing.assert_allclose(odd[1], 2.0 * odd[0], atol=1e-12)
-    np.testing.assert_allclose(even[1], 4.0 * even[0], atol=1e-12)
-    assert change[10.0][0] > np.radians(3.0)  # uphill the leg is put down bent
-
-
-@pytest.mark.parametrize(
-    ("name", "kind", "strides", "expected"),
-    [
-        ("knee_angle_r", "angle", 1, np.radians(5.7)),
-        ("knee_angle_r", "angle", 4, np.radians(4.0)),
-        ("hip_rotation_l", "angle", 4, np.radians(5.7)),
-        ("knee_angle_r", "moment", 9, 0.57),
-    ],
-)
-def test_a_mean_of_n_strides_drifts_less_by_the_root_of_n(name, kind, strides, expected):
-    assert usual_drift(name, kind, strides) == pytest.approx(expected)
-
-
-def test_figures_of_a_stance_are_ratios_of_impulses():
-    """100 N for a second, 10 N back for 0.4 s and forward for the last 0.4 s, 4 N to the left; a
-    pelvis 1 m above the foot moves by 0.2 m and is 0.1 m to the left; 2 Nm about the vertical."""
-    force = np.tile([0.0, 4.0, 100.0], (100, 2, 1))
-    force[:40, :, 0], force[60:, :, 0] = -10.0, 10.0
-    free = np.zeros_like(force)
-    free[..., 2] = 2.0
-    forces = SimpleNamespace(force=force, centre_of_pressure=np.zeros_like(force), free_moment=free)
-    pelvis = np.column_stack([np.repeat([-0.1, 0.1], 50), np.full(100, 0.1), np.ones(100)])
-    for side, inward in (("right", 1.0), ("left", -1.0)):
-        found = stance_figures(Stance(side, "1", 0, 100), forces, pelvis)
-        assert (found.braking, found.sideways, found.twist) == pytest.approx((0.08, 0.0, 0.02))
-        assert found.inward == pytest.approx(inward * 0.04 * 0.7)
-        assert (found.fall, found.lean) == pytest.approx((0.08, inward * 0.1))
-
-
-def test_a_walk_teaches_as_much_as_it_is_surer_than_what_was_known():
-    """A variance of 100 beside noise of 100: half of what was seen is believed, half is left."""
-    found = Slopes(np.array([[1.0]]), np.array([[100.0]])).learned(
-        np.ones((1, 1)), np.array([[5.0]])
-    )
-    assert (found.mean[0, 0], found.covariance[0, 0]) == pytest.approx((3.0, 50.0))
-    scaled = found.scaled(np.array([2.0])).reweighted(np.array([3.0]))
-    assert (scaled.mean[0, 0], scaled.covariance[0, 0]) == pytest.approx((18.0, 1800.0))
 
 
 def test_one_curve_that_is_off_alike_is_within_the_normal_quantile():
@@ -245,40 +182,6 @@ def test_a_head_of_20_cm_is_drawn_20_cm_above_the_shoulders():
     assert float(shank["size"]) == 0.065
 
 
-def test_no_body_has_a_moment_of_inertia_above_the_sum_of_the_others():
-    assert judged_body._triangle(np.diag([3.0, 1.0, 2.0])) == pytest.approx(1.0)  # a disc
-    assert judged_body._triangle(np.diag([1.0, 1.0, 4.0])) == pytest.approx(2.0)
-    assert judged_body._triangle(np.diag([-0.1, 1.0, 1.0])) == np.inf
-    assert [judged_body._factor(each, 2.0) for each in (4.0, 1.0)] == [2.0, 2.0]
-
-
-@pytest.mark.parametrize(
-    ("names", "values", "expected"),
-    [
-        (("mass_kg", "height_m"), (81.0, 1.8), 25.0),
-        (("leg_length_m", "height_m"), (0.9, 1.8), 0.5),
-        (("stride_time_s", "leg_length_m"), (1.0, 0.980665), 10.0**0.5),
-    ],
-)
-def test_relations_of_a_person_are_what_their_sentences_say(names, values, expected):
-    (relation,) = (each for each in RELATIONS if each.names == names)
-    assert relation.value(*values) == pytest.approx(expected)
-    assert relation.low < expected < relation.high
-
-
-def test_a_mean_force_that_leans_forward_by_a_tenth_is_a_slope_of_10_percent(monkeypatch):
-    """50 kg that become faster by 1 m/s in a second take 50 N of it."""
-    time = np.arange(101) / 100.0
-    walk = SimpleNamespace(positions=np.zeros((101, 31)), recording=SimpleNamespace(time=time))
-    cycle = SimpleNamespace(start=0.1, end=0.9, duration=0.8)
-    force = np.tile([50.0, 0.0, 500.0], (80, 1))
-    monkeypatch.setattr(incline, "total_forces", lambda _: [(walk, cycle, force)])
-    assert incline.found_incline([], 50.0).slope == pytest.approx(10.0)
-    assert incline.found_incline([], 50.0).degrees == pytest.approx(5.7106, abs=1e-4)
-    walk.positions[:, 3] = 0.5 * time**2
-    assert incline.found_incline([], 50.0).slope == pytest.approx(0.0, abs=1e-9)
-
-
 @pytest.mark.parametrize(
     ("carried", "refused"), [(77.7, False), (79.1, True), (62.3, False), (60.9, True)]
 )
@@ -291,3 +194,49 @@ def test_plates_may_carry_12_percent_more_or_less_than_the_mass(monkeypatch, car
             average.check_mass(request, [])
     else:
         assert average.check_mass(request, []) == pytest.approx(carried / 70.0)
+
+
+def leaning(pair: tuple[str, str], degrees: float) -> SimpleNamespace:
+    """A trial of a pair of markers, 0.25 m apart, the right one higher by this angle."""
+    up = np.radians(degrees)
+    right = 0.25 * np.array([[0.0, -np.cos(up), np.sin(up)]])
+    places = dict(zip(pair, (right, np.zeros((1, 3))), strict=True))
+    return SimpleNamespace(names=(*pair,), marker=places.__getitem__)
+
+
+@pytest.mark.parametrize(
+    ("front", "walked", "rear", "expected"),
+    [
+        (3.0, 0.0, -4.5, [(7.5, 7.0)]),  # the rear line is turned
+        (5.0, 3.0, 0.0, [(8.0, 7.5)]),  # the front line is, and lists in walking, too
+        (5.0, 1.0, 0.0, [(5.0, 7.0)]),  # it lists too little for that
+        (5.0, 4.5, None, [(4.5, 4.2)]),
+        (5.0, -4.5, None, []),
+    ],
+)
+def test_lines_through_the_spines_are_compared_in_degrees(front, walked, rear, expected):
+    stood, walk = leaning(pelvis.FRONT, front), leaning(pelvis.FRONT, walked)
+    if rear is not None:
+        behind, before = leaning(pelvis.REAR, rear), stood.marker
+        stood.names = (*pelvis.FRONT, *pelvis.REAR)
+        stood.marker = lambda name: (before if name in pelvis.FRONT else behind.marker)(name)
+    same = {name: name for name in (*pelvis.FRONT, *pelvis.REAR)}
+    beside = SimpleNamespace(standing=stood, walking=walk, landmarks=same)
+    found = [(each.value, each.limits[1]) for each in pelvis._level(beside, **pelvis.LEVEL.numbers)]
+    assert len(found) == len(expected)
+    for ours, theirs in zip(found, expected, strict=True):
+        assert ours == pytest.approx(theirs)
+
+
+@pytest.mark.parametrize(("column", "outward"), [(0, 0.3), (1, -0.3)])
+def test_a_foot_is_beside_the_extrapolated_centre_of_mass(column, outward):
+    """Hof: of a pendulum of 0.981 m, 1 m/s is √0.1 m; the foot is 0.3 m to the right of that."""
+    walk = SimpleNamespace(
+        centre=np.ones((1, 3)), velocity=np.full((1, 3), 10.0**0.5), pendulum=0.981,
+        feet=np.full((1, 2, 3), [2.4, 1.7, 0.0]),
+    )  # fmt: skip
+    walk.rate = BalanceWalk.rate.fget(walk)
+    walk.extrapolated = BalanceWalk.extrapolated.fget(walk)
+    np.testing.assert_allclose(walk.extrapolated, [[2.0, 2.0]])
+    step = SimpleNamespace(strike=0, column=column)
+    np.testing.assert_allclose(BalanceWalk.offset(walk, step), [0.4, outward])

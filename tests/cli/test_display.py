@@ -101,6 +101,7 @@ def test_a_verdict_without_what_decides_is_none(
     stored["record"]["origins"] = origins
     write_json(tmp_path / "metrics.json", stored)
     write_text(tmp_path / "subject.toml", load_subject("5").to_toml())
+    write_text(tmp_path / "configuration.toml", "[report]\npdf = false\nfigures = false\n")
     monkeypatch.setattr("gaitval.study.one_stage.run_one", lambda *_, **__: None)
     done = CliRunner().invoke(app, [*command, str(tmp_path)])
     whole = lacking in (None, "one side")

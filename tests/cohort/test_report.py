@@ -5,6 +5,7 @@ import shutil
 
 import pandas as pd
 import pytest
+from quick_settings import QUICK
 from report_run import build_run
 from typer.testing import CliRunner
 
@@ -78,16 +79,18 @@ def test_quartiles_are_over_the_studies():
 
 @pytest.mark.slow
 def test_the_whole_command_runs_reports_and_resumes(tmp_path):
-    table = tmp_path / "table.csv"
-    table.write_text("subject,validation.cycles\n5,6\n99,\n", encoding="utf-8")
+    table, settings = tmp_path / "table.csv", dict(each.split("=") for each in QUICK)
+    settings["training.samples"] = "auto"
+    rows = [["subject", *settings], ["5", *settings.values()], ["99", *[""] * len(settings)]]
+    table.write_text("\n".join(map(",".join, rows)), encoding="utf-8")
     words = ["cohort", str(table), "--out", str(tmp_path / "out"), "--workers", "1"]
     first = CliRunner().invoke(app, words)
     assert first.exit_code == 2, first.output
     assert "1 of 2 studies finished" in first.output
-    metrics = (tmp_path / "out" / "studies" / "S05" / "metrics.json").read_bytes()
-    took = pd.read_csv(tmp_path / "out" / "studies.csv").set_index("study")["seconds"]
+    written = [
+        tmp_path / "out" / "studies" / "S05" / each for each in ("metrics.json", "push.json")
+    ]
+    before = [(path.stat().st_mtime_ns, path.read_bytes()) for path in written]
     again = CliRunner().invoke(app, words)
     assert again.exit_code == 2, again.output
-    assert (tmp_path / "out" / "studies" / "S05" / "metrics.json").read_bytes() == metrics
-    resumed = pd.read_csv(tmp_path / "out" / "studies.csv").set_index("study")["seconds"]
-    assert resumed["S05"] < 0.6 * took["S05"]
+    assert [(path.stat().st_mtime_ns, path.read_bytes()) for path in written] == before

@@ -10,10 +10,8 @@ from gaitval._internal.io.artefacts import read_json
 from gaitval.apps.patients.cohort import found_patients, written
 from gaitval.apps.patients.estimates import (
     EstimatedValue,
-    leg_difference,
     leg_length,
     pace,
-    stride_time,
 )
 from gaitval.apps.patients.known_record import (
     expected_record,
@@ -110,18 +108,6 @@ def test_pace_of_a_known_speed_is_length_over_time():
     assert low < unknown.speed.value < high
     healthy = pace(length, leg, None, patient=False)
     assert healthy.speed.sd < unknown.speed.sd * 1.5
-
-
-def test_short_strides_of_patients_keep_the_cadence():
-    short, usual = (stride_time(length, 0.9, patient=True).value for length in (0.3, 1.2))
-    assert short == usual
-    assert stride_time(0.3, 0.9, patient=False).value > 2.0 * usual
-
-
-def test_a_difference_of_legs_has_its_error():
-    found = leg_difference({"right": 0.91, "left": 0.89})
-    assert found.value == pytest.approx(0.02)
-    assert 0.005 < found.sd < 0.015
 
 
 def test_subjects_keep_both_sides_and_can_be_read_again(patients):

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from html_page import only_html
 from quick_settings import QUICK
 
 import gaitval as gv
@@ -160,9 +159,8 @@ def test_what_is_wrong_with_a_baseline_is_still_said_of_the_baseline(tmp_path: P
 
 
 @pytest.mark.slow  # a study
-def test_a_run_that_holds_a_trial_out_is_stored(tmp_path, monkeypatch):
+def test_a_run_that_holds_a_trial_out_is_stored(tmp_path):
     """Its walk is compared with that trial, whose values are not the own ones of subject.toml."""
-    only_html(monkeypatch)
     run = tmp_path / "S05"
     gv.run_study(5, out=run, settings=[*QUICK, 'record.holdout="T03"'])
     store_baseline(run, tmp_path / "baseline", "S05")

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from html_page import without_figures
 from quick_settings import QUICK
 from typer.testing import CliRunner
 
@@ -31,7 +30,6 @@ def predict(out: Path, *arguments: str) -> str:
 @pytest.fixture(autouse=True)
 def plain(monkeypatch):
     monkeypatch.setattr("gaitval.study.predicted_tasks.SPEEDS", 2)
-    without_figures(monkeypatch)
     monkeypatch.setattr(display, "messages", display.Terminal(file=io.StringIO(), width=200))
 
 

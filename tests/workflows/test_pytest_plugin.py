@@ -129,11 +129,12 @@ def test_a_missing_baseline_is_said_once_and_those_of_gaitval_are_found(project:
         "def test_nowhere(gaitval_check):\n"
         '    gaitval_check("nowhere", quantities=["knee_angle"])\n'
         "def test_find(gaitval_check):\n"
-        '    assert gaitval_check("S05", quantities=["knee_angle"])\n'
+        '    gaitval_check("S05", quantities=["push_survival"])\n'
     )
     done = run(project)
     assert done.returncode == 1
-    assert "1 failed, 1 passed" in done.stdout
+    assert "2 failed" in done.stdout
+    assert "push_survival is only measured with --gaitval-full" in done.stdout  # so it was found
     assert "During handling" not in done.stdout
     body = done.stdout.partition("short test summary")[0]
     assert body.count("no stored baseline. Looked for") == 1
