@@ -2,7 +2,7 @@
 
 Floors are level and cameras are calibrated with an axis along the walkway, so a laboratory's axes
 can be found from a person standing in it: up is the signed axis nearest to the line from the feet
-to the pelvis, forward the one nearest to the line from the heels to the toes.
+to the pelvis, forward the one nearest to where pelvis or feet face.
 
 Landmarks are named as in `gaitval.scaling.joint_centres`: `R.` or `L.` and ASIS, PSIS, Knee, Ankle,
 Heel, MT1, MT5 …; any other marker on the toes or the metatarsals counts as `Toe`, `MT2`.
@@ -23,9 +23,6 @@ from gaitval.units import PELVIS_HEIGHT, confused
 
 LARGEST_LEAN: Final = 20.0
 """A standing person's pelvis is above the ankles to within this angle, degrees."""
-OPPOSITE: Final = float(np.cos(np.radians(130.0)))
-"""Cosine of the angle between pelvis and feet beyond which one faces backwards; feet turn out by
-25°."""
 LARGEST_TURN: Final = 30.0
 """A person who faces along an axis of the laboratory does so to within this angle, degrees."""
 LARGEST_TURN_SAID: Final = 60.0
@@ -51,9 +48,14 @@ ALONG_AXIS: Final = float(np.radians(5.0))
 """A path within this angle of an axis of the laboratory is taken to lie along it, as walkways and
 belts do; the rest of the angle is the person's own."""
 
-_PELVIS: Final = ("ASIS", "PSIS")  # of each side; a sacral marker may replace both PSIS
 _HEEL: Final = ("Heel",)
 _TOES: Final = ("MT1", "MT2", "MT5", "Toe")
+_BELOW: Final = {
+    "the ankles": ("Ankle",),
+    "the heels": _HEEL,
+    "the toes": _TOES,
+    "the knees": ("Knee",),
+}
 _FRONT: Final = ("R.ASIS", "L.ASIS")
 _REAR: Final = ("R.PSIS", "L.PSIS", "Sacrum")
 LETTERS: Final = "xyz"
@@ -105,25 +107,27 @@ def detect_axes(
     pelvis and feet do not face one way (markers exchanged).
     """
     _check_straight(recording, landmarks)
-    where, points = recording.source, standing_points(recording, landmarks)
-    upward = upward_of(points)
+    where = recording.source
+    upward, below = _upward(recording, landmarks, _pelvis_path(recording, landmarks, least=1))
     up = nearest_axis(upward) if said is None else said.rotation[2]
     lean = _apart(upward, up)
     taken = "taken to be" if said is None else "said to be (--axes)"
     if lean > LARGEST_LEAN:
         raise RecordError(
-            f"{where}: the direction from the ankles to the pelvis is {lean:.0f}° off "
+            f"{where}: the direction from {below} to the pelvis is {lean:.0f}° off "
             f"{axis_name(up)}, which is {taken} up, more than {LARGEST_LEAN:.0f}° (nearest: "
             f"{axis_name(upward)}): this is not a standing trial, or the floor is not parallel to "
             "two of the laboratory's axes, or other axes were said. Give a standing trial, or the "
             'axes, for example --axes "forward=+x up=+z".'
         )
-    ahead = _facing(where, points, up)
+    # Any axes with this one up show where the person faces.
+    upright = np.stack([np.roll(up, 1), np.cross(up, np.roll(up, 1)), up])
+    ahead = facing(recording.turned(upright), landmarks) @ upright
     forward = nearest_axis(ahead) if said is None else said.rotation[0]
     turn, most = _apart(ahead, forward), LARGEST_TURN if said is None else LARGEST_TURN_SAID
     if turn > most:
         raise RecordError(
-            f"{where}: the feet point {turn:.0f}° off {axis_name(forward)}, which is {taken} "
+            f"{where}: the person faces {turn:.0f}° off {axis_name(forward)}, which is {taken} "
             f"forward, more than {most:.0f}° (nearest: {axis_name(ahead)}). Give the axis that "
             f'the person walks along, for example --axes "forward={axis_name(ahead)} '
             f'up={axis_name(up)}".'
@@ -133,98 +137,56 @@ def detect_axes(
     return LaboratoryAxes(
         axes.rotation,
         f"Axes of the laboratory {taken} {axes.spoken} (in the standing trial the direction from "
-        f"the ankles to the pelvis is {lean:.1f}° off the vertical, and the feet point {turn:.1f}° "
+        f"{below} to the pelvis is {lean:.1f}° off the vertical, and the person faces {turn:.1f}° "
         f"off {axis_name(forward)}).",
     )
 
 
-def standing_points(recording: Recording, landmarks: Mapping[str, str]) -> dict[str, Array]:
-    """Median position (3,) of each of `landmarks` in `recording` from the pelvis (who may walk).
-    Raises RecordError if they are too few, or of no person's size.
+def _pelvis_path(recording: Recording, landmarks: Mapping[str, str], least: int) -> Array:
+    """Path (T, 3) of the middle of the pelvis; RecordError if fewer than the `least` frames show
+    it.
     """
-    seen = {at: recording.marker(name) for at, name in landmarks.items() if name in recording.names}
-    pelvis = [path for at, path in seen.items() if at.rpartition(".")[2] in _PELVIS]
-    middle = np.mean(pelvis, axis=0) if pelvis else np.zeros(3)
-    # Without one frame of the whole pelvis nothing is subtracted.
-    middle = middle if np.isfinite(middle).any() else np.zeros(3)
-    found = {
-        at: np.median(path[whole], axis=0)
-        for at, path in ((at, path - middle) for at, path in seen.items())
-        if (whole := np.isfinite(path).all(axis=1)).any()
-    }
-    parts = {"the pelvis (ASIS, PSIS)": _PELVIS, "the ankles": ("Ankle",), "the heels": _HEEL}
-    for what, names in (parts | {"the toes (MT1, MT2, MT5, Toe)": _TOES}).items():
-        if not any(f"{side}.{name}" in found for side in "RL" for name in names):
-            raise RecordError(
-                f"{recording.source}: no marker on {what} is seen, or the marker set names none, "
-                "so neither the laboratory's axes nor the person's size can be found. Label the "
-                "markers in the standing trial, or give a marker set that has your names for them "
-                "(--marker-set; `gaitval markers FILE` drafts one)."
-            )
-    _check_height(recording.source, float(np.linalg.norm(upward_of(found))))
-    return found
+    pelvis = _path(recording, landmarks, _FRONT + _REAR)
+    if np.count_nonzero(np.isfinite(pelvis).all(axis=1)) < least:
+        raise RecordError(
+            f"{recording.source}: the markers of the pelvis (ASIS, PSIS) are not seen at once, "
+            "each in more than half of the frames that show one, so neither the laboratory's axes "
+            "nor the direction of walking can be found. Label the trial, give a marker set that "
+            "has your names (--marker-set; `gaitval markers FILE` drafts one), or take a part that "
+            "shows them with --trial-time BEGIN:END, in s."
+        )
+    return pelvis
 
 
-def _check_height(where: str, height: float) -> None:
-    """Refuse a pelvis that is too near to or too far from the ankles for a person, m."""
-    if not PELVIS_HEIGHT.fits(height):
+def _upward(recording: Recording, landmarks: Mapping[str, str], pelvis: Array) -> tuple[Array, str]:
+    """Median (3,) m of the way up to the `pelvis`, and from where: the ankles or, in protocols that
+    do not mark them in the walk, the feet or knees. Raises RecordError if none is seen, or if the
+    pelvis is too near to them or too far for a person.
+    """
+    seen = dict[str, Array]()
+    for each, names in _BELOW.items():
+        below = tuple(f"{side}.{name}" for side in "RL" for name in names)
+        upward = pelvis - _path(recording, landmarks, below)
+        seen[each] = upward[np.isfinite(upward).all(axis=1)]
+    what = next((each for each, upward in seen.items() if len(upward)), None)
+    if what is None:
+        raise RecordError(
+            f"{recording.source}: no marker on {', '.join(_BELOW)} is seen together with the "
+            "pelvis, so neither the axes nor the person's size can be found. Label the markers, or "
+            "give a marker set that has your names for them (--marker-set; `gaitval markers FILE` "
+            "drafts one)."
+        )
+    middle = np.median(seen[what], axis=0)
+    height = float(np.linalg.norm(middle))
+    if what != "the knees" and not PELVIS_HEIGHT.fits(height):
         wrong = confused(PELVIS_HEIGHT, height)
         raise RecordError(
-            f"{where}: the pelvis is {height:.3g} m from the ankles, but a person's is "
+            f"{recording.source}: the pelvis is {height:.3g} m from {what}, but a person's is "
             f"{PELVIS_HEIGHT.low:g} to {PELVIS_HEIGHT.high:g} m away: the markers are in the wrong "
             f"unit{f', {wrong}' if wrong else ''}, their names are wrong, or the person does not "
             "stand upright. Check the file and the labels in the recording program."
         )
-
-
-def _mean(points: Mapping[str, Array], names: tuple[str, ...], sides: str = "RL") -> Array:
-    """Mean of the two sides' means, so that a side with more landmarks does not weigh more; NaN
-    without a landmark. The sacrum has no side.
-    """
-    means = []
-    for side in sides:
-        at = [name if name == "Sacrum" else f"{side}.{name}" for name in names]
-        if there := [points[name] for name in at if name in points]:
-            means.append(np.mean(there, axis=0))
-    return np.mean(means, axis=0) if means else np.full(3, np.nan)
-
-
-def upward_of(points: Mapping[str, Array]) -> Array:
-    """From the ankles to the pelvis, (3,) m, of `points` by landmark."""
-    return _mean(points, _PELVIS) - _mean(points, ("Ankle",))
-
-
-def _facing(where: str, points: Mapping[str, Array], up: Array) -> Array:
-    """Horizontal unit vector (3,) from the heels to the toes of `points`, at right angles to `up`;
-    toeing out cancels. RecordError, about `where`, if pelvis and feet do not face one way.
-    """
-    # One unit vector each: the direction of the feet's sum halves the angle between them.
-    ways = {
-        what: unit_vector(_level(_mean(points, front, sides) - _mean(points, rear, sides), up))
-        for what, front, rear, sides in (
-            ("the right foot", _TOES, _HEEL, "R"),
-            ("the left foot", _TOES, _HEEL, "L"),
-            ("the pelvis", ("ASIS",), ("PSIS", "Sacrum"), "RL"),
-        )
-    }
-    ways = {what: way for what, way in ways.items() if np.isfinite(way).all()}
-    for what, way in ways.items():
-        others = [other for name, other in ways.items() if name != what]
-        # Two heels, or toes, that are exchanged between the sides turn both feet by less.
-        if others and way @ np.sum(others, axis=0) < OPPOSITE:
-            raise RecordError(
-                f"{where}: {what} faces away from the rest: its front and rear markers (ASIS and "
-                "PSIS, or toes and heel), or those of all others, are exchanged. Correct these "
-                "labels in the recording program, in all trials, and export them again."
-            )
-    feet = [way for what, way in ways.items() if "foot" in what]
-    if not feet:
-        feet = [_level(_mean(points, _TOES) - _mean(points, _HEEL), up)]
-    return unit_vector(np.sum(feet, axis=0))
-
-
-def _level(vector: Array, up: Array) -> Array:
-    return vector - (vector @ up) * up
+    return middle, what
 
 
 def unit_vector(vector: Array) -> Array:
@@ -270,15 +232,15 @@ def turn_to_walking_direction(
             "trial first."
         )
     shown = recording if shown is None else shown
-    pelvis = _path(shown, landmarks, _FRONT + _REAR)
-    seen = np.isfinite(pelvis).all(axis=1)
-    if np.count_nonzero(seen) < 2:
+    pelvis = _pelvis_path(shown, landmarks, least=2)
+    upward, below = _upward(shown, landmarks, pelvis)
+    lean = _apart(upward, np.array([0.0, 0.0, 1.0]))
+    if lean > LIMITS["farthest_lean"]:
         raise RecordError(
-            f"{where}: the markers of the pelvis (ASIS, PSIS) are not seen at once, each in more "
-            "than half of the frames that show one, so the direction of walking is unknown. Label "
-            "the trial, or take a part of it that shows them with --trial-time BEGIN:END, in s."
+            f"{where}: in the axes of the standing trial the direction from {below} to the pelvis "
+            f"is {lean:.0f}° off the vertical: this trial has other axes than the standing trial. "
+            "Export both in the same axes."
         )
-    _check_same_axes(shown, landmarks, pelvis)
     _check_straight(shown, landmarks)
     velocity, how = _walking_velocity(shown, landmarks, pelvis)
     speed = float(np.linalg.norm(velocity))
@@ -302,30 +264,6 @@ def turn_to_walking_direction(
         "vertical to walk along +x"
     )
     return turned, text + (f" (the path is {np.degrees(off):.1f}° off it)." if off else ".")
-
-
-def _check_same_axes(recording: Recording, landmarks: Mapping[str, str], pelvis: Array) -> None:
-    """Refuse a trial whose axes or unit differ from the standing trial's, by the pelvis' path."""
-    where = recording.source
-    # Of protocols without ankles in the walk, the feet and knees show it as well.
-    for names in (("Ankle",), _HEEL, _TOES, ("Knee",)):
-        below = tuple(f"{side}.{name}" for side in "RL" for name in names)
-        upward = pelvis - _path(recording, landmarks, below)
-        upward = upward[np.isfinite(upward).all(axis=1)]
-        if len(upward):
-            break
-    if len(upward):
-        middle = np.median(upward, axis=0)
-        what = {"Ankle": "the ankles", "Knee": "the knees"}.get(names[0], "the feet")
-        if names != ("Knee",):
-            _check_height(where, float(np.linalg.norm(middle)))
-        off = _apart(middle, np.array([0.0, 0.0, 1.0]))
-        if off > LIMITS["farthest_lean"]:
-            raise RecordError(
-                f"{where}: in the axes of the standing trial the direction from {what} to the "
-                f"pelvis is {off:.0f}° off the vertical: this trial has other axes than the "
-                "standing trial. Export both in the same axes."
-            )
 
 
 def _walking_velocity(

@@ -22,6 +22,9 @@ FOREFOOT: Final = {"MT1": (-0.45,), "MT2": (0.15, -0.25), "MT5": (0.48,)}
 """Offset of the other metatarsal heads from a single marked one, towards the midline of the body,
 as a fraction of the distance from the heel to it: means over the feet of the ten built-in subjects.
 Two digits are enough for the outline of the foot."""
+OPPOSITE: Final = float(np.cos(np.radians(130.0)))
+"""Cosine of the angle between pelvis and a foot beyond which one faces backwards; feet turn out by
+25°."""
 
 
 @dataclass(frozen=True)
@@ -77,23 +80,42 @@ def facing(recording: Recording, landmarks: Mapping[str, str]) -> Array:
 
     It points from the posterior to the anterior iliac spines (of `landmarks`, see `foot_markers`:
     `R.ASIS`, `L.ASIS`, and `R.PSIS`, `L.PSIS` or `Sacrum`) or, without them, from heels to
-    forefeet. Raises RecordError if neither is seen.
+    forefeet. Raises RecordError if neither is seen, or pelvis and feet do not face one way.
     """
     front = _trajectories(recording, landmarks, ["R.ASIS", "L.ASIS"])
     back = _back_of_pelvis(recording, landmarks)
-    if len(front) == 2 and back:
-        forward = _mean(front) - _mean(back)
-    else:
-        feet = foot_markers(recording, landmarks).values()
+    feet = {
+        side: _mean(heads) - heel[0]
+        for side in SIDES
+        if (heel := _trajectories(recording, landmarks, [f"{side[0].upper()}.Heel"]))
+        and (
+            heads := _trajectories(recording, landmarks, [f"{side[0].upper()}.{n}" for n in FRONT])
+        )
+    }
+    if len(front) < 2 or not back:
         # Frames of both feet together, so that toeing out cancels in the median.
-        forward = np.concatenate([foot.front - foot.heel for foot in feet])
-    forward = forward[np.isfinite(forward).all(axis=1)][:, :2]
-    if not len(forward):
+        return _level_direction(recording, np.concatenate([*feet.values(), np.empty((0, 3))]))
+    forward = _level_direction(recording, _mean(front) - _mean(back))
+    for side, ahead in feet.items():
+        seen = np.isfinite(ahead).all(axis=1).any()
+        if seen and _level_direction(recording, ahead) @ forward < OPPOSITE:
+            raise RecordError(
+                f"{recording.source}: the {side} foot faces away from the pelvis: front and rear "
+                "markers of one of them (toes and heel, or ASIS and PSIS) are exchanged. Correct "
+                "these labels in the recording program, in all trials, and export them again."
+            )
+    return forward
+
+
+def _level_direction(recording: Recording, ways: Array) -> Array:
+    """Horizontal unit vector (3,) along the median of `ways` (n, 3) m, where they are seen."""
+    level = ways[np.isfinite(ways).all(axis=1)][:, :2]
+    if not len(level):
         raise RecordError(
             f"{recording.source}: the markers of pelvis and feet are never seen together, so it "
             "is unknown which way the person faces. Label them, or name them in the marker set."
         )
-    direction = np.median(forward, axis=0)
+    direction = np.median(level, axis=0)
     return np.append(direction / np.linalg.norm(direction), 0.0)
 
 
