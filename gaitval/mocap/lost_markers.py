@@ -28,8 +28,6 @@ LIMITS: Final[Mapping[str, float]] = {
     # m, likewise, of a foot, whose skin hardly moves: 0.02 m at most in eleven recordings of
     # seven laboratories (running and jumping, too).
     "foot_away_m": 0.06,
-    # m, likewise, of one that is exactly where it was, from any other of its segment.
-    "same_away_m": 0.04,
     # m. On its way from the body and back it is left out from this on.
     "leaves_m": 0.03,
     # s. For a shorter time it is a spike.
@@ -90,16 +88,16 @@ def leave_out_lost(
     rate, names = recording.marker_rate, recording.names
     # Toes bend by less than what is not on a foot is away.
     segments = {name: each.replace("toes", "foot") for name, each in segments.items()}
-    # A place that a program holds says nothing about where the others are.
-    held = np.stack([_held(markers[:, i], rate) for i in range(len(names))], axis=1)
-    measured = np.where(held[..., None], np.nan, markers)
+    measured = markers.copy()
     findings = []
     for number, name in enumerate(names):
-        away = _away(number, markers, measured, names, segments)
-        if away is None or not (away.one > LIMITS["same_away_m"]).any():
+        away = _away(number, measured, names, segments)
+        if away is None:
             continue
-        lost = _lost(away, held[:, number], rate)
-        for begin, end in _merged(lost, away.one > LIMITS["leaves_m"], rate):
+        lost = _long(away.most > away.furthest, rate)
+        path = measured[:, number]
+        held = np.r_[False, (path[1:] == path[:-1]).all(axis=1)]
+        for begin, end in _merged(lost, held | (away.one > LIMITS["leaves_m"]), rate):
             largest, seconds = float(away.one[begin:end].max()), (end - begin) / rate
             until = "from there on" if end == len(markers) else f"for {seconds:.2f} s"
             action = (
@@ -122,40 +120,34 @@ def without_lost(recording: Recording, segments: Mapping[str, str]) -> Recording
 
 
 def _away(
-    number: int,
-    markers: Array,
-    measured: Array,
-    names: tuple[str, ...],
-    segments: Mapping[str, str],
+    number: int, markers: Array, names: tuple[str, ...], segments: Mapping[str, str]
 ) -> _Away | None:
-    """How far a marker is off its distances from the others, as they are `measured`. Where there
-    is one other in its segment, it is joined by the marker of another segment whose distance is
-    the steadiest. None without two.
+    """How far a marker is off its distances from the others. Where there is one other in its
+    segment, it is joined by the marker of another segment whose distance is the steadiest. None
+    without two.
     """
     segment = segments.get(names[number])
     if segment is None:
         return None
     rest = [i for i, name in enumerate(names) if i != number and name in segments]
     own = [i for i in rest if segments[names[i]] == segment]
-    within, beside = list[tuple[float, Array]](), list[tuple[float, Array]]()
+    found = list[tuple[bool, float, Array]]()
     for other in own if len(own) != 1 else rest:
-        distance = np.linalg.norm(markers[:, number] - measured[:, other], axis=1)
+        distance = np.linalg.norm(markers[:, number] - markers[:, other], axis=1)
         usual = _usual(distance)
         if usual is not None:
-            found = usual[1], np.abs(distance - usual[0])
-            (within if other in own else beside).append(found)
-    differences = sorted(within, key=lambda each: each[0])[:PARTNERS]
-    if len(own) == 1 and within and beside:
-        differences.append(min(beside, key=lambda each: each[0]))
-    if len(differences) < 2:
+            found.append((other not in own, usual[1], np.abs(distance - usual[0])))
+    found.sort(key=lambda each: each[:2])
+    within = sum(not beside for beside, _, _ in found)
+    if within == 0 or len(found) < 2:
         return None
-    stacked = np.stack([each for _, each in differences])
+    stacked = np.stack([each for _, _, each in found[: PARTNERS if len(own) > 1 else 2]])
     known = np.isfinite(stacked).sum(axis=0)
     # More than half of them differ by at least so much: of two both, of three two.
     ordered = np.sort(np.where(np.isfinite(stacked), stacked, 0.0), axis=0)[::-1]
     place = np.clip(known // 2, 0, len(stacked) - 1)
     middle = np.take_along_axis(ordered, place[None], axis=0)[0]
-    largest = np.nan_to_num(stacked[: len(within)]).max(axis=0)
+    largest = np.nan_to_num(stacked[:within]).max(axis=0)
     furthest = LIMITS["foot_away_m" if segment.startswith("foot") and len(own) > 1 else "away_m"]
     return _Away(np.where(known >= 2, middle, 0.0), largest, furthest)
 
@@ -175,21 +167,6 @@ def _usual(distance: Array) -> tuple[float, float] | None:
     return float(known[first : first + count].mean()), float(widths[first])
 
 
-def _lost(away: _Away, held: Flags, rate: float) -> Flags:
-    """(T,) whether a marker, which is `away` from its place and may be `held`, is lost."""
-    lost = away.most > away.furthest
-    for begin, end in zip(*runs(held), strict=True):
-        # It is held all the while, also where its distances pass through what they were.
-        if (away.one[begin:end] > LIMITS["same_away_m"]).any():
-            lost[begin:end] = True
-    return _long(lost, rate)
-
-
-def _held(path: Array, rate: float) -> Flags:
-    """(T,) whether a marker with the `path` (T, 3) m is exactly where it was, for some time."""
-    return _long(np.r_[False, (path[1:] == path[:-1]).all(axis=1)], rate)
-
-
 def _long(flags: Flags, rate: float) -> Flags:
     """Only what lasts."""
     kept = flags.copy()
@@ -201,7 +178,7 @@ def _long(flags: Flags, rate: float) -> Flags:
 
 def _merged(lost: Flags, leaves: Flags, rate: float) -> list[tuple[int, int]]:
     """First frame and the one after the last of each time in which a marker is `lost` (T,), with
-    its way from the body and back, where it `leaves` (T,) its place.
+    its way from the body and back, where it `leaves` (T,) its place, or is held while this moves.
     """
     found: list[tuple[int, int]] = []
     together = LIMITS["together_s"] * rate
@@ -211,6 +188,6 @@ def _merged(lost: Flags, leaves: Flags, rate: float) -> list[tuple[int, int]]:
         begin = found.pop()[0] if found and first - found[-1][1] < together else int(first)
         found.append((begin, int(last)))
     # Who is lost shortly before the end does not come back.
-    if found and found[-1][1] - found[-1][0] > together > len(lost) - found[-1][1]:
+    if found and len(lost) - found[-1][1] < together:
         found[-1] = found[-1][0], len(lost)
     return found

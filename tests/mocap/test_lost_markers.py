@@ -134,15 +134,6 @@ def test_a_foot_marker_that_dangles_is_lost():
     assert found.last == len(recording.markers) - 1
 
 
-def test_a_held_marker_beside_one_other_of_its_segment_is_found():
-    walk = walked()
-    names = ("heel", "mt1", "mt5", "shank1", "shank2")
-    markers = walk.columns(names).copy()
-    markers[170:182, 4] = markers[169, 4]
-    (found,), _ = found_in(Recording("walk.trc", "project", names, markers, RATE))
-    assert (found.names, found.first, found.last) == (("shank2",), 170, 181)
-
-
 def test_a_fall_is_left_out_from_its_beginning():
     """On its way down the knee marker passes by other markers of the leg."""
     walk = walked()
