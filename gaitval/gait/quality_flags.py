@@ -48,20 +48,14 @@ def told_once(
         where = "" if warning.plate else warning.where
         words = re.sub(r"[\d.]+", "", warning.message)
         alike.setdefault((warning.check, where, words), []).append((trial, warning))
-    return tuple(_with_others(members) for members in alike.values())
-
-
-def _with_others(members: Sequence[tuple[str, QualityFlag]]) -> tuple[str, QualityFlag]:
-    """The farthest of `members` beyond its limit, which names the others."""
-    if len(members) == 1:
-        return members[0]
-    trial, worst = max(members, key=lambda each: abs(each[1].value - each[1].limit))
-    others = [
-        f"{warning.where} in {name}" if warning.plate or name == trial else name
-        for name, warning in members
-        if warning is not worst
-    ]
-    return trial, replace(worst, message=f"{worst.message}; so too {', '.join(others)}")
+    found = []
+    for members in alike.values():
+        trial, worst = max(members, key=lambda each: abs(each[1].value - each[1].limit))
+        others = [f"{each.where} in {name}" for name, each in members if each is not worst]
+        if others:
+            worst = replace(worst, message=f"{worst.message}; so too {', '.join(others)}")
+        found.append((trial, worst))
+    return tuple(found)
 
 
 def refuse_certain(source: str, warnings: Sequence[QualityFlag], plates: int) -> None:

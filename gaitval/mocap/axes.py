@@ -23,10 +23,8 @@ from gaitval.units import PELVIS_HEIGHT, confused
 
 LARGEST_LEAN: Final = 20.0
 """A standing person's pelvis is above the ankles to within this angle, degrees."""
-LARGEST_TURN: Final = 30.0
-"""A person who faces along an axis of the laboratory does so to within this angle, degrees."""
-LARGEST_TURN_SAID: Final = 60.0
-"""Degrees, likewise, of axes that the user says, as for who stands at an angle to the walkway."""
+LARGEST_TURN: Final = 60.0
+"""A person faces along the axis that is said, or along the way, to within this angle, degrees."""
 
 LIMITS: Final[Mapping[str, float]] = {
     # Degrees. In the median frame a walking person's pelvis is above the middle of the
@@ -103,8 +101,8 @@ def detect_axes(
     {"R.ASIS": "RASI"}; those present are used.
 
     Raises RecordError if the markers needed are missing; the person's size is wrong by a power of
-    ten (unit); the person does not stand, or stands across the axes (up to 60° across those said);
-    pelvis and feet do not face one way (markers exchanged).
+    ten (unit); the person does not stand, or across the axes that are said; pelvis and feet do not
+    face one way (markers exchanged).
     """
     _check_straight(recording, landmarks)
     where = recording.source
@@ -124,12 +122,12 @@ def detect_axes(
     upright = np.stack([np.roll(up, 1), np.cross(up, np.roll(up, 1)), up])
     ahead = facing(recording.turned(upright), landmarks) @ upright
     forward = nearest_axis(ahead) if said is None else said.rotation[0]
-    turn, most = _apart(ahead, forward), LARGEST_TURN if said is None else LARGEST_TURN_SAID
-    if turn > most:
+    turn = _apart(ahead, forward)
+    if turn > LARGEST_TURN:
         raise RecordError(
             f"{where}: the person faces {turn:.0f}° off {axis_name(forward)}, which is {taken} "
-            f"forward, more than {most:.0f}° (nearest: {axis_name(ahead)}). Give the axis that "
-            f'the person walks along, for example --axes "forward={axis_name(ahead)} '
+            f"forward (nearest: {axis_name(ahead)}). Leave --axes out, or give the axis that the "
+            f'person walks along, for example --axes "forward={axis_name(ahead)} '
             f'up={axis_name(up)}".'
         )
     # y = z × x is to the left of a person who faces along x.
@@ -143,9 +141,7 @@ def detect_axes(
 
 
 def _pelvis_path(recording: Recording, landmarks: Mapping[str, str], least: int) -> Array:
-    """Path (T, 3) of the middle of the pelvis; RecordError if fewer than the `least` frames show
-    it.
-    """
+    """Path (T, 3) m of the pelvis' middle; RecordError if fewer frames than `least` show it."""
     pelvis = _path(recording, landmarks, _FRONT + _REAR)
     if np.count_nonzero(np.isfinite(pelvis).all(axis=1)) < least:
         raise RecordError(
@@ -352,7 +348,7 @@ def _ground_velocity(recording: Recording, landmarks: Mapping[str, str]) -> Arra
 def _check_facing(recording: Recording, landmarks: Mapping[str, str]) -> None:
     """Refuse a person who walks along +x but does not face it."""
     off = _apart(facing(recording, landmarks), np.array([1.0, 0.0, 0.0]))
-    if off > LARGEST_TURN_SAID:
+    if off > LARGEST_TURN:
         raise RecordError(
             f"{recording.source}: the person faces {off:.0f}° off the direction of walking: walks "
             "backwards or sideways, or front and rear markers (ASIS and PSIS, or toes and heel) "

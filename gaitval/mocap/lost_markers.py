@@ -66,12 +66,11 @@ def without_fill_values(recording: Recording) -> Recording:
 class _Away(NamedTuple):
     """(T,) m by which the distances of a marker from the others of its segment differ from what
     they usually are: `most` of them differ by at least so much, `one` is the largest. 0 where they
-    are not known. More than `furthest` m is not on the segment.
+    are not known.
     """
 
     most: Array
     one: Array
-    furthest: float
 
 
 def leave_out_lost(
@@ -94,7 +93,8 @@ def leave_out_lost(
         away = _away(number, measured, names, segments)
         if away is None:
             continue
-        lost = _long(away.most > away.furthest, rate)
+        foot = segments[name].startswith("foot")
+        lost = _long(away.most > LIMITS["foot_away_m" if foot else "away_m"], rate)
         path = measured[:, number]
         held = np.r_[False, (path[1:] == path[:-1]).all(axis=1)]
         for begin, end in _merged(lost, held | (away.one > LIMITS["leaves_m"]), rate):
@@ -148,8 +148,7 @@ def _away(
     place = np.clip(known // 2, 0, len(stacked) - 1)
     middle = np.take_along_axis(ordered, place[None], axis=0)[0]
     largest = np.nan_to_num(stacked[:within]).max(axis=0)
-    furthest = LIMITS["foot_away_m" if segment.startswith("foot") and len(own) > 1 else "away_m"]
-    return _Away(np.where(known >= 2, middle, 0.0), largest, furthest)
+    return _Away(np.where(known >= 2, middle, 0.0), largest)
 
 
 def _usual(distance: Array) -> tuple[float, float] | None:

@@ -47,20 +47,15 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
     ------
     RecordError : a force is missing, point or torque from `LIMITS` on; no foot exerts the torque.
     """
-    if not np.isfinite(force).all():
-        raise RecordError(
-            f"{path}: plate {name}: {np.count_nonzero(~np.isfinite(force).all(axis=1))} force "
-            "samples are missing. Export the forces without gaps."
-        )
     size = np.linalg.norm(force, axis=1)
     loaded, point = size >= UNLOADED_N, measured_points(path, name, force, point)
     torque = np.where(np.isnan(torque) & (size < LIMITS["faint_n"])[:, None], 0.0, torque)
-    gap = loaded & ~np.isfinite(point + torque).all(axis=1)
+    gap = ~np.isfinite(size) | (loaded & ~np.isfinite(point + torque).all(axis=1))
     if gap.any():
-        worst = int(np.argmax(size * gap))
         raise RecordError(
-            f"{path}: plate {name}: the centre of pressure or the torque is missing where the "
-            f"plate is loaded: sample {worst + 1}, {size[worst]:.0f} N. Export without gaps."
+            f"{path}: plate {name}: the force, or where and about what it acts under load, is "
+            f"missing in {np.count_nonzero(gap)} samples, the first of them {np.argmax(gap) + 1}. "
+            "Export the forces without gaps."
         )
     torque = _about_pressure(path, name, force, point, torque)
     return Plate(

@@ -389,7 +389,7 @@ REFUSED: dict[str, tuple[Callable[[Laboratory], Request], tuple[str, ...]]] = {
     ),
     "no number in the forces": (
         plates(lambda plate: replace(plate, force=plate.force * np.nan)),
-        ("forces.mot", "2400 force samples are missing"),
+        ("forces.mot", "missing in 2400 samples"),
     ),
     "sides exchanged in standing": (
         role("standing", lambda one: exchanged(one, "R.HF", "L.HF")),

@@ -191,17 +191,11 @@ def check_times(time: Array, source: str | Path) -> None:
             "one pose of it; if this is it, export it again."
         )
     steps = np.diff(time)
-    if (steps < 0.0).any():
-        row = int(np.argmax(steps < 0.0))
+    if steps.min() < 0.0 or np.median(steps) > 1.0 / LIMITS.slowest_rate:
         raise RecordError(
-            f"{source}: the time goes back from {time[row]:g} to {time[row + 1]:g} s. Give one "
-            "motion, with its rows in the order of time."
-        )
-    usual = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
-    if usual > 1.0 / LIMITS.slowest_rate:
-        raise RecordError(
-            f"{source}: the times go in steps of {usual:g} s, {1 / usual:.3g} Hz: they look like "
-            "milliseconds, percent or frame numbers. Write the time in seconds and export again."
+            f"{source}: the time goes on in steps of {steps.min():g} to {steps.max():g} s, so it "
+            "goes back, or is in milliseconds, percent or frame numbers. Give one motion, with its "
+            "rows in the order of time in seconds, and export again."
         )
 
 
