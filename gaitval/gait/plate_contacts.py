@@ -134,11 +134,6 @@ def judge_contact(
     return findings
 
 
-def _placed_plates(recording: Recording) -> list[Plate]:
-    """The plates whose position is known."""
-    return [plate for plate in recording.plates if np.isfinite(plate.corners).all()]
-
-
 def _seen_whole(feet: Feet, column: int, begin: int, end: int) -> Flags:
     """(n,) whether all markers of a foot that are ever seen are: the outline of the others is
     smaller than the foot.
@@ -169,12 +164,14 @@ def _why_beside(
     """Whether part of the foot is beside all plates while one is well `loaded` (n,), from sample
     `begin`; None if not, or if a plate whose position is unknown may carry that part.
     """
-    plates = _placed_plates(recording)
-    if len(plates) < len(recording.plates):
+    if not all(np.isfinite(plate.corners).all() for plate in recording.plates):
         return None
     # Within 2 cm of an edge the centre of pressure knows better than markers.
     on_any = np.any(
-        [over_plate(other, feet.outlines[column], margin=CONTACTS.edge_m) for other in plates],
+        [
+            over_plate(other, feet.outlines[column], margin=CONTACTS.edge_m)
+            for other in recording.plates
+        ],
         axis=0,
     )
     off = (feet.low[column] & ~on_any).any(axis=1)[begin : begin + len(loaded)] & loaded

@@ -16,10 +16,10 @@ from gaitval.mocap.foot_markers import foot_markers
 from gaitval.mocap.recording import Plate, Recording
 
 RAISED: Final = 0.3
-"""m above the lowest marker of the feet, and above where a whole foot usually is at its highest.
-What is lower may be a step or a sloping treadmill."""
-HIGHEST: Final = 98.0
-"""Percentile of heights that stands for the highest: a marker may be a ghost for once."""
+"""m above the lowest marker of the feet, which is higher than a whole foot swings. What is lower
+may be a step or a sloping treadmill."""
+LOWEST: Final = 2.0
+"""Percentile of heights that stands for the lowest: a marker may be a ghost for once."""
 LOADED_N: Final = 10.0
 """N. The point of a smaller force is not known."""
 
@@ -43,12 +43,10 @@ def without_raised(
     except RecordError:  # said when joints and events are found, with all that is missing
         return recording, ()
     outlines = [each.outline[..., 2] for each in seen.values()]
-    floor = float(np.nanpercentile(np.concatenate(outlines, axis=1), 100.0 - HIGHEST))
-    lowest = [each[np.isfinite(each).any(axis=1)] for each in outlines]
-    reached = max(float(np.percentile(np.nanmin(each, axis=1), HIGHEST)) for each in lowest)
+    floor = float(np.nanpercentile(np.concatenate(outlines, axis=1), LOWEST))
     kept, flags = list[Plate](), list[QualityFlag]()
     for plate, height in zip(recording.plates, heights, strict=True):
-        if not height > max(floor + RAISED, reached):
+        if not height > floor + RAISED:  # nor where it is not known
             kept.append(plate)
             continue
         load = float(np.linalg.norm(plate.force - np.median(plate.force, axis=0), axis=1).max())

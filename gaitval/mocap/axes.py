@@ -80,12 +80,6 @@ class LaboratoryAxes:
         forward, _, up = self.rotation
         return f"forward={axis_name(forward)} up={axis_name(up)}"
 
-    @property
-    def spoken(self) -> str:
-        """The three directions, for a sentence."""
-        forward, left, up = (axis_name(row) for row in self.rotation)
-        return f"{forward} forward, {left} to the left, {up} up"
-
 
 def axis_name(vector: Array) -> str:
     """The signed axis along a `vector`, such as "+x"."""
@@ -131,12 +125,13 @@ def detect_axes(
             f'up={axis_name(up)}".'
         )
     # y = z × x is to the left of a person who faces along x.
-    axes = LaboratoryAxes(np.stack([forward, np.cross(up, forward), up]), "")
+    left = np.cross(up, forward)
     return LaboratoryAxes(
-        axes.rotation,
-        f"Axes of the laboratory {taken} {axes.spoken} (in the standing trial the direction from "
-        f"{below} to the pelvis is {lean:.1f}° off the vertical, and the person faces {turn:.1f}° "
-        f"off {axis_name(forward)}).",
+        np.stack([forward, left, up]),
+        f"Axes of the laboratory {taken} {axis_name(forward)} forward, {axis_name(left)} to the "
+        f"left, {axis_name(up)} up (in the standing trial the direction from {below} to the pelvis "
+        f"is {lean:.1f}° off the vertical, and the person faces {turn:.1f}° off "
+        f"{axis_name(forward)}).",
     )
 
 

@@ -5,7 +5,7 @@ it was last seen, is a reflection, or has another marker's place does not.
 """
 
 from collections.abc import Mapping
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -63,16 +63,6 @@ def without_fill_values(recording: Recording) -> Recording:
     )
 
 
-class _Away(NamedTuple):
-    """(T,) m by which the distances of a marker from the others of its segment differ from what
-    they usually are: `most` of them differ by at least so much, `one` is the largest. 0 where they
-    are not known.
-    """
-
-    most: Array
-    one: Array
-
-
 def leave_out_lost(
     recording: Recording, markers: Array, segments: Mapping[str, str]
 ) -> list[Repair]:
@@ -87,18 +77,18 @@ def leave_out_lost(
     rate, names = recording.marker_rate, recording.names
     # Toes bend by less than what is not on a foot is away.
     segments = {name: each.replace("toes", "foot") for name, each in segments.items()}
-    measured = markers.copy()
     findings = []
     for number, name in enumerate(names):
-        away = _away(number, measured, names, segments)
-        if away is None:
+        found_away = _away(number, markers, names, segments)
+        if found_away is None:
             continue
+        most, away = found_away
         foot = segments[name].startswith("foot")
-        lost = _long(away.most > LIMITS["foot_away_m" if foot else "away_m"], rate)
-        path = measured[:, number]
+        lost = _long(most > LIMITS["foot_away_m" if foot else "away_m"], rate)
+        path = markers[:, number]
         held = np.r_[False, (path[1:] == path[:-1]).all(axis=1)]
-        for begin, end in _merged(lost, held | (away.one > LIMITS["leaves_m"]), rate):
-            largest, seconds = float(away.one[begin:end].max()), (end - begin) / rate
+        for begin, end in _merged(lost, held | (away > LIMITS["leaves_m"]), rate):
+            largest, seconds = float(away[begin:end].max()), (end - begin) / rate
             until = "from there on" if end == len(markers) else f"for {seconds:.2f} s"
             action = (
                 f"is not on its segment, but up to {largest:.2f} m off its place on the body; "
@@ -121,10 +111,11 @@ def without_lost(recording: Recording, segments: Mapping[str, str]) -> Recording
 
 def _away(
     number: int, markers: Array, names: tuple[str, ...], segments: Mapping[str, str]
-) -> _Away | None:
-    """How far a marker is off its distances from the others. Where there is one other in its
-    segment, it is joined by the marker of another segment whose distance is the steadiest. None
-    without two.
+) -> tuple[Array, Array] | None:
+    """(T,) m by which the distances of a marker from the others of its segment differ from what
+    they usually are: most of them by at least so much, and the largest; 0 where they are not known.
+    Where there is one other in its segment, it is joined by the marker of another segment whose
+    distance is the steadiest. None without two.
     """
     segment = segments.get(names[number])
     if segment is None:
@@ -138,8 +129,7 @@ def _away(
         if usual is not None:
             found.append((other not in own, usual[1], np.abs(distance - usual[0])))
     found.sort(key=lambda each: each[:2])
-    within = sum(not beside for beside, _, _ in found)
-    if within == 0 or len(found) < 2:
+    if len(found) < 2 or found[0][0]:
         return None
     stacked = np.stack([each for _, _, each in found[: PARTNERS if len(own) > 1 else 2]])
     known = np.isfinite(stacked).sum(axis=0)
@@ -147,8 +137,8 @@ def _away(
     ordered = np.sort(np.where(np.isfinite(stacked), stacked, 0.0), axis=0)[::-1]
     place = np.clip(known // 2, 0, len(stacked) - 1)
     middle = np.take_along_axis(ordered, place[None], axis=0)[0]
-    largest = np.nan_to_num(stacked[:within]).max(axis=0)
-    return _Away(np.where(known >= 2, middle, 0.0), largest)
+    own_ones = [beside for beside, _, _ in found].count(False)
+    return np.where(known >= 2, middle, 0.0), np.nan_to_num(stacked[:own_ones]).max(axis=0)
 
 
 def _usual(distance: Array) -> tuple[float, float] | None:
