@@ -24,7 +24,7 @@ from gaitval.units import PELVIS_HEIGHT, confused
 LARGEST_LEAN: Final = 20.0
 """A standing person's pelvis is above the ankles to within this angle, degrees."""
 LARGEST_TURN: Final = 60.0
-"""A person faces along the axis that is said, or along the way, to within this angle, degrees."""
+"""A person who walks faces along the way to within this angle, degrees."""
 
 LIMITS: Final[Mapping[str, float]] = {
     # Degrees. In the median frame a walking person's pelvis is above the middle of the
@@ -76,7 +76,7 @@ class LaboratoryAxes:
 
     @property
     def option(self) -> str:
-        """The same axes as text for `--axes`."""
+        """The same axes as text, as `gaitval.read_recording` takes them."""
         forward, _, up = self.rotation
         return f"forward={axis_name(forward)} up={axis_name(up)}"
 
@@ -87,51 +87,37 @@ def axis_name(vector: Array) -> str:
     return f"{'-' if vector[index] < 0 else '+'}{LETTERS[index]}"
 
 
-def detect_axes(
-    recording: Recording, landmarks: Mapping[str, str], said: LaboratoryAxes | None = None
-) -> LaboratoryAxes:
-    """Axes of the laboratory from `recording`, a standing trial in them, or those that the user
-    `said`, if it does not contradict them. `landmarks` names the marker of each, such as
-    {"R.ASIS": "RASI"}; those present are used.
+def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> LaboratoryAxes:
+    """Axes of the laboratory from `recording`, a standing trial in them. `landmarks` names the
+    marker of each, such as {"R.ASIS": "RASI"}; those present are used.
 
     Raises RecordError if the markers needed are missing; the person's size is wrong by a power of
-    ten (unit); the person does not stand, or across the axes that are said; pelvis and feet do not
-    face one way (markers exchanged).
+    ten (unit); the person does not stand, or turns; pelvis and feet do not face one way (markers
+    exchanged).
     """
     _check_straight(recording, landmarks)
-    where = recording.source
     upward, below = _upward(recording, landmarks, _pelvis_path(recording, landmarks, least=1))
-    up = nearest_axis(upward) if said is None else said.rotation[2]
+    up = nearest_axis(upward)
     lean = _apart(upward, up)
-    taken = "taken to be" if said is None else "said to be (--axes)"
     if lean > LARGEST_LEAN:
         raise RecordError(
-            f"{where}: the direction from {below} to the pelvis is {lean:.0f}° off "
-            f"{axis_name(up)}, which is {taken} up, more than {LARGEST_LEAN:.0f}° (nearest: "
-            f"{axis_name(upward)}): this is not a standing trial, or the floor is not parallel to "
-            "two of the laboratory's axes, or other axes were said. Give a standing trial, or the "
-            'axes, for example --axes "forward=+x up=+z".'
+            f"{recording.source}: the direction from {below} to the pelvis is {lean:.0f}° off "
+            f"{axis_name(up)}, the nearest axis, more than {LARGEST_LEAN:.0f}°: this is not a "
+            "standing trial, or the floor is not parallel to two of the laboratory's axes. Give a "
+            "standing trial, or turn the files so that one axis is vertical."
         )
     # Any axes with this one up show where the person faces.
     upright = np.stack([np.roll(up, 1), np.cross(up, np.roll(up, 1)), up])
     ahead = facing(recording.turned(upright), landmarks) @ upright
-    forward = nearest_axis(ahead) if said is None else said.rotation[0]
-    turn = _apart(ahead, forward)
-    if turn > LARGEST_TURN:
-        raise RecordError(
-            f"{where}: the person faces {turn:.0f}° off {axis_name(forward)}, which is {taken} "
-            f"forward (nearest: {axis_name(ahead)}). Leave --axes out, or give the axis that the "
-            f'person walks along, for example --axes "forward={axis_name(ahead)} '
-            f'up={axis_name(up)}".'
-        )
+    forward = nearest_axis(ahead)
     # y = z × x is to the left of a person who faces along x.
     left = np.cross(up, forward)
     return LaboratoryAxes(
         np.stack([forward, left, up]),
-        f"Axes of the laboratory {taken} {axis_name(forward)} forward, {axis_name(left)} to the "
-        f"left, {axis_name(up)} up (in the standing trial the direction from {below} to the pelvis "
-        f"is {lean:.1f}° off the vertical, and the person faces {turn:.1f}° off "
-        f"{axis_name(forward)}).",
+        f"Axes of the laboratory taken to be {axis_name(forward)} forward, {axis_name(left)} to "
+        f"the left, {axis_name(up)} up (in the standing trial the direction from {below} to the "
+        f"pelvis is {lean:.1f}° off the vertical, and the person faces "
+        f"{_apart(ahead, forward):.1f}° off {axis_name(forward)}).",
     )
 
 

@@ -1,7 +1,7 @@
 """Read the trials of a session: name the markers, turn the axes and clean the trajectories."""
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import combinations
@@ -23,7 +23,6 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.raised_plates import without_raised
 from gaitval.mocap.axes import LaboratoryAxes, detect_axes, turn_to_walking_direction
 from gaitval.mocap.cleaning import clean
-from gaitval.mocap.given_axes import parse_axes
 from gaitval.mocap.lost_markers import without_lost
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
@@ -104,7 +103,7 @@ def read_session(
     whole = completed(marker_set, standing, walking)
     marker_set, standing, walking = whole.marker_set, whole.standing, list(whole.walking)
     points = _points((standing, *walking), marker_set)
-    axes = _axes(request, standing, marker_set.landmarks)
+    axes = detect_axes(standing, marker_set.landmarks)
     notify("axes", axes.description)
 
     flags = list[tuple[str, QualityFlag]]()
@@ -179,14 +178,6 @@ def _walk_of_file(request: Request, number: int, notify: Notify) -> Recording:
 
             found = with_stated_plates(found, request.plate)
         return _sound(found, request, notify)
-
-
-def _axes(request: Request, standing: Recording, landmarks: Mapping[str, str]) -> LaboratoryAxes:
-    """The laboratory's axes: as the user says, else by the standing trial, in which the person is
-    upright.
-    """
-    said = None if request.axes is None else parse_axes(request.axes)
-    return detect_axes(standing, landmarks, said)
 
 
 def _doubts_beside(

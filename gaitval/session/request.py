@@ -151,8 +151,6 @@ class ImportOptions(BaseModel):
     marker_set: str | None = None
     """Name of a built-in set (an unknown name lists them) or a TOML file; found by marker names if
     left out."""
-    axes: str | None = None
-    """Axes of the laboratory, as "forward=+x up=+y"; found from the standing trial if left out."""
     knee_width: JointWidth = None
     """Knee width, m, of both sides or right,left; without medial markers."""
     ankle_width: JointWidth = None

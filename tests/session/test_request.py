@@ -23,7 +23,9 @@ def test_values_are_the_same_as_text_as_numbers_and_left_out():
     text = {"knee_width": "0.1,0.102", "ankle_width": "0.07", "static_time": "0.5:2"}
     numbers = {"knee_width": [0.1, 0.102], "ankle_width": 0.07, "static_time": [0.5, 2]}
     assert checked(ImportOptions, GIVEN | text) == checked(ImportOptions, GIVEN | numbers)
-    assert checked(ImportOptions, GIVEN | {"forces": None, "axes": None}) == ImportOptions(**GIVEN)
+    assert checked(ImportOptions, GIVEN | {"forces": None, "marker_set": None}) == ImportOptions(
+        **GIVEN
+    )
     one = checked(ImportOptions, {"trials": "walk1.c3d", "sex": "F"})
     assert one.trials == (Path("walk1.c3d"),)
 

@@ -365,10 +365,6 @@ REFUSED: dict[str, tuple[Callable[[Laboratory], Request], tuple[str, ...]]] = {
         role("walking", lambda one: scaled(one, 1e3)),
         ("walk.trc", "millimetres that are called metres)"),
     ),
-    "axes against the walk": (
-        lambda lab: lab.request(axes="forward=-x up=+y"),
-        ("stand.trc", "off -x", "said to be (--axes) forward", "nearest: +x"),
-    ),
     "walk in other axes": (
         lambda lab: lab.request(walking=with_z_up(lab.walking), forces=with_z_up(lab.walking)),
         ("walk.trc", "° off the vertical", "other axes than the standing trial"),
