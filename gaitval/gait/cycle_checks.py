@@ -71,31 +71,24 @@ def without_odd_support(
     if len(known) < 3:
         return dict(cycles)
     usual = float(np.median(known))
-
-    def odd(side: Side, number: int) -> bool:
-        """Unlike the others of both sides, and unlike the others of its own: sides of a patient may
-        differ. An unknown share (NaN) is not odd: a missing toe-off is already a reason of its own
-        (`cycles._faults`).
-        """
-        share = support[side][number]
-        others = np.delete(support[side], number)
-        others = others[np.isfinite(others)]
-        own = float(np.median(others)) if len(others) else usual
-        return bool(abs(share - usual) > ODD_SUPPORT and abs(share - own) > ODD_SUPPORT)
-
-    return {
-        side: tuple(
-            cycle
-            if not odd(side, number)
-            else _refused(
-                cycle,
-                f"both feet are on the ground for {100 * share:.0f} % of it after its heel strike, "
-                f"but for {100 * usual:.0f} % in the trial's median: a wrong event",
-            )
-            for number, (cycle, share) in enumerate(zip(cycles[side], support[side], strict=True))
-        )
-        for side in SIDES
-    }
+    found = {}
+    for side in SIDES:
+        kept = []
+        for number, (cycle, share) in enumerate(zip(cycles[side], support[side], strict=True)):
+            # Sides of a patient may differ, so it must be unlike the others of its own, too. An
+            # unknown share (NaN) is not odd: a missing toe-off is a reason of its own already.
+            others = np.delete(support[side], number)
+            others = others[np.isfinite(others)]
+            own = float(np.median(others)) if len(others) else usual
+            if min(abs(share - usual), abs(share - own)) > ODD_SUPPORT:
+                cycle = _refused(
+                    cycle,
+                    f"both feet are on the ground for {100 * share:.0f} % of it after its heel "
+                    f"strike, but for {100 * usual:.0f} % in the trial's median: a wrong event",
+                )
+            kept.append(cycle)
+        found[side] = tuple(kept)
+    return found
 
 
 def _refused(cycle: GaitCycle, *reasons: str) -> GaitCycle:

@@ -69,23 +69,20 @@ def owners_of(vertical: Array, distances: Array, shared: Flags) -> NDArray[np.in
     belongs to the other, if that is not seen.
     """
     load = np.maximum(vertical, 0.0)
-    owner = np.zeros(len(vertical), dtype=np.int64)
-    starts, stops = runs(~shared)
-    previous = 0
-    for start, stop in zip(starts, stops, strict=True):
-        owner[previous:start] = owner[previous - 1] if previous else 0
+    owner = np.full(len(vertical), -1)
+    for start, stop in zip(*runs(~shared), strict=True):
         # Distances count by their load: at small forces the centre of pressure is uncertain.
         weight = np.where(np.isfinite(distances[start:stop]), load[start:stop, None], 0.0)
         mean = (weight * np.nan_to_num(distances[start:stop])).sum(axis=0)
         total = weight.sum(axis=0)
         mean = np.where(total > 0.0, mean / np.maximum(total, 1e-12), CONTACTS.outside_foot)
         owner[start:stop] = int(np.argmin(mean))
-        # A contact that begins shared has no foot before; it goes to the first foot alone on it.
-        if previous == 0 and start > 0:
-            owner[:start] = owner[start]
-        previous = stop
-    owner[previous:] = owner[previous - 1] if previous else nearest_foot(distances)
-    return owner
+    alone = np.flatnonzero(owner >= 0)
+    if not len(alone):
+        return np.full(len(vertical), nearest_foot(distances))
+    # A contact that begins shared has no foot before; it goes to the first foot alone on it.
+    before = np.searchsorted(alone, np.arange(len(vertical)), side="right") - 1
+    return owner[alone[np.maximum(before, 0)]]
 
 
 def judge_contact(

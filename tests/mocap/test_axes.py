@@ -154,8 +154,8 @@ class TestGiven:
         ("text", "rotation"),
         [
             ("forward=+x up=+z", np.eye(3)),
-            ("up=z, forward=x", np.eye(3)),
-            ("Up=+Z Forward=+X", np.eye(3)),
+            ("forward=x  up=z", np.eye(3)),
+            ("Forward=+X Up=+Z", np.eye(3)),
             ("forward=+x up=+y", [[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
             ("forward=-y up=z", [[0, -1, 0], [1, 0, 0], [0, 0, 1]]),
         ],
@@ -169,7 +169,7 @@ class TestGiven:
         "text",
         [
             *("", "forward=x", "forward=+x up=+x", "forward=x up=-x", "forward=+w up=+z"),
-            *("ahead=+x up=+z", "xyz", "up=+z up=-y", "forward=x left=z up=y"),
+            *("ahead=+x up=+z", "xyz", "up=z forward=x", "up=+z up=-y", "forward=x left=z up=y"),
         ],
     )
     def test_refusals_show_the_form(self, text):
