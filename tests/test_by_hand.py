@@ -19,7 +19,6 @@ from gaitval.apps.patients.estimates import (
     stride_time,
 )
 from gaitval.errors import RecordError
-from gaitval.findings import pelvis
 from gaitval.kinetics.musculature.person import muscle_volume
 from gaitval.metrics import walk_muscles
 from gaitval.metrics.balance_walk import BalanceWalk
@@ -194,38 +193,6 @@ def test_plates_may_carry_12_percent_more_or_less_than_the_mass(monkeypatch, car
             average.check_mass(request, [])
     else:
         assert average.check_mass(request, []) == pytest.approx(carried / 70.0)
-
-
-def leaning(pair: tuple[str, str], degrees: float) -> SimpleNamespace:
-    """A trial of a pair of markers, 0.25 m apart, the right one higher by this angle."""
-    up = np.radians(degrees)
-    right = 0.25 * np.array([[0.0, -np.cos(up), np.sin(up)]])
-    places = dict(zip(pair, (right, np.zeros((1, 3))), strict=True))
-    return SimpleNamespace(names=(*pair,), marker=places.__getitem__)
-
-
-@pytest.mark.parametrize(
-    ("front", "walked", "rear", "expected"),
-    [
-        (3.0, 0.0, -4.5, [(7.5, 7.0)]),  # the rear line is turned
-        (5.0, 3.0, 0.0, [(8.0, 7.5)]),  # the front line is, and lists in walking, too
-        (5.0, 1.0, 0.0, [(5.0, 7.0)]),  # it lists too little for that
-        (5.0, 4.5, None, [(4.5, 4.2)]),
-        (5.0, -4.5, None, []),
-    ],
-)
-def test_lines_through_the_spines_are_compared_in_degrees(front, walked, rear, expected):
-    stood, walk = leaning(pelvis.FRONT, front), leaning(pelvis.FRONT, walked)
-    if rear is not None:
-        behind, before = leaning(pelvis.REAR, rear), stood.marker
-        stood.names = (*pelvis.FRONT, *pelvis.REAR)
-        stood.marker = lambda name: (before if name in pelvis.FRONT else behind.marker)(name)
-    same = {name: name for name in (*pelvis.FRONT, *pelvis.REAR)}
-    beside = SimpleNamespace(standing=stood, walking=walk, landmarks=same)
-    found = [(each.value, each.limits[1]) for each in pelvis._level(beside, **pelvis.LEVEL.numbers)]
-    assert len(found) == len(expected)
-    for ours, theirs in zip(found, expected, strict=True):
-        assert ours == pytest.approx(theirs)
 
 
 @pytest.mark.parametrize(("column", "outward"), [(0, 0.3), (1, -0.3)])
