@@ -1,7 +1,7 @@
 """Read the trials of a session: name the markers, turn the axes and clean the trajectories."""
 
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import combinations
