@@ -397,7 +397,7 @@ REFUSED: dict[str, tuple[Callable[[Laboratory], Request], tuple[str, ...]]] = {
     ),
     "two of a side exchanged": (
         role("walking", lambda one: exchanged(one, "R.Heel", "R.MT1")),
-        ("walk.trc", "R.Heel", "R.MT1", "have each other's names", "stand.trc", "correct the"),
+        ("walk.trc", "the right foot faces away from the pelvis", "toes and heel", "Correct these"),
     ),
     "medial for lateral": (
         role("standing", lambda one: exchanged(one, "R.Knee", "R.Knee.Medial")),
