@@ -123,7 +123,8 @@ def assign_forces(
             "If not, give a trial in which somebody did."
         ).with_way_on("--kinematics-only")
     check_synchrony(recording, shares.touched, landmarks)
-    findings += judge_unshown(recording, feet, shares.touched, shares.valid)
+    faint = bool(shares.wrench[:, :, 2].max() < 10.0 * processing.force_threshold_n)
+    findings += judge_unshown(recording, feet, shares.touched, shares.valid, faint=faint)
     filtered = low_pass(
         shares.wrench, rate=recording.force_rate, cutoff_hz=cutoff_hz, order=processing.filter_order
     )

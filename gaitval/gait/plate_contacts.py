@@ -40,6 +40,9 @@ class ContactLimits:
     """Fraction of a stance, by markers, in which the plates must show a force, but for the time
     within which its events are known (`FEET.settling_seconds`): plates miss -25 to 41 ms of its
     beginning and -28 to 50 ms of its end in 64 stances of 24 people, the last at 0.5 m/s."""
+    least_faint: float = 0.8
+    """Likewise where no foot loads a plate with ten force thresholds, as in another unit, so that
+    where stances begin and end is not known from it."""
     brush_force: float = 2.0
     """A touch too short for a stance is reported above this many force thresholds."""
     longest_flight: float = 0.25
@@ -269,7 +272,9 @@ def _sizes(lags: Mapping[str, Sequence[float]]) -> list[float]:
     return [float(np.median(np.abs(each))) for each in lags.values()]
 
 
-def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags) -> list[Repair]:
+def judge_unshown(
+    recording: Recording, feet: Feet, touched: Flags, valid: Flags, *, faint: bool = False
+) -> list[Repair]:
     """A finding for each stance of `feet`, by the markers of `recording`, that the plates do not
     show, or show in part, and each landing that nothing shows. `touched` (T, 2) is whether each
     foot is on a plate, at the force samples; `valid` (T, 2) is set to False in place over these
@@ -287,7 +292,7 @@ def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags
                 valid[begin:end, column] &= shown[begin:end]
                 continue
             share = float(shown[begin:end].mean())
-            if share >= CONTACTS.least_shown:
+            if share >= (CONTACTS.least_faint if faint else CONTACTS.least_shown):
                 continue
             valid[begin:end, column] = False
             action = (
