@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from gaitval._internal.io.partial_files import own_folder
 from gaitval.apps.balance import figures
+from gaitval.apps.devices import device_walk
 from gaitval.apps.export import mujoco_folder
 from gaitval.apps.judge.moments import Band, speed_group
 from gaitval.apps.patients.estimates import (
@@ -207,3 +208,9 @@ def test_a_foot_is_beside_the_extrapolated_centre_of_mass(column, outward):
     np.testing.assert_allclose(walk.extrapolated, [[2.0, 2.0]])
     step = SimpleNamespace(strike=0, column=column)
     np.testing.assert_allclose(BalanceWalk.offset(walk, step), [0.4, outward])
+
+
+def test_torques_of_a_device_are_those_after_a_state_and_rates_the_mean_of_two_steps():
+    log = np.array([[[1.0, 2, 3, 10, 4]], [[5.0, 6, 7, 20, 8]], [[9.0, 9, 9, 30, 20]]])
+    expected = [[[5.0, 6, 7, 10, 6]], [[9.0, 9, 9, 20, 14]]]
+    np.testing.assert_array_equal(device_walk.at_states(log), expected)
