@@ -192,9 +192,9 @@ def data_of(
         of_legs = {"stature": -1.0, "scale": 1.0}
         effect = np.array([of_legs.get(name, 0.0) for name in names])
         still = [*still, (LENGTH, legs - expected, spread, effect)]
-    drift = _drift(pooled, usual)
+    drift = _drift(pooled, usual, column)
     if drift is not None:
-        still = [*still, (DRIFT, *drift, np.array([float(name == "clock") for name in names]))]
+        still = [*still, (DRIFT, *drift)]
     noises = [usual[key[0]] / np.sqrt(len(values)) for key, _, values, _ in rows]
     return Data(
         names=tuple(names),
@@ -213,23 +213,30 @@ def data_of(
 
 
 def _drift(
-    pooled: "Mapping[tuple[str, str, int], Sequence[_Row]]", usual: Mapping[str, float]
-) -> tuple[float, float] | None:
-    """By how much of the time that has passed the forces come later, and the standard error of
-    that; None where no bin is in two strides.
+    pooled: "Mapping[tuple[str, str, int], Sequence[_Row]]",
+    usual: Mapping[str, float],
+    column: Mapping[str, int],
+) -> tuple[float, float, Array] | None:
+    """By how much of the time that has passed the forces come later, the standard error of that,
+    and what each fault (by its `column`) adds to it: one of a plate concerns the steps on this
+    plate alone, which may be late or early ones. None where no bin is in two strides.
     """
     square = towards = 0.0
+    effects = np.zeros(len(column))
     for (kind, *_), rows in pooled.items():
         if kind in FALL or len(rows) < 2:
             continue
         value = np.array([row.value for row in rows])
         later = np.array([row.effects[row.names.index("clock")] for row in rows])
-        later = (later - later.mean()) / usual[kind]
-        square += float(later @ later)
-        towards += float(later @ (value - value.mean())) / usual[kind]
+        later = (later - later.mean()) / usual[kind] ** 2
+        towards += float(later @ value)
+        square += float(later @ later) * usual[kind] ** 2
+        for weight, row in zip(later, rows, strict=True):
+            effects[[column[name] for name in row.names]] += weight * row.effects
     if not square:
         return None
-    return towards / square, float(np.hypot(DRIFT_ALIKE / np.sqrt(square), OWN_DRIFT))
+    error = float(np.hypot(DRIFT_ALIKE / np.sqrt(square), OWN_DRIFT))
+    return towards / square, error, effects / square
 
 
 USUAL_SCATTER: Final = dict(

@@ -3,8 +3,9 @@
 The model is linear and Gaussian: data = expected + effect · faults + a person's own pattern +
 noise, with all faults small where nothing is wrong (`kinds.KINDS`). A set of faults gives each the
 size of a real one; its evidence is the probability of the data under it, and the sizes are those of
-the posterior. Each fault of the most probable set is weighed beside the others of that set against
-every other fault in its place, "none" and "something else" (`gaitval.consistency`).
+the posterior. "Something else" may be beside the faults of any set. Each fault of the most probable
+set is weighed beside the others of that set against every other fault in its place, "none" and
+"something else" (`gaitval.consistency`).
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -38,17 +39,14 @@ OWN_DELAY: Final = 0.003
 MOST: Final = 3
 """Faults of a session that are looked for together."""
 BEAM: Final = 10
-"""Most probable sets to which one more fault is added."""
-
-LIKELY: Final = 0.65
-"""Probability from which on a fault is named though others are not much less probable."""
-TOGETHER: Final = 0.7
-"""Probability from which on two or three faults are named, of which one is likely."""
+"""Most probable sets to which one more fault, or something else, is added."""
 FARTHEST: Final = 4.0
 """Standard deviations of real faults, beyond which a size is none of them."""
 
 _Set = frozenset[Fault]
 _NOTHING: Final = _Set()
+_ELSE: Final = Fault(OTHER.name, "", OTHER.prior)
+"""What nobody thought of, as a member of a set."""
 
 
 @dataclass(frozen=True)
@@ -176,11 +174,8 @@ class Search:
         self.plates = sum(each.kind == "gain" for each in faults)
         self.log_none = float(np.log(1.0 - OTHER.prior - sum(each.prior for each in self.faults)))
         self.weighed = self._weighed()
-        other = something_else(recorded) - lag.beyond
-        self.other = other + float(np.log(OTHER.prior)) - self.log_none
+        self.weighed |= self._with_something_else()
         self.best = max(self.weighed, key=lambda some: self.weighed[some])
-        if self.other > self.weighed[self.best]:
-            self.best = _NOTHING
 
     def _weighed(self) -> dict[_Set, float]:
         """Log of the probability of no fault, of each, and of the most probable sets of more, up to
@@ -197,6 +192,18 @@ class Search:
             of_longer = {some: self.weight(some) for some in sorted(longer, key=_order)}
             found |= of_longer
             ahead = sorted(of_longer, key=lambda some: -of_longer[some])[:BEAM]
+        return found
+
+    def _with_something_else(self) -> dict[_Set, float]:
+        """Of no fault and of the most probable sets, beside what nobody thought of."""
+        likeliest = sorted(self.weighed, key=lambda some: -self.weighed[some])[:BEAM]
+        prior = float(np.log(OTHER.prior)) - self.log_none
+        found = {}
+        for some in dict.fromkeys([_NOTHING, *likeliest]):
+            more = something_else(self.model(some), _parts(some))
+            if not any(each.shifts for each in some):
+                more -= self.lag.beyond
+            found[some | {_ELSE}] = self.weighed[some] + prior + more
         return found
 
     def model(self, some: _Set) -> Balance:
@@ -248,8 +255,8 @@ class Search:
         """What is wrong: each fault of the best set, or one, by the probabilities of all sets."""
         slots: list[Fault | None] = [*sorted(self.best, key=lambda one: one.name)] or [None]
         some = [self._in_place_of(each) for each in slots]
-        known = [each for each in some if each is not None]
-        return tuple(sorted(known, key=lambda each: -each.verdict.named[0].probability))
+        known = {each.verdict.named[0].change.name: each for each in some if each is not None}
+        return tuple(sorted(known.values(), key=lambda each: -each.verdict.named[0].probability))
 
     def _in_place_of(self, fault: Fault | None) -> FoundFault | None:
         """What is wrong in the place of a `fault` of the best set; None if that is not certain.
@@ -263,14 +270,16 @@ class Search:
             which = fault if fault in some else next(iter(further), None)
             sets.setdefault(which, []).append(log)
         sizes = {
-            each: self.size(each, self.best - {fault, each}) for each in sets if each is not None
+            each: self.size(each, self.best - {fault, each, _ELSE})
+            for each in sets.keys() - {None, _ELSE}
         }
         logs = [
-            (SOUND if each is None else _change(each, *sizes[each]), float(logsumexp(log)))
+            (_change(each, *sizes[each]) if each in sizes else OTHER if each else SOUND,
+             float(logsumexp(log)))
             for each, log in sets.items()
-        ]
-        verdict = verdict_of([*logs, (OTHER, self.other)])
-        if not verdict.named or _vague(verdict):
+        ]  # fmt: skip
+        verdict = verdict_of(logs)
+        if not verdict.named:
             return None
         name = verdict.named[0].change.name
         likeliest = next((each for each in sizes if each.name == name), None)
@@ -295,12 +304,6 @@ class Search:
         size = float(np.linalg.norm(values))
         aside = size * self.recorded.reach if fault.name == "rotation all" else 0.0
         return size > KINDS[fault.kind].matters or aside > KINDS["place"].matters
-
-
-def _vague(verdict: Verdict) -> bool:
-    """Whether many faults are each a little probable, and no few of them explain the data."""
-    first, *_ = verdict.named
-    return first.probability < LIKELY and sum(each.probability for each in verdict.named) < TOGETHER
 
 
 def _change(fault: Fault, values: Array, deviations: Array) -> Change:

@@ -89,7 +89,7 @@ KINDS: Final[Mapping[str, Kind]] = {
     "clock": Kind(
         0.0, 0.012, 0.002, RARE,
         "the clock of the forces is {size} too {slow} beside that of the markers",
-        "correct the rate in the file, or synchronise plates and cameras",
+        "correct the rate in the file, or synchronise plates and cameras", shift="either",
     ),
     "plate delay": Kind(
         0.0, 0.030, 0.010, RARE,
@@ -240,15 +240,15 @@ class Fault:
     @property
     def parts(self) -> tuple[str, ...]:
         """Its effects in the data."""
-        kind = KINDS[self.kind]
-        if self.kind == "delay":
+        kind = KINDS.get(self.kind)
+        if kind is None or self.kind == "delay":
             return ()
         return tuple(f"{part} {self.whose}".strip() for part in kind.parts or (self.kind,))
 
     @property
     def shifts(self) -> Shift:
         """Which delay of all forces is a part of it."""
-        return KINDS[self.kind].shift
+        return KINDS[self.kind].shift if self.kind in KINDS else ""
 
     @property
     def where(self) -> str:
