@@ -8,7 +8,7 @@ set is weighed beside the others of that set against every other fault in its pl
 "something else" (`gaitval.consistency`).
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Final
@@ -327,7 +327,7 @@ def delay_of(tried: Mapping[float, Data], height_m: float) -> Lag:
         delay: balance(data, height_m, without=("delay",), scaled=False)
         for delay, data in zip(tried, _alike([*tried.values()]), strict=True)
     }
-    scale = max(min(model.left for model in models.values()), LEAST_SCALE)
+    scale = max(min(float(model.left.mean()) for model in models.values()), LEAST_SCALE)
     logs = []
     for model in models.values():
         lower = model.factor[0]
@@ -352,7 +352,7 @@ def _more_than_linear(recorded: Data, shifted: Data, height_m: float) -> float:
     that is linear in the delay explains less.
     """
     one, other = (balance(data, height_m) for data in _alike([recorded, shifted]))
-    scale = max(min(one.left, other.left), LEAST_SCALE)
+    scale = np.maximum(np.minimum(one.left, other.left), LEAST_SCALE)
     return log_sound(other, scale=scale) - log_sound(one, scale=scale)
 
 
@@ -444,10 +444,22 @@ def alone(seen: Examined) -> dict[str, tuple[Fault, float, float, float]]:
     return found
 
 
+def correctable(found: Iterable[FoundFault]) -> tuple[FoundFault, ...]:
+    """Those of the faults `found` that data may be altered for: none, unless every one that matters
+    is certain (`Verdict.remedy`) and can be corrected, for their sizes are known together only.
+    """
+    some = [each for each in found if each.matters]
+    sure = [
+        each.fault is not None and KINDS[each.fault.kind].corrected and bool(each.verdict.remedy)
+        for each in some
+    ]
+    return tuple(some) if all(sure) else ()
+
+
 def together(seen: Examined, kinds: Collection[str]) -> dict[str, float]:
-    """Sizes of the faults of these `kinds` that were found, in the units of `kinds.KINDS`."""
+    """Sizes of the faults of these `kinds` that may be corrected, in the units of `kinds.KINDS`."""
     return {
         part: value
-        for each in seen.found if each.fault is not None and each.fault.kind in kinds
+        for each in correctable(seen.found) if each.fault is not None and each.fault.kind in kinds
         for part, value in each.parts.items()
     }  # fmt: skip
