@@ -48,7 +48,8 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], notify: Notif
     faults = together(seen, kinds)
     for kind in kinds:
         if not any(kind_of(name) == kind for name in faults):
-            notify("correct", f"{kind}: none that its estimate is sure of; nothing is changed")
+            others = "".join(f"; first: {each.verdict}" for each in seen.found if each.matters)
+            notify("correct", f"{kind}: nothing is changed that is not certain{others}")
     for name, value in faults.items():
         of = FAULTS[kind_of(name)]
         notify("correct", f"{title(name)}: {-of.factor * value:+.1f} {of.unit}")

@@ -27,7 +27,6 @@ from gaitval.session.measurement.likelihood import (
     LEAST_SCALE,
     Balance,
     balance,
-    log_sound,
     something_else,
 )
 from gaitval.session.measurement.standing import StandingForces
@@ -83,13 +82,11 @@ class Lag:
     ----------
     value, deviation : s.
     log_odds : of the data under a delay as large as real faults, to those under none.
-    beyond : log odds of the data with the delay undone to those as recorded, beyond `log_odds`.
     """
 
     value: float
     deviation: float
     log_odds: float
-    beyond: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -142,11 +139,8 @@ def examined(
     )
     if recorded is None:
         return None
-    at_once, late = balance(recorded, height_m), None
-    if shifted is not None:
-        late = balance(shifted, height_m)
-        more = _more_than_linear(recorded, shifted, height_m)
-        lag = replace(lag, beyond=max(more - lag.log_odds, 0.0))
+    at_once = balance(recorded, height_m)
+    late = None if shifted is None else balance(shifted, height_m)
     search = Search(faults(recorded.names, _feet(recorded)), at_once, late, lag)
     found = search.found()
     delayed = any(each.fault is not None and each.fault.shifts for each in found)
@@ -201,8 +195,6 @@ class Search:
         found = {}
         for some in dict.fromkeys([_NOTHING, *likeliest]):
             more = something_else(self.model(some), _parts(some))
-            if not any(each.shifts for each in some):
-                more -= self.lag.beyond
             found[some | {_ELSE}] = self.weighed[some] + prior + more
         return found
 
@@ -271,10 +263,10 @@ class Search:
             sets.setdefault(which, []).append(log)
         sizes = {
             each: self.size(each, self.best - {fault, each, _ELSE})
-            for each in sets.keys() - {None, _ELSE}
-        }
+            for each in sets if each is not None and each != _ELSE
+        }  # fmt: skip
         logs = [
-            (_change(each, *sizes[each]) if each in sizes else OTHER if each else SOUND,
+            (SOUND if each is None else OTHER if each == _ELSE else _change(each, *sizes[each]),
              float(logsumexp(log)))
             for each, log in sets.items()
         ]  # fmt: skip
@@ -345,15 +337,6 @@ def delay_of(tried: Mapping[float, Data], height_m: float) -> Lag:
     deviation = float(np.sqrt(((beside - value) ** 2 * faulty).sum() / faulty.sum()))
     odds = np.log(faulty.sum() / usual.faulty) - np.log(max(sound.sum(), 1e-300) / usual.sound)
     return Lag(value, float(np.hypot(deviation, OWN_DELAY)), float(odds))
-
-
-def _more_than_linear(recorded: Data, shifted: Data, height_m: float) -> float:
-    """Log of the probability of the data where they are `shifted` over that as `recorded`: a model
-    that is linear in the delay explains less.
-    """
-    one, other = (balance(data, height_m) for data in _alike([recorded, shifted]))
-    scale = np.maximum(np.minimum(one.left, other.left), LEAST_SCALE)
-    return log_sound(other, scale=scale) - log_sound(one, scale=scale)
 
 
 def _alike(some: Sequence[Data]) -> list[Data]:

@@ -196,12 +196,12 @@ KINDS: Final[Mapping[str, Kind]] = {
         "check the frame rate in the recording program",
     ),
     "tilt": Kind(
-        0.004, 0.035, 0.015, RARE, "the laboratory's vertical axis is tilted by {size}",
+        0.002, 0.035, 0.015, RARE, "the laboratory's vertical axis is tilted by {size}",
         "level the calibration frame of the cameras", DEGREE, "deg",
         parts=("tilt forward", "tilt left"), directions=XY,
     ),
     "camera tilt": Kind(
-        0.004, 0.035, 0.015, RARE,
+        0.002, 0.035, 0.015, RARE,
         "the cameras are tilted by {size} beside the plates: the body leans over its feet",
         "level the calibration frame of the cameras", DEGREE, "deg", parts=("camera tilt left",),
         directions=XY[1:],

@@ -209,14 +209,13 @@ SIZES: Final = np.geomspace(1.5, WIDEST, 7)
 """Times its usual size that a person's pattern is tried at."""
 
 
-def log_sound(model: Balance, parts: Sequence[str] = (), scale: Array | None = None) -> float:
+def log_sound(model: Balance, parts: Sequence[str] = ()) -> float:
     """Log of the probability density of the data of a `model` with the faults `parts` and no other,
-    up to a constant; `scale` of its covariance if it is not its own.
+    up to a constant.
     """
-    scale = np.maximum(model.left, LEAST_SCALE) if scale is None else scale
-    beside = _beside(model, parts)
+    scale = np.maximum(model.left, LEAST_SCALE)
     usual = model.covariance + model.scatter * (scales(model.kind, scale) - 1.0)
-    found = _log_density(model.rest, usual + beside)
+    found = _log_density(model.rest, usual + _beside(model, parts))
     larger = dict(zip(model.kind, np.log(np.maximum(scale, 1.0)), strict=True))
     return found - 0.5 * float(np.sum(np.square([*larger.values()]))) / SCALE_SD**2
 
