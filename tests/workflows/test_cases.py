@@ -115,7 +115,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     "import_heels_taken_off_for_the_walk": ("heel taken off", "heel taken off"),
     "import_marker_fell_off": ("lost marker",),
     "import_marker_in_one_standing_frame": ("seldom seen",),
-    "import_stature_mistyped": ("measurement: stature or place", "build"),
+    "import_stature_mistyped": ("measurement: place or stature", "build"),
     "import_unused_forces_in_exports": ("centre of pressure under the foot", "one side"),
 }
 """Findings of those that are imported."""

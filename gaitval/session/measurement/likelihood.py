@@ -38,10 +38,8 @@ ALL: Final = tuple(
     for part in kind.parts or (name,)
 )
 """Effects of faults that all plates may have together."""
-LEAST_SCALE: Final = 0.6
+LEAST_SCALE: Final = 0.5
 """Of the covariance, where a session is more regular than others."""
-ALIKE: Final = 10
-"""Data of a kind from which on its own scale counts more than that of all kinds."""
 SCALE_SD: Final = 0.3
 """SD of the logarithm of that scale above 1: 17 people with sound plates have 0.2 to 0.95."""
 
@@ -162,12 +160,8 @@ def balance(
 
 
 def _of_kinds(kinds: Array, values: Array) -> Array:
-    """(N,) means of the `values` of each kind, drawn to that of all as by `ALIKE` data."""
-    means = {
-        kind: (values[kinds == kind].sum() + ALIKE * values.mean())
-        / ((kinds == kind).sum() + ALIKE)
-        for kind in set(kinds.tolist())
-    }
+    """(N,) means of the `values` of each kind."""
+    means = {kind: values[kinds == kind].mean() for kind in set(kinds.tolist())}
     return np.array([means[kind] for kind in kinds])
 
 
