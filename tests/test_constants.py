@@ -5,13 +5,12 @@ import mujoco
 import numpy as np
 import pytest
 import scipy.constants
-import scipy.special
 import scipy.stats
 
 from gaitval.apps.patients import estimates
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY, POUND, STANDARD_GRAVITY
-from gaitval.findings.markers import DIFFERENCES, DIFFERENCES_NOISE, MEDIAN_TO_SD
+from gaitval.findings.markers import MEDIAN_TO_SD
 from gaitval.findings.motion import LEG_SHARE
 from gaitval.identification import legs
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
@@ -244,7 +243,6 @@ def test_factors_of_the_normal_distribution() -> None:
     assert round(1.0 / quartile, 4) == MEDIAN_TO_SD
     for factor in (sources.NINETY, estimates.NINETY, legs.LEG_ODDS.seen):
         assert factor == round(ninety, 3)
-    assert scipy.special.binom(2 * DIFFERENCES, DIFFERENCES) == pytest.approx(DIFFERENCES_NOISE**2)
 
 
 def test_limits_are_those_of_their_papers() -> None:

@@ -76,7 +76,7 @@ class LaboratoryAxes:
 
     @property
     def option(self) -> str:
-        """The same axes as text, as `gaitval.read_recording` takes them."""
+        """The same axes as text, as `read_recording` takes them."""
         forward, _, up = self.rotation
         return f"forward={axis_name(forward)} up={axis_name(up)}"
 

@@ -62,11 +62,10 @@ def model():
         rest = effects @ np.array([faults.get(name, 0.0) for name in NAMES])
         rest = rest + 0.002 * random.standard_normal(COUNT) + more
         return Balance(
-            rest=rest, factor=factor, left=np.ones(COUNT),
-            order={n: i for i, n in enumerate(NAMES)},
+            rest=rest, factor=factor, left=1.0, order={n: i for i, n in enumerate(NAMES)},
             effects=effects, precision=effects.T @ solved, towards=solved.T @ rest,
             prior=np.array([each.faulty for each in kinds]), sound=sound,
-            mean=np.zeros(len(NAMES)), covariance=covariance, scatter=own, own=own,
+            mean=np.zeros(len(NAMES)), covariance=covariance, own=own,
             kind=("force z",) * COUNT, group=("",) * COUNT,
         )  # fmt: skip
 
@@ -166,7 +165,7 @@ def test_what_no_fault_explains_is_something_else(model):
     calm = model[0]({})
     assert something_else(calm) < 0.0 < something_else(seen)
     # a larger scale of all data is a person's own only so far
-    assert log_sound(replace(calm, left=np.full(COUNT, 2.5))) < log_sound(calm) - 4.0
+    assert log_sound(replace(calm, left=2.5)) < log_sound(calm) - 4.0
 
 
 @pytest.mark.parametrize(("size", "named"), [(1.0, True), (0.4, False)])

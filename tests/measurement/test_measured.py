@@ -310,6 +310,18 @@ def test_angles_have_bands_without_forces_or_with_an_aid(imported, options):
     assert found.uncertainty()["angle_knee_angle_l"] > 0.01
 
 
+@pytest.mark.slow
+def test_a_correction_of_a_fault_that_is_not_there_is_said_to_do_harm(imported, monkeypatch):
+    messages = [
+        text for step, text in imported(None, correct=("gain",)).decisions if step == "warnings"
+    ]
+    assert not any("--correct gain" in text for text in messages)
+    monkeypatch.setattr(correct, "together", lambda *_: {"cross-talk x 1": 0.15})
+    harmed = imported(None, correct=("cross-talk",))
+    messages = [text for step, text in harmed.decisions if step == "warnings"]
+    assert any("contradict each other more than before" in text for text in messages)
+
+
 def test_what_cannot_be_corrected_is_refused_by_name():
     assert wanted(("delay,gain", "place")) == ("delay", "gain", "place")
     with pytest.raises(ConfigurationError, match="--correct mass: this fault cannot be corrected"):

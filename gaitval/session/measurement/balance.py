@@ -192,9 +192,9 @@ def data_of(
         of_legs = {"stature": -1.0, "scale": 1.0}
         effect = np.array([of_legs.get(name, 0.0) for name in names])
         still = [*still, (LENGTH, legs - expected, spread, effect)]
-    drift = _drift(pooled, usual, column)
+    drift = _drift(pooled, usual)
     if drift is not None:
-        still = [*still, (DRIFT, *drift)]
+        still = [*still, (DRIFT, *drift, np.array([float(name == "clock") for name in names]))]
     noises = [usual[key[0]] / np.sqrt(len(values)) for key, _, values, _ in rows]
     return Data(
         names=tuple(names),
@@ -213,30 +213,23 @@ def data_of(
 
 
 def _drift(
-    pooled: "Mapping[tuple[str, str, int], Sequence[_Row]]",
-    usual: Mapping[str, float],
-    column: Mapping[str, int],
-) -> tuple[float, float, Array] | None:
-    """By how much of the time that has passed the forces come later, the standard error of that,
-    and what each fault (by its `column`) adds to it: one of a plate concerns the steps on this
-    plate alone, which may be late or early ones. None where no bin is in two strides.
+    pooled: "Mapping[tuple[str, str, int], Sequence[_Row]]", usual: Mapping[str, float]
+) -> tuple[float, float] | None:
+    """By how much of the time that has passed the forces come later, and the standard error of
+    that; None where no bin is in two strides.
     """
     square = towards = 0.0
-    effects = np.zeros(len(column))
     for (kind, *_), rows in pooled.items():
         if kind in FALL or len(rows) < 2:
             continue
         value = np.array([row.value for row in rows])
         later = np.array([row.effects[row.names.index("clock")] for row in rows])
-        later = (later - later.mean()) / usual[kind] ** 2
-        towards += float(later @ value)
-        square += float(later @ later) * usual[kind] ** 2
-        for weight, row in zip(later, rows, strict=True):
-            effects[[column[name] for name in row.names]] += weight * row.effects
+        later = (later - later.mean()) / usual[kind]
+        square += float(later @ later)
+        towards += float(later @ (value - value.mean())) / usual[kind]
     if not square:
         return None
-    error = float(np.hypot(DRIFT_ALIKE / np.sqrt(square), OWN_DRIFT))
-    return towards / square, error, effects / square
+    return towards / square, float(np.hypot(DRIFT_ALIKE / np.sqrt(square), OWN_DRIFT))
 
 
 USUAL_SCATTER: Final = dict(
@@ -546,11 +539,7 @@ def _pressures(trial: PlateTrial, ground: GroundWrenches, weight: float) -> list
     offset is one of a share of the body's `weight`, N.
     """
     plates = trial.walk.recording.plates
-    of_plates = [
-        _moved_point(ground.plates[i], ground.height, _plate_effects(ground.plates[i], at, weight))
-        for i, at in enumerate(trial.middles)
-    ]
-    points, since = ground.point, ground.since[:, None]
+    points = ground.point
     rows: list[_Row] = []
     for column, side in enumerate(SIDES):
         ankle = trial.ankles[:, column]
@@ -560,17 +549,7 @@ def _pressures(trial: PlateTrial, ground: GroundWrenches, weight: float) -> list
         across = inwards * np.stack([-along[:, 1], along[:, 0]], axis=1)
         axes = np.stack([along, across], axis=1)
         point = points[:, column]
-        seen = point - ankle[:, :2, 3]
         later = -np.gradient(ankle[:, :2, 3], 1.0 / ground.rate, axis=0)
-        of_foot = {
-            "delay": later,
-            "clock": later * since,
-            "stature": -seen,
-            "scale": -ankle[:, :2, 3],
-            f"foot along {side}": -along,
-            f"foot across {side}": -across,
-            f"foot turned {side}": np.stack([-seen[:, 1], seen[:, 0]], axis=1),
-        }
         for begin, end in zip(*runs(np.isfinite(point[:, 0])), strict=True):
             whole = begin > 0 and end < len(point) and ground.valid[begin:end, column].mean() > 0.9
             if not whole or end - begin < SHORTEST_STANCE * ground.rate:
@@ -582,33 +561,42 @@ def _pressures(trial: PlateTrial, ground: GroundWrenches, weight: float) -> list
                 under = set(whose[inside - begin])
                 if len(under) != 1 or -1 in under:
                     continue
-                number = under.pop()
-                name = plates[number].name
-                of = of_foot | {f"plate delay {name}": later}
-                of |= {f"{fault} {name}": moved for fault, moved in of_plates[number].items()}
-                changes = np.stack([seen[inside], *(each[inside] for each in of.values())])
-                value, *effects = np.einsum("tij,ctj->ci", axes[inside], changes) / len(inside)
+                plate = plates[number := under.pop()]
+                seen = point[inside] - ankle[inside, :2, 3]
+                lever = point[inside] - trial.middles[number][:2]
+                one, none = np.ones(len(inside)), np.zeros(len(inside))
+                carried = np.maximum(ground.feet[inside, column, 2], LOADED_N)
+                ahead, inwards_ = axes[inside][:, 0], axes[inside][:, 1]
+                since = ground.since[inside, None]
+                changes = {
+                    "delay": later[inside],
+                    "clock": later[inside] * since,
+                    "stature": -seen,
+                    f"foot along {side}": -ahead,
+                    f"foot across {side}": -inwards_,
+                    f"foot turned {side}": np.stack([-seen[:, 1], seen[:, 0]], axis=1),
+                    f"vertical gain {plate.name}": -lever,
+                    f"moment gain {plate.name}": lever,
+                    f"offset z {plate.name}": -lever * (weight / carried)[:, None],
+                    f"plate delay {plate.name}": later[inside],
+                    "scale": -ankle[inside, :2, 3],
+                    f"place x {plate.name}": np.stack([one, none], axis=1),
+                    f"place y {plate.name}": np.stack([none, one], axis=1),
+                    f"rotation {plate.name}": np.stack([-lever[:, 1], lever[:, 0]], axis=1),
+                    f"mirrored moment {plate.name}": np.stack([none, 2.0 * lever[:, 1]], axis=1),
+                }
+                value, *of = (
+                    np.einsum("tij,tj->ti", axes[inside], each).mean(axis=0)
+                    for each in (seen, *changes.values())
+                )
                 rows += [
                     _Row(
-                        kind, f"{side} {name}", b, 0.5 * (low + high), float(value[i]), tuple(of),
-                        np.array([each[i] for each in effects]),
+                        kind, f"{side} {plate.name}", b, 0.5 * (low + high), float(value[i]),
+                        tuple(changes), np.array([each[i] for each in of]),
                     )
                     for i, kind in enumerate(PRESSURE)
                 ]  # fmt: skip
     return rows
-
-
-def _moved_point(
-    wrench: Array, height: float, effects: Mapping[str, tuple[Array, Array]]
-) -> dict[str, Array]:
-    """(T, 2) m, by which each of the `effects` on a `wrench` moves its centre of pressure."""
-    vertical = np.maximum(wrench[:, 2:3], LOADED_N)
-    turn = np.array([[0.0, 1.0], [-1.0, 0.0]])  # of a moment: (-y, x)
-    point = (height * wrench[:, :2] + wrench[:, 3:5] @ turn) / vertical
-    return {
-        name: (height * force[:, :2] + moment[:, :2] @ turn - point * force[:, 2:]) / vertical
-        for name, (force, moment) in effects.items()
-    }
 
 
 def _plate_under(ground: GroundWrenches, column: int, begin: int, end: int) -> Index:

@@ -43,7 +43,7 @@ from gaitval.session.measurement.sources import (
     MASSES,
     NINETY,
     ONE_CYCLE,
-    PLATE,
+    PLATE_GAIN,
     TISSUE,
     TISSUE_TURN,
     of_stature,
@@ -537,12 +537,13 @@ class _Chain:
             for fault in PLATES:
                 if loads is None:
                     break
-                kind = split_axis(fault)
-                usual = PLATE.get(kind, KINDS[kind].sound)
+                usual = PLATE_GAIN if fault == "gain" else KINDS[split_axis(fault)].sound
                 worst = [abs(v) for name, v in large.items() if name.startswith(fault)]
                 size = float(np.hypot(usual, max(worst, default=0.0)))
                 moved = _cut(with_fault(loads, fault, size), window.frames)
-                found.append((f"plates: {kind}", self.curves(window, model, positions, moved)))
+                found.append(
+                    (f"plates: {split_axis(fault)}", self.curves(window, model, positions, moved))
+                )
             others = [
                 *((segment, share, share) for segment, share in MASSES.items()),
                 *((segment, 0.0, share) for segment, share in INERTIAS.items()),

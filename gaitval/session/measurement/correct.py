@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.errors import ConfigurationError
+from gaitval.gait.agreement import both_known
+from gaitval.kinetics.inverse.inverse_dynamics import residuals
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.average import check_mass, mean_angles, mean_kinetics
 from gaitval.session.measurement.balance import moment_of, plate_middle
@@ -18,11 +20,14 @@ from gaitval.session.measurement.kinds import KINDS as FAULTS
 from gaitval.session.measurement.kinds import kind_of
 from gaitval.session.request import Notify
 from gaitval.session.session import Import
-from gaitval.session.trial import work_out_trial
+from gaitval.session.trial import WalkingTrial, work_out_trial
 
 KINDS: Final = tuple(name for name, kind in FAULTS.items() if kind.corrected)
 """Faults that a recording can be corrected for; others are those of the body or of the cameras, or
 have taken away what cannot be brought back."""
+WORSE: Final = 1.1
+"""Times the residuals, beyond which a correction does harm; that of a small error that is not there
+changes them by less."""
 
 
 def wanted(given: Sequence[str]) -> tuple[str, ...]:
@@ -48,8 +53,7 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], notify: Notif
     faults = together(seen, kinds)
     for kind in kinds:
         if not any(kind_of(name) == kind for name in faults):
-            others = "".join(f"; first: {each.verdict}" for each in seen.found if each.matters)
-            notify("correct", f"{kind}: nothing is changed that is not certain{others}")
+            notify("correct", f"{kind}: none that its estimate is sure of; nothing is changed")
     for name, value in faults.items():
         of = FAULTS[kind_of(name)]
         notify("correct", f"{title(name)}: {-of.factor * value:+.1f} {of.unit}")
@@ -61,6 +65,15 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], notify: Notif
                 without_faults(recording, faults),
             )
         )  # fmt: skip
+    (force, moment), (force_now, moment_now) = _left(found.trials), _left(trials)
+    force, moment = force_now / force, moment_now / moment
+    if force * moment > WORSE**2:
+        notify(
+            "warnings",
+            f"--correct {','.join(kinds)}: forces and motion contradict each other more than "
+            f"before (residual force {force:.1f} times, moment {moment:.1f} times), so these "
+            "faults are not there, or not so large. Leave the option out",
+        )
     moments, forces = mean_kinetics(found.request, trials)
     return replace(
         found,
@@ -70,6 +83,21 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], notify: Notif
         angles=mean_angles(found.body.model, trials),
         weight_ratio=check_mass(found.request, trials),
     )
+
+
+def _left(walks: Sequence[WalkingTrial]) -> tuple[float, float]:
+    """N and Nm, root mean square over trials of what Newton's law for the whole body leaves."""
+    found = [
+        residuals(walk.dynamics, known)
+        for walk in walks
+        if walk.dynamics is not None and walk.loads is not None
+        for known in [both_known(walk.loads)]
+        if known.any()
+    ]
+    if not found:
+        return 1.0, 1.0
+    forces, moments = np.array([(each.force_rms, each.moment_rms) for each in found]).T
+    return float(np.sqrt(np.mean(forces**2))), float(np.sqrt(np.mean(moments**2)))
 
 
 def _recordings(found: Import) -> list[Recording]:

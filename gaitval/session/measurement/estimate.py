@@ -3,12 +3,11 @@
 The model is linear and Gaussian: data = expected + effect · faults + a person's own pattern +
 noise, with all faults small where nothing is wrong (`kinds.KINDS`). A set of faults gives each the
 size of a real one; its evidence is the probability of the data under it, and the sizes are those of
-the posterior. "Something else" may be beside the faults of any set. Each fault of the most probable
-set is weighed beside the others of that set against every other fault in its place, "none" and
-"something else" (`gaitval.consistency`).
+the posterior. Each fault of the most probable set is weighed beside the others of that set against
+every other fault in its place, "none" and "something else" (`gaitval.consistency`).
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Final
@@ -27,6 +26,7 @@ from gaitval.session.measurement.likelihood import (
     LEAST_SCALE,
     Balance,
     balance,
+    log_sound,
     something_else,
 )
 from gaitval.session.measurement.standing import StandingForces
@@ -38,14 +38,17 @@ OWN_DELAY: Final = 0.003
 MOST: Final = 3
 """Faults of a session that are looked for together."""
 BEAM: Final = 10
-"""Most probable sets to which one more fault, or something else, is added."""
+"""Most probable sets to which one more fault is added."""
+
+LIKELY: Final = 0.65
+"""Probability from which on a fault is named though others are not much less probable."""
+TOGETHER: Final = 0.7
+"""Probability from which on two or three faults are named, of which one is likely."""
 FARTHEST: Final = 4.0
 """Standard deviations of real faults, beyond which a size is none of them."""
 
 _Set = frozenset[Fault]
 _NOTHING: Final = _Set()
-_ELSE: Final = Fault(OTHER.name, "", OTHER.prior)
-"""What nobody thought of, as a member of a set."""
 
 
 @dataclass(frozen=True)
@@ -82,11 +85,13 @@ class Lag:
     ----------
     value, deviation : s.
     log_odds : of the data under a delay as large as real faults, to those under none.
+    beyond : log odds of the data with the delay undone to those as recorded, beyond `log_odds`.
     """
 
     value: float
     deviation: float
     log_odds: float
+    beyond: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -139,8 +144,11 @@ def examined(
     )
     if recorded is None:
         return None
-    at_once = balance(recorded, height_m)
-    late = None if shifted is None else balance(shifted, height_m)
+    at_once, late = balance(recorded, height_m), None
+    if shifted is not None:
+        late = balance(shifted, height_m)
+        more = _more_than_linear(recorded, shifted, height_m)
+        lag = replace(lag, beyond=max(more - lag.log_odds, 0.0))
     search = Search(faults(recorded.names, _feet(recorded)), at_once, late, lag)
     found = search.found()
     delayed = any(each.fault is not None and each.fault.shifts for each in found)
@@ -168,8 +176,11 @@ class Search:
         self.plates = sum(each.kind == "gain" for each in faults)
         self.log_none = float(np.log(1.0 - OTHER.prior - sum(each.prior for each in self.faults)))
         self.weighed = self._weighed()
-        self.weighed |= self._with_something_else()
+        other = something_else(recorded) - lag.beyond
+        self.other = other + float(np.log(OTHER.prior)) - self.log_none
         self.best = max(self.weighed, key=lambda some: self.weighed[some])
+        if self.other > self.weighed[self.best]:
+            self.best = _NOTHING
 
     def _weighed(self) -> dict[_Set, float]:
         """Log of the probability of no fault, of each, and of the most probable sets of more, up to
@@ -186,16 +197,6 @@ class Search:
             of_longer = {some: self.weight(some) for some in sorted(longer, key=_order)}
             found |= of_longer
             ahead = sorted(of_longer, key=lambda some: -of_longer[some])[:BEAM]
-        return found
-
-    def _with_something_else(self) -> dict[_Set, float]:
-        """Of no fault and of the most probable sets, beside what nobody thought of."""
-        likeliest = sorted(self.weighed, key=lambda some: -self.weighed[some])[:BEAM]
-        prior = float(np.log(OTHER.prior)) - self.log_none
-        found = {}
-        for some in dict.fromkeys([_NOTHING, *likeliest]):
-            more = something_else(self.model(some), _parts(some))
-            found[some | {_ELSE}] = self.weighed[some] + prior + more
         return found
 
     def model(self, some: _Set) -> Balance:
@@ -247,8 +248,8 @@ class Search:
         """What is wrong: each fault of the best set, or one, by the probabilities of all sets."""
         slots: list[Fault | None] = [*sorted(self.best, key=lambda one: one.name)] or [None]
         some = [self._in_place_of(each) for each in slots]
-        known = {each.verdict.named[0].change.name: each for each in some if each is not None}
-        return tuple(sorted(known.values(), key=lambda each: -each.verdict.named[0].probability))
+        known = [each for each in some if each is not None]
+        return tuple(sorted(known, key=lambda each: -each.verdict.named[0].probability))
 
     def _in_place_of(self, fault: Fault | None) -> FoundFault | None:
         """What is wrong in the place of a `fault` of the best set; None if that is not certain.
@@ -262,16 +263,14 @@ class Search:
             which = fault if fault in some else next(iter(further), None)
             sets.setdefault(which, []).append(log)
         sizes = {
-            each: self.size(each, self.best - {fault, each, _ELSE})
-            for each in sets if each is not None and each != _ELSE
-        }  # fmt: skip
+            each: self.size(each, self.best - {fault, each}) for each in sets if each is not None
+        }
         logs = [
-            (SOUND if each is None else OTHER if each == _ELSE else _change(each, *sizes[each]),
-             float(logsumexp(log)))
+            (SOUND if each is None else _change(each, *sizes[each]), float(logsumexp(log)))
             for each, log in sets.items()
-        ]  # fmt: skip
-        verdict = verdict_of(logs)
-        if not verdict.named:
+        ]
+        verdict = verdict_of([*logs, (OTHER, self.other)])
+        if not verdict.named or _vague(verdict):
             return None
         name = verdict.named[0].change.name
         likeliest = next((each for each in sizes if each.name == name), None)
@@ -298,6 +297,12 @@ class Search:
         return size > KINDS[fault.kind].matters or aside > KINDS["place"].matters
 
 
+def _vague(verdict: Verdict) -> bool:
+    """Whether many faults are each a little probable, and no few of them explain the data."""
+    first, *_ = verdict.named
+    return first.probability < LIKELY and sum(each.probability for each in verdict.named) < TOGETHER
+
+
 def _change(fault: Fault, values: Array, deviations: Array) -> Change:
     kind = KINDS[fault.kind]
     said = fault.said(values, deviations)
@@ -319,7 +324,7 @@ def delay_of(tried: Mapping[float, Data], height_m: float) -> Lag:
         delay: balance(data, height_m, without=("delay",), scaled=False)
         for delay, data in zip(tried, _alike([*tried.values()]), strict=True)
     }
-    scale = max(min(float(model.left.mean()) for model in models.values()), LEAST_SCALE)
+    scale = max(min(model.left for model in models.values()), LEAST_SCALE)
     logs = []
     for model in models.values():
         lower = model.factor[0]
@@ -337,6 +342,15 @@ def delay_of(tried: Mapping[float, Data], height_m: float) -> Lag:
     deviation = float(np.sqrt(((beside - value) ** 2 * faulty).sum() / faulty.sum()))
     odds = np.log(faulty.sum() / usual.faulty) - np.log(max(sound.sum(), 1e-300) / usual.sound)
     return Lag(value, float(np.hypot(deviation, OWN_DELAY)), float(odds))
+
+
+def _more_than_linear(recorded: Data, shifted: Data, height_m: float) -> float:
+    """Log of the probability of the data where they are `shifted` over that as `recorded`: a model
+    that is linear in the delay explains less.
+    """
+    one, other = (balance(data, height_m) for data in _alike([recorded, shifted]))
+    scale = max(min(one.left, other.left), LEAST_SCALE)
+    return log_sound(other, scale=scale) - log_sound(one, scale=scale)
 
 
 def _alike(some: Sequence[Data]) -> list[Data]:
@@ -427,22 +441,10 @@ def alone(seen: Examined) -> dict[str, tuple[Fault, float, float, float]]:
     return found
 
 
-def correctable(found: Iterable[FoundFault]) -> tuple[FoundFault, ...]:
-    """Those of the faults `found` that data may be altered for: none, unless every one that matters
-    is certain (`Verdict.remedy`) and can be corrected, for their sizes are known together only.
-    """
-    some = [each for each in found if each.matters]
-    sure = [
-        each.fault is not None and KINDS[each.fault.kind].corrected and bool(each.verdict.remedy)
-        for each in some
-    ]
-    return tuple(some) if all(sure) else ()
-
-
 def together(seen: Examined, kinds: Collection[str]) -> dict[str, float]:
-    """Sizes of the faults of these `kinds` that may be corrected, in the units of `kinds.KINDS`."""
+    """Sizes of the faults of these `kinds` that were found, in the units of `kinds.KINDS`."""
     return {
         part: value
-        for each in correctable(seen.found) if each.fault is not None and each.fault.kind in kinds
+        for each in seen.found if each.fault is not None and each.fault.kind in kinds
         for part, value in each.parts.items()
     }  # fmt: skip

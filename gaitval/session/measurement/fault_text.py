@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitval.consistency import NAMED, OTHER
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.session.measurement.estimate import Examined, FoundFault, alone, correctable
+from gaitval.session.measurement.estimate import Examined, FoundFault, alone
 from gaitval.session.measurement.kinds import BOTH, KINDS, OF_PART, kind_of
 from gaitval.session.trial import WalkingTrial
 
@@ -73,10 +73,12 @@ def title(part: str) -> str:
 
 def warnings(found: Sequence[FoundFault], corrected: Sequence[str] = ()) -> list[QualityFlag]:
     """A warning for each fault that was `found` and matters. `corrected` are kinds of faults that
-    are taken away where they are found.
+    are taken away where they are found. Nothing is to be corrected beside a fault that cannot be:
+    their sizes are known together only.
     """
-    sure = correctable(found)
-    return [_warning(each, corrected, advised=each in sure) for each in found if each.matters]
+    some = [each for each in found if each.matters]
+    only = all(each.fault is not None and KINDS[each.fault.kind].corrected for each in some)
+    return [_warning(each, corrected, advised=only) for each in some]
 
 
 def unused(walks: Sequence[WalkingTrial]) -> QualityFlag:
@@ -108,8 +110,7 @@ def _warning(found: FoundFault, corrected: Sequence[str], *, advised: bool) -> Q
     if len(names) == 1:
         where, text = fault.where, text.removeprefix(f"{fault.where}: ")
         remedy = verdict.remedy if advised or not kind.corrected else ""
-        asked = advised and fault.kind in corrected
-        of_it = "corrected, as --correct asks" if asked else remedy
+        of_it = "corrected, as --correct asks" if fault.kind in corrected else remedy
         text += f": {of_it}" if of_it else ""
     kinds = ["unexplained" if name == OTHER.name else kind_of(name) for name in names]
     return QualityFlag(

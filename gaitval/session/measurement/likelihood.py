@@ -38,7 +38,7 @@ ALL: Final = tuple(
     for part in kind.parts or (name,)
 )
 """Effects of faults that all plates may have together."""
-LEAST_SCALE: Final = 0.5
+LEAST_SCALE: Final = 0.7
 """Of the covariance, where a session is more regular than others."""
 SCALE_SD: Final = 0.3
 """SD of the logarithm of that scale above 1: 17 people with sound plates have 0.2 to 0.95."""
@@ -51,22 +51,20 @@ class Balance:
     Attributes
     ----------
     rest, factor : (N,) what is left of the data, and its covariance (of scipy's `cho_factor`).
-    left : (N,) mean square of what no fault explains, over what is expected, in data of each kind:
-        somebody may walk unlike others sideways and like them forward.
+    left : mean square of what no fault explains, over what is expected.
     order : place of each of the F faults that are looked for, by its name, in what follows.
     effects : (N, F) of each.
     precision, towards : (F, F) and (F,) of the likelihood of their sizes.
     prior, sound : (F,) sizes of real faults, and of those that everybody has.
     mean : (F,) of real faults.
     reach : m, of the plate that is farthest from the middle of them all.
-    covariance, scatter, own : (N, N), in a person like others; what of it no fault explains; and
-        what of that is the person's own pattern.
+    covariance, own : (N, N), in a person like others, and what of it is the person's own pattern.
     kind, group : (N,) of the data.
     """
 
     rest: Array
     factor: tuple[Array, bool]
-    left: Array
+    left: float
     order: Mapping[str, int]
     effects: Array
     precision: Array
@@ -76,7 +74,6 @@ class Balance:
     mean: Array
     reach: float = 0.0
     covariance: Array = field(default_factory=lambda: np.eye(1))
-    scatter: Array = field(default_factory=lambda: np.eye(1))
     own: Array = field(default_factory=lambda: np.eye(1))
     kind: Sequence[str] = ()
     group: Sequence[str] = ()
@@ -98,8 +95,7 @@ def balance(
         deviation[mine] = spread(each, data.phase[mine], height_m)
     own = np.where(np.isin(kinds, PRESSURE), OWN_BIN * deviation, 0.0)
     pattern = _patterns(data, deviation) + np.diag(own**2)
-    scatter = pattern + np.diag(data.noise**2)
-    covariance = scatter.copy()
+    covariance = pattern + np.diag(data.noise**2)
     effects = {name: data.effect[:, i] for i, name in enumerate(data.names)}
     plates = [name.removeprefix("gain ") for name in data.names if name.startswith("gain ")]
     for fault in ALL:
@@ -120,22 +116,23 @@ def balance(
     for name, effect in effects.items():
         if name.endswith(" all"):
             continue
-        always, size_of = NUISANCE.get(name) or (0.0, KINDS[kind_of(name)].sound)
+        size_of = NUISANCE[name] if name in NUISANCE else KINDS[kind_of(name)].sound
         if size_of == 0.0 or name in without:
             continue
         if name.startswith(AMPLITUDES):
             size_of *= max(ACCELERATION / size, 1.0)
         covariance += size_of**2 * np.outer(effect, effect)
-        mean += always * effect
     rest = data.value - mean
     open_ = covariance.copy()
     for name, effect in effects.items():
         if name not in NUISANCE:
             kind = KINDS[kind_of(name)]
             open_ += (kind.faulty**2 + kind.mean**2) * np.outer(effect, effect)
-    left = _of_kinds(kinds, rest * cho_solve(cho_factor(open_, lower=True), rest))
-    scale = np.maximum(left, LEAST_SCALE) if scaled else np.ones(len(rest))
-    factor = cho_factor(covariance + scatter * (scales(data.kind, scale) - 1.0), lower=True)
+    left = float(rest @ cho_solve(cho_factor(open_, lower=True), rest)) / len(rest)
+    scale = max(left, LEAST_SCALE) if scaled else 1.0
+    usual = covariance.copy()
+    covariance *= scales(data.kind, scale)
+    factor = cho_factor(covariance, lower=True)
     names = [name for name in effects if name not in NUISANCE]
     table = np.stack([effects[name] for name in names], axis=1)
     solved = cho_solve(factor, table)
@@ -148,27 +145,20 @@ def balance(
         sound=np.array(
             [0.0 if n.endswith(" all") or n in without else u.sound
              for n, u in zip(names, usual_, strict=True)]
-        ),
+        ) * np.sqrt(scale),
         mean=np.array([each.mean for each in usual_]),
         reach=reach,
-        covariance=covariance,
-        scatter=scatter,
+        covariance=usual,
         own=pattern,
         kind=data.kind,
         group=data.group,
     )  # fmt: skip
 
 
-def _of_kinds(kinds: Array, values: Array) -> Array:
-    """(N,) means of the `values` of each kind."""
-    means = {kind: values[kinds == kind].mean() for kind in set(kinds.tolist())}
-    return np.array([means[kind] for kind in kinds])
-
-
-def scales(kinds: Sequence[str], scale: Array) -> Array:
-    """(N, N) factors of the scatter of data of these `kinds`: what no fault explains is a person's
-    own, larger than others' by the `scale` of each datum; how the rates of a file fall with the
-    frequency is the laboratory's.
+def scales(kinds: Sequence[str], scale: float) -> Array:
+    """(N, N) factors of a covariance of data of these `kinds`: what no fault explains is a person's
+    own, larger than others' by the `scale`; how the rates of a file fall with the frequency is the
+    laboratory's.
     """
     size = np.where(np.isin(kinds, FALL), 1.0, np.sqrt(scale))
     return np.outer(size, size)
@@ -209,15 +199,14 @@ SIZES: Final = np.geomspace(1.5, WIDEST, 7)
 """Times its usual size that a person's pattern is tried at."""
 
 
-def log_sound(model: Balance, parts: Sequence[str] = ()) -> float:
+def log_sound(model: Balance, parts: Sequence[str] = (), scale: float | None = None) -> float:
     """Log of the probability density of the data of a `model` with the faults `parts` and no other,
-    up to a constant.
+    up to a constant; `scale` of its covariance if it is not its own.
     """
-    scale = np.maximum(model.left, LEAST_SCALE)
-    usual = model.covariance + model.scatter * (scales(model.kind, scale) - 1.0)
-    found = _log_density(model.rest, usual + _beside(model, parts))
-    larger = dict(zip(model.kind, np.log(np.maximum(scale, 1.0)), strict=True))
-    return found - 0.5 * float(np.sum(np.square([*larger.values()]))) / SCALE_SD**2
+    scale = max(model.left, LEAST_SCALE) if scale is None else scale
+    beside = _beside(model, parts)
+    found = _log_density(model.rest, model.covariance * scales(model.kind, scale) + beside)
+    return found - 0.5 * float(np.log(max(scale, 1.0)) / SCALE_SD) ** 2
 
 
 def something_else(model: Balance, parts: Sequence[str] = ()) -> float:
@@ -225,9 +214,8 @@ def something_else(model: Balance, parts: Sequence[str] = ()) -> float:
     than that of people, by a factor between 1 and `WIDEST`, beside the faults `parts`; over that of
     the data with no other fault than these.
     """
-    calm = np.clip(model.left, LEAST_SCALE, 1.0)
-    usual = model.covariance + model.scatter * (scales(model.kind, calm) - 1.0)
-    usual = usual + _beside(model, parts)
+    calm = min(max(model.left, LEAST_SCALE), 1.0)
+    usual = model.covariance * scales(model.kind, calm) + _beside(model, parts)
     logs = []
     for mine in _blocks(model):
         own = model.own * np.outer(mine, mine)

@@ -228,6 +228,10 @@ def untold(found: Iterable[FoundFault], checks: Set[str]) -> tuple[FoundFault, .
     )
 
 
+def _of_a_sign(found: FoundFault) -> bool:
+    return found.fault is not None and found.fault.kind.endswith("sign")
+
+
 def _legs(found: Import) -> float | None:
     """Length of thighs and shanks over that expected of the stature."""
     factors = [row.factor for row in found.body.scaled.table if row.segment in ("thigh", "shank")]
@@ -266,7 +270,10 @@ def measured(found: Import, notify: Notify) -> Import:
     for flag in flags:
         noted("warnings", str(flag))
     result, uncorrected = found, dict[str, AverageCurve | dict[Side, AverageCurve]]()
-    if kinds and seen is not None:
+    reversed_ = [] if seen is None else [each for each in seen.found if _of_a_sign(each)]
+    if kinds and reversed_:
+        noted("correct", f"nothing is corrected before this: {reversed_[0].verdict}")
+    elif kinds and seen is not None:
         result = corrected(found, seen, kinds, noted)
         uncorrected = {**found.moments, "forces": {**found.forces}}
         left = look(result)

@@ -63,10 +63,8 @@ Rajagopal 2016) about the first, which is taken: of the body's mass 14.2, 10.0, 
 INERTIAS: Final = {"shank": 0.22}
 """Share of the moment of inertia at the same mass: radii of gyration of .255 (de Leva) and .29
 (OpenSim) of its length, likewise."""
-PLATE: Final = {"gain": 0.015, "place": 0.004, "cross-talk": 0.006}
-"""How far off a plate usually is, in the units of `kinds.KINDS`, where that is more than in the
-sound laboratories by which faults are told: of the gain beside the weight of the person, which is
-as little known."""
+PLATE_GAIN: Final = 0.015
+"""Share, of the forces of a plate: beside the weight of the person, which is as little known."""
 ONE_CYCLE: Final = {"angle": 0.026, "moment": 0.05, "force": 0.025}
 """rad, Nm/kg and body weights: SD between cycles where there is one only."""
 NINETY: Final = 1.645
