@@ -28,7 +28,7 @@ FEET: Final = ("Heel", "MT1", "MT2", "MT5", "Toe")
 
 def check_on_ground(recording: Recording, landmarks: Mapping[str, str]) -> None:
     """Refuse who leaves the ground with both feet, at any speed, or climbs; not where a forefoot
-    has no marker, which does not show it. Slopes are said by a finding.
+    has no marker, which does not show it.
     """
     low = []
     for side in "RL":

@@ -64,8 +64,7 @@ most 0.8, 0.7, 1.1 (ASIS), 2.0, 3.6, 1.6 (knee), 0.7, 1.5, 1.6 (ankle), 0.6, 1.9
 2.4, 2.2, 2.0 mm (forefoot)."""
 KNOWN_BY: Final = frozenset((
     "displaced marker", "height of a foot's marker",
-    "lost marker", "straight line", "filled gap", "loose marker",
-    "place of a knee's marker",
+    "lost marker", "filled gap", "loose marker",
 ))  # fmt: skip
 """Checks of warnings about what puts a marker beside its place too, or says so better."""
 LEAST_FLEXION: Final = float(np.radians(30.0))
